@@ -47,7 +47,7 @@ $(KERNEL): $(wildcard src/freerock/models/*.py) \
 		laser = Laser("vertical", 0.05, units="mm"); view = View(block, laser); \
 		rotation_and_sensitivity(time, block, laser); \
 		law = {"k": 1e6, "c": 1e3, "theta0": 0.1}; as_measured("winkler", block, law, time, view); \
-		as_measured("winkler", block, law | {"tilt": 1e-3}, time, view); \
+		as_measured("winkler", block, law | {"edge_radius": 1e-3}, time, view); \
 		as_measured("bouncing", block, {"e": 0.4, "mu": 0.3, "theta0": 0.1}, time, view); \
 		as_measured("housner", block, {"r": 0.9, "theta0": 0.1, "width": 0.19}, time, view); \
 		time = np.arange(100) / 100; find_impacts(time, np.cos(9 * time), 1e-3, block, theta0=1.0); \

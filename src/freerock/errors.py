@@ -3,7 +3,9 @@
 import sys
 import unicodedata
 from collections.abc import Callable
+from typing import Any, TypeVar
 
+Made = TypeVar("Made")
 LONGEST = 2000  # characters of a message
 
 
@@ -54,6 +56,14 @@ class FreerockError(Exception):
 
 class DamagedProduct(FreerockError):
     """A product, `where`, that can't be read: what made it makes it again."""
+
+
+def attempt(task: Callable[..., Made], *arguments: Any) -> Made | FreerockError:
+    """What a task makes of its arguments, or the `FreerockError` that refuses them."""
+    try:
+        return task(*arguments)
+    except FreerockError as error:
+        return error
 
 
 def exit_code(task: Callable[[], object]) -> int:

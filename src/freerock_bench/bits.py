@@ -20,9 +20,10 @@ from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
 from freerock.identification.levels import NORMAL_95
 from freerock_bench.analysed import measured
-from freerock_bench.document import in_markdown, publish
+from freerock_bench.document import in_markdown
+from freerock_bench.harness import Study
 from freerock_bench.integrated import RATE_HZ, candidate_of, laser_of, names_of, truth_of
-from freerock_bench.virtual_run import SEED, Row, rows_of_all
+from freerock_bench.virtual_run import SEED, Row
 
 BITS, SIGMAS_MV = (8, 10, 12, 14, 16, 24), (1.0, 2.0, 5.0)
 SPAN_V = 21.0  # of the converter
@@ -33,24 +34,20 @@ COLUMNS += ["inside"]
 MARK = ("<!-- bits -->\n", "<!-- end of the bits -->\n")
 
 
-def run(size: str = "full") -> pd.DataFrame:
-    """Every converter and noise on scenes in turn.
-
-    Returns
-    -------
-    pandas.DataFrame
-        A row per record: bits; sigma_mv, noise before the converter; record, scene; level and names of the
-        run's verdict; sigma_ratio, σ found over that of noise and rounding; of the fit of the true law, noise
-        (whether its residual agrees with it), error and stderr of k [N/m²], inside: 1.96 stderr hold it. NaN
-        where there is no run or no fit.
-    """
+def cases(size: str) -> list[tuple[int, float, int]]:
+    """Every converter and noise on scenes in turn."""
     scenes = [i for i in range(2 * max(SIZES.values())) if names_of(i)[2] != "rigid"][: SIZES[size]]
-    cases = [(bits, sigma, i) for i in scenes for bits in BITS for sigma in SIGMAS_MV]
-    return pd.DataFrame(rows_of_all(rows_of, cases), columns=COLUMNS)
+    return [(bits, sigma, i) for i in scenes for bits in BITS for sigma in SIGMAS_MV]
 
 
 def rows_of(case: tuple[int, float, int]) -> list[Row]:
-    """The row of one record."""
+    """The row of one record.
+
+    bits; sigma_mv, noise before the converter; record, scene; level and names of the run's verdict;
+    sigma_ratio, σ found over that of noise and rounding; of the fit of the true law, noise (whether its
+    residual agrees with it), error and stderr of k [N/m²], inside: 1.96 stderr hold it. NaN where there is no
+    run or no fit.
+    """
     bits, sigma_mv, i = case
     row: Row = {"bits": bits, "sigma_mv": sigma_mv, "record": i, "scene": " ".join(names_of(i))}
     truth, laser, step = truth_of(i), laser_of(i), SPAN_V / 2**bits
@@ -100,5 +97,8 @@ def markdown(frame: pd.DataFrame) -> str:
     return in_markdown([*heads, "σ within 5 %", "fit is noise", "k inside"], rows) + "\n"
 
 
+STUDY = Study(cases, rows_of, COLUMNS, MARK, markdown)
+run = STUDY.run
+
 if __name__ == "__main__":
-    publish(run, MARK, markdown, *sys.argv[1:])
+    STUDY.main(*sys.argv[1:])

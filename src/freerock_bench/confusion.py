@@ -10,9 +10,10 @@ import numpy as np
 import pandas as pd
 
 from freerock.models.laws import LAWS, Candidate
+from freerock_bench.harness import rows_of_all
 from freerock_bench.naming import alone, answer, identified
 from freerock_bench.truths import place, published, record
-from freerock_bench.virtual_run import CORRELATED_S, SEED, Row, Truth, rows_of_all
+from freerock_bench.virtual_run import CORRELATED_S, SEED, Row, Truth
 
 WIDTHS = (1.0, 0.95, 0.85)  # contact width over nominal width
 NOISES = ("white", *CORRELATED_S, "mains")

@@ -11,7 +11,8 @@ from freerock.models.laws import CANDIDATES
 from freerock.models.published import BLOCKS
 from freerock.selection.hypotheses import BY_DEFAULT
 from freerock.selection.hypothesis_search import identify_run
-from freerock_bench.virtual_run import SEED, Row, Truth, published_truth, rows_of_all, virtual_motion
+from freerock_bench.harness import rows_of_all
+from freerock_bench.virtual_run import SEED, Row, Truth, published_truth, virtual_motion
 
 WORN = 0.95  # of the width, between corners that are worn
 STILL_S = (1.0, 2.0)  # hold and rest

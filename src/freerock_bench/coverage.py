@@ -12,7 +12,7 @@ from freerock.identification.fit import fit_run
 from freerock.models.laws import PAPER_MODELS
 from freerock.planning.cramer_rao import standard_errors
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
-from freerock_bench.harness import Study, rows_of_fit
+from freerock_bench.harness import NUMBERS, Study, rows_of_fit
 from freerock_bench.virtual_run import CORRELATED_S, SEED, STEP_SIGMAS, Row, published_truth, virtual_motion
 
 RUNS = {"full": 200, "small": 3}  # of each noise, scene and law
@@ -62,7 +62,7 @@ def rows_of(case: Any) -> list[Row]:
     ]
 
 
-STUDY = Study(cases, rows_of, ["block", "foundation", "model", "run", "bound"])
+STUDY = Study(cases, rows_of, [*NUMBERS, "block", "foundation", "model", "run", "bound"])
 run = STUDY.run
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from freerock.runs.limits import RunLimits
 from freerock.runs.motion import motion_of
 from freerock.runs.segment import find_runs
 from freerock_bench.golden.scenes import Scene, scenes
-from freerock_bench.harness import Study, number_row
+from freerock_bench.harness import NUMBERS, Study, number_row
 from freerock_bench.virtual_run import SEED, Row
 
 CASE = "cut"
@@ -93,7 +93,7 @@ def _states(scene: Scene, rules: Rules, start_s: float, value: Floats, covarianc
     return [*zip(centre.tolist(), stderr.tolist(), strict=True)]
 
 
-STUDY = Study(lambda size: range(SIZES[size]), _row, ["scene", "run", "cut_s", "what"], MARK)
+STUDY = Study(lambda size: range(SIZES[size]), _row, [*NUMBERS, "scene", "run", "cut_s", "what"], MARK)
 
 if __name__ == "__main__":
     STUDY.main(*sys.argv[1:])

@@ -1,16 +1,16 @@
 """Campaigns damaged and runs killed at random: one `snakemake` then makes the bytes of a run from scratch.
 
-python -m freerock_bench.damage damage [campaigns] | kills [rounds] | code [campaigns] | cache [campaigns]
+python -m freerock_bench.damage damage [campaigns] | kills [campaigns] | code [campaigns]
 
 All take --seed N.
 
 `damage`: each campaign is damaged one to three times, then brought up to date. That must end with exit code
-0 and the bytes of a run from scratch, or with another and a line that says what to do. `kills`: in a round,
-ten times a run or a job of up to three runs at once is killed; then one run ends the work. `code`: the code
-is edited at a random moment of a run and put back at another; each run ends with the bytes of a run from
-scratch, or a line, and the next with these bytes. `cache`: numba's cache holds what other code was compiled
-to. What else happens is printed and counted, and its folder is kept. All is done in memory, in /dev/shm. Runs
-that nobody kills are forked from a Python that holds the libraries, and nothing of freerock.
+0 and the bytes of a run from scratch, or with another and a line that says what to do. `kills`: ten times a
+run or a job of up to three runs at once is killed; then one run ends the work. `code`: the code is edited at
+a random moment of a run and put back at another; each run ends with the bytes of a run from scratch, or a
+line, and the next with these bytes. What else happens is counted, and its folder is kept. All is done in
+memory, in /dev/shm. Runs that nobody kills are forked from a Python that holds the libraries, and nothing of
+freerock.
 """
 
 import argparse
@@ -25,6 +25,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -46,7 +47,6 @@ SETTINGS = [  # a line of the configuration, and what it becomes
 ]
 BESIDE = {"logs", "benchmarks", "ledger"}
 IN_MEMORY = Path("/dev/shm")
-TOLD_EVERY = 20  # campaigns
 OLD_S = 1_000_000_000  # a time stamp, of 2001
 TOLD = re.compile(r"^[^:\n]+: .+; .+$")
 KILLS, AT_ONCE = 10, 3
@@ -55,12 +55,6 @@ EDITS = [  # a file of the package, a line of it, and what it becomes for a whil
     ("models/kernel.py", '"""', 'SPOILT = 1\n"""'),
     ("runs/limits.py", "finger_s: float = 0.03", "finger_s: float = 0.3"),
     ("rotation/beam_kernel.py", "SMALL = 0.6", "SMALL = 0.1"),
-]
-SHAPES = [  # of machine code
-    ("models/compiled.py", '"fastmath": {"contract"}', '"fastmath": True'),
-    ("models/compiled.py", '"fastmath": {"contract"}', '"fastmath": False'),
-    ("rotation/beam_kernel.py", "SMALL = 0.6", "SMALL = 0.1"),
-    ("models/kernel.py", "min(5.0, 0.9 * ", "min(5.0, 0.8 * "),
 ]
 RUN_S = 25.0  # of a run, in which the code is edited
 
@@ -84,13 +78,8 @@ class Lab:
         from warm import commands
 
         out = Path(f"{self.folder}_{time.monotonic_ns()}.out")
-        command = [
-            commands() / "python" if warm else sys.executable,
-            "-m",
-            "snakemake",
-            "--snakefile",
-            self.code / "Snakefile",
-        ]
+        python = commands() / "python" if warm else sys.executable
+        command = [python, "-m", "snakemake", "--snakefile", self.code / "Snakefile"]
         command += ["--directory", self.folder, "--profile", self.code / "profiles/default"]
         command += ["--cores", str(cores)]
         with open(out, "w") as told:
@@ -162,10 +151,10 @@ def empty(lab, chance, other):
 
 
 def cut(lab, chance, other):
-    cut_short(chance.choice(lab.files()), chance)
+    _cut(chance.choice(lab.files()), chance)
 
 
-def cut_short(path: Path, chance: random.Random) -> None:
+def _cut(path, chance):
     path.write_bytes(path.read_bytes()[: chance.randrange(path.stat().st_size)])
 
 
@@ -234,7 +223,7 @@ def damage_the_ledger(lab, chance, other):
     if kind == "delete":
         path.unlink()
     elif kind == "cut":
-        path.write_bytes(path.read_bytes()[: chance.randrange(path.stat().st_size)])
+        _cut(path, chance)
     elif kind == "flip":
         _flip(path, chance)
     else:
@@ -276,38 +265,30 @@ def what_is_wrong(lab: Lab, code: int, told: str, reference: Reference) -> str:
     return ""
 
 
-def damage(n: int, seed: int, scratch: Path) -> int:
-    """Damage n campaigns; returns how many did not end as they should."""
+Outcome = tuple[
+    "Lab", str, str, str, list[str]
+]  # its lab, what was done, how it ended, what is wrong, counts
+SAME, LINE = "the bytes of a run from scratch", "a line that says what to do"
+
+
+def damage(scratch: Path) -> Callable[[Path, random.Random], Outcome]:
+    """Campaigns damaged one to three times, then brought up to date."""
     base, other = bases = [write_campaign(scratch / f"base_{seed_of}", seed_of) for seed_of in (0, 10)]
     assert all(each.run()[0] == 0 for each in bases)
-    reference, faults, ends, kinds, spent = Reference(scratch), 0, Counter(), Counter(), time.monotonic()
-    for number in range(1, n + 1):
-        chance = random.Random(f"{seed} {number}")
-        lab = base.copied(scratch / f"campaign_{number}")
+    reference = Reference(scratch)
+
+    def one(folder: Path, chance: random.Random) -> Outcome:
+        lab = base.copied(folder)
         done = chance.choices(DAMAGES, k=chance.randint(1, 3))
         for each in done:
             with suppress(FileNotFoundError, ValueError, IndexError):  # nothing is left to damage
                 each(lab, chance, other)
         code, told = lab.run()
-        wrong = what_is_wrong(lab, code, told, reference)
-        end = "a line that says what to do" if code else "the bytes of a run from scratch"
-        ends["wrong" if wrong else end] += 1
-        kinds.update(each.__name__ for each in done)
-        names = ", ".join(each.__name__ for each in done)
-        if wrong:
-            faults += 1
-            print(f"{number}: {names}: {wrong}; kept in {lab.folder}", flush=True)
-        elif code:
-            print(f"{number}: {names}: {last_line(told)}", flush=True)
-        if not wrong:
-            shutil.rmtree(lab.folder)
-        if number % TOLD_EVERY == 0 or number == n:
-            counts = ", ".join(f"{count} {end}" for end, count in ends.items())
-            print(
-                f"{number} campaigns: {counts}; {(time.monotonic() - spent) / number:.1f} s each", flush=True
-            )
-    print("damages: " + ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items())))
-    return faults
+        wrong, names = what_is_wrong(lab, code, told, reference), [each.__name__ for each in done]
+        what = ", ".join(names) + (f": {last_line(told)}" if code else "")
+        return lab, what, LINE if code else SAME, wrong, names
+
+    return one
 
 
 def with_code(lab: Lab) -> Lab:
@@ -318,89 +299,33 @@ def with_code(lab: Lab) -> Lab:
     return Lab(lab.folder)
 
 
-def edited(lab: Lab, file: str, old: str, new: str) -> bytes:
-    """Edit a file of a lab's package; returns what it held."""
-    path = lab.code / "src/freerock" / file
-    before = path.read_bytes()
-    path.write_text(before.decode().replace(old, new, 1))
-    return before
-
-
-def code(n: int, seed: int, scratch: Path) -> int:
-    """Edit code while runs are at work; returns how many did not end as they should."""
+def code(scratch: Path) -> Callable[[Path, random.Random], Outcome]:
+    """Campaigns whose code is edited while a run is at work."""
     base = with_code(write_campaign(scratch / "base", 0))
     assert base.run()[0] == 0
-    reference, faults, ends = Reference(scratch, own_code=True), 0, Counter()
-    for number in range(1, n + 1):
-        chance = random.Random(f"{seed} {number}")
-        lab = base.copied(scratch / f"campaign_{number}")
+    reference = Reference(scratch, own_code=True)
+
+    def one(folder: Path, chance: random.Random) -> Outcome:
+        lab = base.copied(folder)
         for path in lab.files() if chance.random() < 0.5 else chance.sample(lab.files(), 3):
             path.unlink()
-        edit, pauses = chance.choice(EDITS), sorted(chance.uniform(0, RUN_S) for _ in range(2))
+        (file, old, new), pauses = chance.choice(EDITS), sorted(chance.uniform(0, RUN_S) for _ in range(2))
         run, out = lab.begin(cores=1, warm=True)
         time.sleep(pauses[0])
-        before = edited(lab, *edit)
+        path = lab.code / "src/freerock" / file
+        before = path.read_bytes()
+        path.write_text(before.decode().replace(old, new, 1))
         time.sleep(pauses[1] - pauses[0])
-        (lab.code / "src/freerock" / edit[0]).write_bytes(before)
+        path.write_bytes(before)
         ended = run.wait()
         wrong = what_is_wrong(lab, ended, out.read_text(), reference)
-        last = last_line(out.read_text()) if ended else "the bytes of a run from scratch"
         again, told = lab.run()
         wrong = wrong or what_is_wrong(lab, again, told, reference) or (last_line(told) if again else "")
-        faults += bool(wrong)
-        ends["wrong" if wrong else "a line" if ended else last] += 1
-        kept = f"{wrong}; kept in {lab.folder}" if wrong else last
-        print(f"{number}: {edit[0]} from {pauses[0]:.1f} to {pauses[1]:.1f} s: {kept}", flush=True)
-        if not wrong:
-            shutil.rmtree(lab.folder)
-    print(f"{n} campaigns: " + ", ".join(f"{count} {end}" for end, count in ends.items()))
-    return faults
+        what = f"{file} from {pauses[0]:.1f} to {pauses[1]:.1f} s"
+        what += f": {last_line(out.read_text())}" if ended else ""
+        return lab, what, LINE if ended else SAME, wrong, []
 
-
-def cache(n: int, seed: int, scratch: Path) -> int:
-    """Let numba's cache hold other code; returns how many did not end as they should."""
-    base = with_code(write_campaign(scratch / "base", 0))
-    assert base.run()[0] == 0
-    reference, faults, stale = Reference(scratch, own_code=True), 0, {}
-    for number in range(1, n + 1):
-        chance = random.Random(f"{seed} {number}")
-        edit = chance.choice(SHAPES)
-        if edit not in stale:  # compiled to other code, then put back with its times
-            other = stale[edit] = base.copied(scratch / f"stale_{len(stale)}")
-            path = other.code / "src/freerock" / edit[0]
-            times, before = path.stat(), edited(other, *edit)
-            shutil.rmtree(other.results)
-            assert other.run()[0] == 0
-            path.write_bytes(before)
-            os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
-        lab = stale[edit].copied(scratch / f"campaign_{number}")
-        kinds = ["as they are"]
-        machine = sorted(lab.code.rglob("*.nb[ic]"))
-        if chance.random() < 0.5:  # what was compiled last is all there is
-            first = {path.name for path in base.code.rglob("*.nb[ic]")}
-            machine = [path for path in machine if path.name not in first or path.unlink()]
-            kinds = ["only others"]
-        if chance.random() < 0.5:
-            for path in chance.sample(machine, len(machine) // 3):
-                cut_short(path, chance)
-            kinds.append("a third cut")
-        if chance.random() < 0.5:
-            shutil.rmtree(lab.results)
-            kinds.append("no results")
-        other = lab.products()
-        ended, told = lab.run()
-        wrong = what_is_wrong(lab, ended, told, reference) or (last_line(told) if ended else "")
-        moved = sum(other.get(name) != made for name, made in lab.products().items())
-        faults += bool(wrong)
-        kept = f"{wrong}; kept in {lab.folder}" if wrong else "same bytes"
-        print(
-            f"{number}: {edit[2]} in {edit[0]}, {', '.join(kinds)}: {moved} products changed; {kept}",
-            flush=True,
-        )
-        if not wrong:
-            shutil.rmtree(lab.folder)
-    print(f"{n} campaigns: {faults} wrong")
-    return faults
+    return one
 
 
 def jobs_of(run: subprocess.Popen) -> list[psutil.Process]:
@@ -440,15 +365,15 @@ def kill_something(runs: list[subprocess.Popen], chance: random.Random) -> str:
     return ""
 
 
-def kills(rounds: int, seed: int, scratch: Path) -> int:
-    """Kill runs and jobs; returns how many rounds did not end as they should."""
+def kills(scratch: Path) -> Callable[[Path, random.Random], Outcome]:
+    """Campaigns at which ten runs and jobs are killed, then one run ends the work."""
     fresh = write_campaign(scratch / "fresh", 0)
     finished = fresh.copied(scratch / "finished")
     assert finished.run()[0] == 0
-    reference, faults, ends = Reference(scratch), 0, Counter()
-    for number in range(rounds):
-        chance = random.Random(f"{seed} {number}")
-        lab = (finished if number % 2 else fresh).copied(scratch / f"round_{number}")
+    reference = Reference(scratch)
+
+    def one(folder: Path, chance: random.Random) -> Outcome:
+        lab = chance.choice([finished, fresh]).copied(folder)
         change_a_setting(lab, chance, lab)
         outs, runs, killed = [], [], []
         while len(killed) < KILLS:
@@ -462,41 +387,49 @@ def kills(rounds: int, seed: int, scratch: Path) -> int:
                 time.sleep(chance.choice([0, 0, 0.5]))
             if runs and (kind := kill_something(runs, chance)):
                 killed.append(kind)
-        ends.update(killed)
         for run in runs:
             run.wait()
         code, told = lab.run(cores=2)
         said = [out.read_text() for out in outs]
-        ends["refused: another run at work"] += sum("another run is at work" in each for each in said)
-        ends["waited for jobs left at work"] += sum("waiting for the jobs" in each for each in [*said, told])
-        wrong = what_is_wrong(lab, code, told, reference)
-        if code and not wrong:
-            wrong = last_line(told)
-        elif any("free some space" in each or "Traceback" in each for each in said):
+        wrong = what_is_wrong(lab, code, told, reference) or (last_line(told) if code else "")
+        if not wrong and any("free some space" in each or "Traceback" in each for each in said):
             wrong = "a traceback or a message about space"
-        elif list(lab.folder.rglob(PARTIAL)):
+        elif not wrong and list(lab.folder.rglob(PARTIAL)):
             wrong = "half files are left"
-        faults += bool(wrong)
-        print(f"round {number}: {f'{wrong}; kept in {lab.folder}' if wrong else 'same bytes'}", flush=True)
-    print(f"{rounds} rounds: {faults} wrong; " + "; ".join(f"{count} {end}" for end, count in ends.items()))
-    return faults
+        noted = ["refused: another run at work"] * sum("another run is at work" in each for each in said)
+        waited = sum("waiting for the jobs" in each for each in [*said, told])
+        noted += ["waited for jobs left at work"] * waited
+        return lab, f"{KILLS} kills", SAME, wrong, [*killed, *noted]
+
+    return one
+
+
+STUDIES = {"damage": (damage, 200), "kills": (kills, 10), "code": (code, 60)}
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("study", choices=["damage", "kills", "code", "cache"])
-    parser.add_argument("number", type=int, nargs="?", help="200, 10, 60 and 20 when left out")
+    parser.add_argument("study", choices=STUDIES)
+    parser.add_argument("number", type=int, nargs="?", help="200, 10 and 60 when left out")
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
-    studies = {"damage": (damage, 200), "kills": (kills, 10), "code": (code, 60), "cache": (cache, 20)}
-    study, usual = studies[given.study]
+    study, usual = STUDIES[given.study]
     scratch = Path(tempfile.mkdtemp(dir=IN_MEMORY if IN_MEMORY.is_dir() else None))
-    faults = study(given.number or usual, given.seed, scratch)
-    if not faults:
+    one, n, ends, counts = study(scratch), given.number or usual, Counter(), Counter()
+    for number in range(1, n + 1):
+        folder = scratch / f"campaign_{number}"
+        lab, what, end, wrong, counted = one(folder, random.Random(f"{given.seed} {number}"))
+        ends["wrong" if wrong else end] += 1
+        counts.update(counted)
+        print(f"{number}: {what}: {f'{wrong}; kept in {lab.folder}' if wrong else end}", flush=True)
+        if not wrong:
+            shutil.rmtree(lab.folder)
+    print(f"{n} campaigns: " + "; ".join(f"{count} {end}" for end, count in (ends + counts).items()))
+    if not ends["wrong"]:
         shutil.rmtree(scratch)
-    return bool(faults)
+    return bool(ends["wrong"])
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ import struct
 import sys
 import tempfile
 from collections import Counter
-from contextlib import suppress
+from contextlib import closing, suppress
 from errno import ENOSPC
 from pathlib import Path
 from typing import Any
@@ -40,29 +40,11 @@ FAULTS = ("none", "kill", "full", "short")  # short: no file may grow beyond so 
 WRITES = {"open", "os.rename", "os.remove", "os.chmod"}
 TOLD_EVERY = 200  # requests
 MOST_WRITES, TIMEOUT_S = 12, 30
-WORDS = [
-    "wet base",
-    'a 5" block',
-    "knocked, seen",
-    "# no comment",
-    "βeta",
-    "x" * 1999,
-    "\u2028 line",
-    "a\tb",
-    "",
-]
+WORDS = ["wet base", 'a 5" block', "knocked, seen", "# no comment", "βeta", "x" * 1999, "\u2028 line"]
+WORDS += ["a\tb", ""]
 VALUES: list[Any] = [None, True, 0, -1, 1.9, 1e300, "", "12", "²", [], [True], {}, {"a": 1}, "x" * 131_073]
-BODIES = [
-    b"",
-    b"{",
-    b"[" * 50_000,
-    b"\xff\xfe",
-    b"NaN",
-    b'{"a": 1e400}',
-    b"null",
-    b'"text"',
-    b"x" * 1_100_000,
-]
+BODIES = [b"", b"{", b"[" * 50_000, b"\xff\xfe", b"NaN", b'{"a": 1e400}', b"null", b'"text"']
+BODIES += [b"x" * 1_100_000]
 PATHS = ["ask/record?test=tall&run=%C2%B2", "ask/record?run=1", "ask/window?test=tall&from_s=nan&to_s=1"]
 PATHS += ["ask/list?x=1", "ask/means?test=none", "ask/nothing", "do/undo", "ask/again", "ask/list"]
 
@@ -165,7 +147,7 @@ class Served:
             self.begin()
         return bool(done)
 
-    def end(self) -> None:
+    def close(self) -> None:
         """End its process."""
         os.kill(self.process, signal.SIGKILL)
         os.waitpid(self.process, 0)
@@ -198,21 +180,11 @@ def correction(chance: random.Random) -> dict[str, Any]:
 def request(chance: random.Random, known: str) -> tuple[str, bytes | None]:
     """Path and body of a request: most in order, others with a value, a key or a body of another form."""
     test = chance.choice((*TESTS, *TESTS, "none"))
-    do, given = chance.choice(
-        [
-            (
-                "keep",
-                {"corrections": {test: correction(chance)}, "known": known, "why": chance.choice(WORDS)},
-            ),
-            (
-                "keep",
-                {"corrections": dict.fromkeys(TESTS, correction(chance)), "known": known, "why": "both"},
-            ),
-            ("look", {"test": test, "run": chance.randint(1, 9), "seen": chance.random() < 0.7}),
-            ("undo", {}),
-        ]
-    )
-    kind = chance.random()
+    one, both = {test: correction(chance)}, dict.fromkeys(TESTS, correction(chance))
+    orders = [("keep", {"corrections": one, "known": known, "why": chance.choice(WORDS)})]
+    orders += [("keep", {"corrections": both, "known": known, "why": "both"}), ("undo", {})]
+    orders += [("look", {"test": test, "run": chance.randint(1, 9), "seen": chance.random() < 0.7})]
+    (do, given), kind = chance.choice(orders), chance.random()
     if kind < 0.6:
         return f"do/{do}", json.dumps(given).encode()
     if kind < 0.8:
@@ -278,45 +250,33 @@ def what_is_wrong(before: Any, after: Any, status: int, told: dict[str, Any], pa
 
 def tried(n: int, seed: int, faults: bool = True) -> tuple[Counter[str], list[str]]:
     """Send n requests to two desks of the campaign here; counts of outcomes, and what is wrong."""
-    desks = [Served(), Served()]
-    try:
-        return _tried(desks, n, random.Random(seed), faults)
-    finally:
-        for desk in desks:
-            desk.end()
-
-
-def _tried(
-    desks: list[Served], n: int, chance: random.Random, faults: bool
-) -> tuple[Counter[str], list[str]]:
-    counts, wrong, before = Counter[str](), list[str](), state()
-    for number in range(n):
-        desk = chance.choice(desks)
-        if not desk.known or chance.random() < 0.5:
-            desk.known = before[2]
-            desk.ask("ask/again")
-        path, body = request(chance, desk.known)
-        kind = chance.choice(FAULTS) if faults else "none"
-        desk.fault.set(
-            kind,
-            chance.randint(0, 500 + 2 * _longest()) if kind == "short" else chance.randint(1, MOST_WRITES),
-        )
-        status, told = desk.ask(path, body)
-        desk.known = told.get("digest", desk.known)
-        if kind == "short":
-            desk.end()
-            desk.begin()
-        elif desk.revive():
-            counts["killed"] += 1
-        after = state()
-        if why := what_is_wrong(before, after, status, told, path):
-            wrong.append(f"{number}: {path} ({kind}): {why}")
-            print(wrong[-1], flush=True)
-        counts[f"{status} {path.partition('?')[0]}" if status in (200, 409) else str(status)] += 1
-        counts[f"{kind}, answered {status}" if kind != "none" else "no fault"] += 1
-        before = after
-        if (number + 1) % TOLD_EVERY == 0:
-            print(f"{number + 1} requests: {len(wrong)} wrong", flush=True)
+    counts, wrong, before, chance = Counter[str](), list[str](), state(), random.Random(seed)
+    with closing(Served()) as one, closing(Served()) as other:
+        for number in range(n):
+            desk = chance.choice([one, other])
+            if not desk.known or chance.random() < 0.5:
+                desk.known = before[2]
+                desk.ask("ask/again")
+            path, body = request(chance, desk.known)
+            kind = chance.choice(FAULTS) if faults else "none"
+            least, most = (0, 500 + 2 * _longest()) if kind == "short" else (1, MOST_WRITES)
+            desk.fault.set(kind, chance.randint(least, most))
+            status, told = desk.ask(path, body)
+            desk.known = told.get("digest", desk.known)
+            if kind == "short":
+                desk.close()
+                desk.begin()
+            elif desk.revive():
+                counts["killed"] += 1
+            after = state()
+            if why := what_is_wrong(before, after, status, told, path):
+                wrong.append(f"{number}: {path} ({kind}): {why}")
+                print(wrong[-1], flush=True)
+            counts[f"{status} {path.partition('?')[0]}" if status in (200, 409) else str(status)] += 1
+            counts[f"{kind}, answered {status}" if kind != "none" else "no fault"] += 1
+            before = after
+            if (number + 1) % TOLD_EVERY == 0:
+                print(f"{number + 1} requests: {len(wrong)} wrong", flush=True)
     return counts, wrong
 
 

@@ -1,26 +1,7 @@
-"""The product of a study, and its table where the documentation has it."""
+"""Tables of the bench where the documentation has them."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-
-import pandas as pd
-
-from freerock.tables.csvfile import write_csv
-
-
-def publish(
-    run: Callable[[str], pd.DataFrame],
-    mark: tuple[str, str],
-    markdown: Callable[[pd.DataFrame], str],
-    product: str,
-    size: str,
-    document: str = "",
-) -> None:
-    """Run a study, write what it measured, and renew its table in a document, where one is named."""
-    frame = run(size)
-    write_csv(frame, Path(product))
-    if document:
-        renew(document, mark, markdown(frame))
 
 
 def in_markdown(heads: Sequence[str], rows: Iterable[Iterable[object]]) -> str:

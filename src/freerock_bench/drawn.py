@@ -29,21 +29,24 @@ from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.laws import CANDIDATES, LAWS, Candidate
 from freerock.models.published import TABLE_2
-from freerock.rotation.laboratory import Input, Laboratory
+from freerock.rotation.laboratory import Laboratory
 from freerock.runs.motion import Motion
 from freerock.selection.choice import Choice
 from freerock.selection.hypotheses import BY_DEFAULT
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench.analysed import Analysed, analysed
-from freerock_bench.document import in_markdown, publish
+from freerock_bench.document import in_markdown
+from freerock_bench.harness import Study, rows_of_fit
 from freerock_bench.integrated import Scene, Truth, recorded
-from freerock_bench.truths import place
-from freerock_bench.virtual_run import SEED, Row, correlated, rows_of_all
+from freerock_bench.truths import laboratory_of, place
+from freerock_bench.virtual_run import SEED, Row, converted, correlated
 
-INSTRUMENTS = {  # standard uncertainties
-    "caliper": {"block": 3e-5, "mass": 2e-4, "position_m": 2e-4, "scale": 5e-4, "rate": 2e-5},
-    "rule": {"block": 3e-4, "mass": 1e-3, "position_m": 6e-4, "scale": 1e-3, "rate": 6e-5},
+INSTRUMENTS = {  # standard uncertainties, of the mass by its share
+    "caliper": {"height_m": 3e-5, "width_m": 3e-5, "mass_kg": 2e-4, "position_m": 2e-4},
+    "rule": {"height_m": 3e-4, "width_m": 3e-4, "mass_kg": 1e-3, "position_m": 6e-4},
 }
+INSTRUMENTS["caliper"] |= {"scale_fraction": 5e-4, "sampling_rate_fraction": 2e-5}
+INSTRUMENTS["rule"] |= {"scale_fraction": 1e-3, "sampling_rate_fraction": 6e-5}
 RATE_HZ = 1000.0
 SIGMA_V, COUNT_V = 2e-3, 20.0 / 2**24
 SLOW, SLOW_S, SLOW_OF = 0.25, 0.05, 4  # share of slow noise, its time, and every how manieth record has it
@@ -61,7 +64,6 @@ PARTS = {  # records of each instruments and kinematics in a part, over its shar
 }
 SIZES = {"small": 2, "full": 36, "long": 1200}  # of each instruments and kinematics; eighteen make a round
 CAUSES = {"worn": "width_m", "tilted": "levelled_deg"}
-EXACT = {"block": 0.0, "mass": 0.0, "position_m": 0.0, "scale": 0.0, "rate": 0.0}
 NAMES = ("k", "c", "lambda", "r")
 INPUTS = ("height_m", "width_m", "position_m", "scale_fraction", "sampling_rate_fraction", "levelled_deg")
 COLUMNS = ["part", "instruments", "kinematics", "law", "block", "foundation", "record", "beyond"]
@@ -70,22 +72,6 @@ COLUMNS += [f"{name}_{what}" for name in NAMES for what in ("z", "z_stderr", "er
 COLUMNS += [f"pull_{name}" for name in INPUTS]
 OUTCOMES = ("named", "in the set", "not explained", "warned, truth excluded", "ok, truth excluded")
 MARK = ("<!-- drawn -->\n", "<!-- end of the drawn -->\n")
-
-
-def run(size: str = "full") -> pd.DataFrame:
-    """Every part with all instruments, kinematics, laws and scenes in turn.
-
-    Returns
-    -------
-    pandas.DataFrame
-        A row per record: part, instruments, kinematics, law, block, foundation, record; beyond (standard
-        uncertainties by which corners or base are off); expected (the pull that this makes, as far as the
-        noise lets it be seen); level and names of the verdict; truth, the candidate that holds it; selected,
-        explained; named (the truth is), held (it is named or also possible); cause (worn corners or tilt are
-        told); of each parameter under the candidate that is named the error over u_total, over stderr, and
-        relative; the pull of each input in the fit of the truth.
-    """
-    return pd.DataFrame(rows_of_all(rows_of, cases(SIZES[size])), columns=COLUMNS)
 
 
 def cases(n: int) -> list[tuple[str, str, str, int]]:
@@ -101,7 +87,15 @@ def cases(n: int) -> list[tuple[str, str, str, int]]:
 
 
 def rows_of(case: tuple[str, str, str, int]) -> list[Row]:
-    """The row of one record."""
+    """The row of one record.
+
+    part, instruments, kinematics, law, block, foundation, record; beyond (standard uncertainties by which
+    corners or base are off); expected (the pull that this makes, as far as the noise lets it be seen); level
+    and names of the verdict; truth, the candidate that holds it; selected, explained; named (the truth is),
+    held (it is named or also possible); cause (worn corners or tilt are told); of each parameter under the
+    candidate that is named the error over u_total, over stderr, and relative; the pull of each input in the
+    fit of the truth.
+    """
     part, instruments, kinematics, i = case
     draw = np.random.default_rng([SEED, zlib.crc32(f"{part} {instruments} {kinematics}".encode()), i])
     (configuration, foundation), law = place(i), TURNS[i // 6 % len(TURNS)]
@@ -126,16 +120,11 @@ def rows_of(case: tuple[str, str, str, int]) -> list[Row]:
 
 def stated_laboratory(configuration: str, instruments: str) -> Laboratory:
     """What is stated of a block of table 1 and its laser."""
-    block, _, laser = CONFIGURATIONS[configuration]
-    u = INSTRUMENTS.get(instruments, EXACT)
-    inputs = [Input(configuration, each, u["block"], True) for each in ("height_m", "width_m")]
-    inputs += [Input(configuration, "mass_kg", u["mass"] * block.mass_kg, True)]
-    inputs += [Input("laser", "position_m", u["position_m"], True)]
-    inputs += [Input("laser", "scale_fraction", u["scale"], True)]
-    inputs += [Input("laser", "sampling_rate_fraction", u["rate"], True)]
+    u = dict(INSTRUMENTS.get(instruments) or dict.fromkeys(INSTRUMENTS["rule"], 0.0))
+    u["mass_kg"] *= CONFIGURATIONS[configuration][0].mass_kg
     if instruments in INSTRUMENTS:
-        inputs += [Input("base", "levelled_deg", LEVELLED_DEG / math.sqrt(3), True)]
-    return Laboratory(block, {"laser": laser}, tuple(inputs))
+        u["levelled_deg"] = LEVELLED_DEG / math.sqrt(3)
+    return laboratory_of(configuration, u)
 
 
 def true_record(
@@ -182,9 +171,7 @@ def measured(truth: Truth, i: int, draw: Any) -> Floats:
     noise = draw.standard_normal(n)
     if i % SLOW_OF == 0:
         noise = noise + SLOW * correlated(n, SLOW_S, RATE_HZ, draw)
-    offset = draw.uniform()
-    volts = truth.volts + SIGMA_V * noise
-    return np.asarray(COUNT_V * (np.rint(volts / COUNT_V + offset) - offset))
+    return converted(truth.volts + SIGMA_V * noise, COUNT_V, draw)
 
 
 def judged(
@@ -232,13 +219,10 @@ def _is_told(part: str, result: Analysed, choice: Choice) -> bool:
 
 def _errors(fit: Fit, parameters: dict[str, float]) -> Row:
     row: Row = {}
-    for name, true in parameters.items():
-        if name in fit.parameters and fit.success:
-            at = fit.parameters.index(name)
-            off, stderr = float(fit.value[at]) - true, float(fit.stderr[at])
-            known = fit.contributions
-            u = stderr if known is None else float(known.total(fit.stderr, fit.discrepancy)[at])
-            row |= {f"{name}_z": off / u, f"{name}_z_stderr": off / stderr, f"{name}_error": off / true}
+    for each in rows_of_fit("", fit, parameters):
+        name, off = each["parameter"], each["value"] - each["truth"]
+        row |= {f"{name}_z": off / each["u"], f"{name}_z_stderr": off / each["stderr"]}
+        row[f"{name}_error"] = off / each["truth"]
     return row
 
 
@@ -302,5 +286,8 @@ def markdown(frame: pd.DataFrame) -> str:
     return "\n".join(["", in_markdown(heads, named), "", of_pulls, "", ""])
 
 
+STUDY = Study(lambda size: cases(SIZES[size]), rows_of, COLUMNS, MARK, markdown)
+run = STUDY.run
+
 if __name__ == "__main__":
-    publish(run, MARK, markdown, *sys.argv[1:])
+    STUDY.main(*sys.argv[1:])

@@ -12,6 +12,7 @@ renews the table in the documentation from the product of `snakemake studies`.
 import math
 import sys
 from collections.abc import Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,8 @@ from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
 from freerock_bench import disturbances as spoil
 from freerock_bench.document import in_markdown, renew
+from freerock_bench.harness import Study
+from freerock_bench.virtual_run import Row
 
 SIZES = {"full": (24, 200, 1000), "small": (2, 4, 12)}  # motions, records of each cell, clean records
 NOISE_V, MAINS_V = 2e-3, 5e-3
@@ -52,37 +55,35 @@ SETTINGS = {  # fault: what is varied, its values from light to heavy
     "target_lost": ("share of the held reading", (0.95, 0.8, 0.5)),
 }
 COLUMNS = ["fault", "severity", "quantity", "value", "records", "named", "rate", "others"]
+Case = tuple[int, int, str, int]  # motions, records, fault, severity or bits
+Original = tuple[VirtualRecord, Block, Laser]  # a record without faults, its block and its laser
+Cells = tuple[str, str, str, float | str, int, int, float, int]
 MARK = ("<!-- faults matrix -->\n", "<!-- end of the faults matrix -->\n")
 
 
-def run(size: str = "full") -> pd.DataFrame:
-    """The faults matrix.
-
-    Returns
-    -------
-    pandas.DataFrame
-        A row per fault and severity: quantity and value of what is varied, number of records, in how many the
-        fault was named at its time, that share, and in how many another fault was named besides. The row
-        "none" counts the clean records in which any fault was named, the row "none, runs" the clean records
-        with a run whose verdict is not ok; "none, 12 bits" and so on those of coarser converters.
-    """
+def cases(size: str) -> list[Case]:
+    """Every fault at every severity, then clean records by converters of some bits, 0 for those of `BITS`."""
     n_motions, n_records, n_clean = SIZES[size]
+    found = [(n_motions, n_records, fault, at) for fault in SETTINGS for at in range(len(SEVERITIES))]
+    found += [(n_motions, n_clean, "none", 0)]
+    return found + [(n_motions, -(-n_clean // len(COARSER)), "none", bits) for bits in COARSER]
+
+
+def rows_of(case: Case) -> list[Row]:
+    """The row of a fault and severity, or two of clean records.
+
+    quantity and value of what is varied, number of records, in how many the fault was named at its time, that
+    share, and in how many another fault was named besides. The row "none" counts the clean records in which
+    any fault was named, the row "none, runs" those with a run whose verdict is not ok; "none, 12 bits" and so
+    on those of coarser converters.
+    """
+    n_motions, n_records, fault, at = case
     motions = [_motion(seed) for seed in range(n_motions)]
-    rows = [
-        _cell(motions, n_records, fault, severity, quantity, value)
-        for fault, (quantity, values) in SETTINGS.items()
-        for severity, value in zip(SEVERITIES, values, strict=True)
-    ]
-    rows += _clean(motions, n_clean)
-    for bits in COARSER:
-        rows += _clean(motions, -(-n_clean // len(COARSER)), bits)
-    return pd.DataFrame(rows, columns=COLUMNS)
+    found = _clean(motions, n_records, at) if fault == "none" else [_cell(motions, n_records, fault, at)]
+    return [dict(zip(COLUMNS, each, strict=True)) for each in found]
 
 
-Original = tuple[VirtualRecord, Block, Laser]  # a record without faults, its block and its laser
-Row = tuple[str, str, str, float | str, int, int, float, int]
-
-
+@cache
 def _motion(seed: int) -> Original:
     """A record without noise, of one to three releases of a block of Table 1; the block, the laser."""
     draw = np.random.RandomState(seed)
@@ -144,19 +145,18 @@ def _injected(fault: str, value: float, record: VirtualRecord, draw: Any) -> tup
     return spoil.tone(draw.randint(1, 5) * rate + folded, value), *always
 
 
-def _cell(
-    motions: Sequence[Original], n_records: int, fault: str, severity: str, quantity: str, value: float
-) -> Row:
+def _cell(motions: Sequence[Original], n_records: int, fault: str, severity: int) -> Cells:
     """One fault at one severity."""
-    named = others = 0
+    (quantity, values), named, others = SETTINGS[fault], 0, 0
+    value = values[severity]
     for trial in range(n_records):
-        draw = np.random.RandomState([list(SETTINGS).index(fault), SEVERITIES.index(severity), trial])
+        draw = np.random.RandomState([list(SETTINGS).index(fault), severity, trial])
         record, block, laser = motions[trial % len(motions)]
         injected, start, end = _injected(fault, value, record, draw)
         found = _named(record, _measured(record, injected, draw), block, laser)
         named += any(name == fault and first <= end and last >= start for name, first, last in found)
         others += any(name not in (fault, *_COMPANIONS.get(fault, ())) for name, _, _ in found)
-    return fault, severity, quantity, value, n_records, named, named / n_records, others
+    return fault, SEVERITIES[severity], quantity, value, n_records, named, named / n_records, others
 
 
 _COMPANIONS = {  # what a fault brings along, rightly
@@ -180,7 +180,7 @@ def _named(
     return [(fault.name, fault.start_s, fault.end_s) for fault in listed_faults(found)]
 
 
-def _clean(motions: Sequence[Original], n_records: int, bits: int = 0) -> Iterator[Row]:
+def _clean(motions: Sequence[Original], n_records: int, bits: int) -> Iterator[Cells]:
     """Clean records: any fault is a false alarm, any run that is not ok too."""
     alarms = doubted = 0
     for trial in range(n_records):
@@ -223,6 +223,9 @@ def markdown(frame: pd.DataFrame) -> str:
     heads = ["fault", "varied", "light", "medium", "heavy", "another named besides"]
     return in_markdown(heads, lines) + "\n"
 
+
+STUDY = Study(cases, rows_of, COLUMNS)
+run = STUDY.run
 
 if __name__ == "__main__":
     product, document = map(Path, sys.argv[1:])

@@ -15,9 +15,10 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "unit"))
-os.environ["OPENBLAS_NUM_THREADS"] = "1"  # each thread reserves address space
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # each thread reserves memory
 
 MEMORY_BYTES = 1 << 30
 SECONDS = 10  # of processor time, since other programs may be running
@@ -33,6 +34,8 @@ def readers(n: int, kinds: list[str]) -> int:
 
     from freerock.records.read import read_record
 
+    if unknown := [kind for kind in kinds if kind not in KINDS]:
+        sys.exit(f"{unknown[0]} is no kind of file: name some of {', '.join(KINDS)}")
     faults = 0
     for kind in kinds or KINDS:
         with tempfile.TemporaryDirectory() as folder:
@@ -40,18 +43,23 @@ def readers(n: int, kinds: list[str]) -> int:
     return faults
 
 
-def tried(kind: str, files: Iterator[Path], n: int, task: Callable[[Path], object]) -> int:
-    """Print how many files a task took, refused, or anything else; keep these and return their number."""
+def tried(kind: str, items: Iterator[Any], n: int, task: Callable[[Any], object]) -> int:
+    """Print how many items a task took, refused, or anything else; return the number of these.
+
+    An item is a file, of which these are kept, or the seed of something.
+    """
     outcomes, slowest, done = Counter(), 0.0, 0
     while done < n:
-        for outcome, seconds in _batch(files, min(BATCH, n - done), task):
-            path = next(files)
+        for outcome, seconds in _batch(items, min(BATCH, n - done), task):
+            item = next(items)
             slowest = max(slowest, seconds)
             outcomes[outcome] += 1
             done += 1
             if outcome not in ("read", "refused"):
-                kept = Path(tempfile.gettempdir(), f"{kind.replace(' ', '_')}_{done}{path.suffix}")
-                shutil.copy(path, kept)
+                kept = f"seed {item}"
+                if isinstance(item, Path):
+                    kept = f"{tempfile.gettempdir()}/{kind.replace(' ', '_')}_{done}{item.suffix}"
+                    shutil.copy(item, kept)
                 print(f"  {outcome}: {kept}")
     read, refused = outcomes.pop("read", 0), outcomes.pop("refused", 0)
     counts = f"{read:6d} read, {refused:6d} refused, {outcomes.total()} anything else"
@@ -59,8 +67,8 @@ def tried(kind: str, files: Iterator[Path], n: int, task: Callable[[Path], objec
     return outcomes.total()
 
 
-def _batch(files: Iterator[Path], n: int, task: Callable[[Path], object]) -> list[tuple[str, float]]:
-    """Outcomes of the next files, taken by a process of its own; when it dies, of those up to the deadly one.
+def _batch(items: Iterator[Any], n: int, task: Callable[[Any], object]) -> list[tuple[str, float]]:
+    """Outcomes of the next items, taken by a process of its own; when it dies, of those up to the deadly one.
 
     The process goes on with its copy of the iterator, so the caller's stands where it stood.
     """
@@ -68,9 +76,9 @@ def _batch(files: Iterator[Path], n: int, task: Callable[[Path], object]) -> lis
     child = os.fork()
     if not child:
         _limit()
-        for path in islice(files, n):
+        for item in islice(items, n):
             start = time.process_time()
-            outcome = _outcome(task, path)
+            outcome = _outcome(task, item)
             os.write(writing, OUTCOME.pack(outcome, time.process_time() - start))
         os._exit(0)
     os.close(writing)
@@ -83,18 +91,18 @@ def _batch(files: Iterator[Path], n: int, task: Callable[[Path], object]) -> lis
 
 
 def _limit() -> None:
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
+    resource.setrlimit(resource.RLIMIT_DATA, (MEMORY_BYTES, MEMORY_BYTES))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
 
 
-def _outcome(task: Callable[[Path], object], path: Path) -> int:
+def _outcome(task: Callable[[Any], object], item: Any) -> int:
     from freerock.errors import FreerockError
 
     signal.setitimer(signal.ITIMER_PROF, SECONDS)
     signal.alarm(ASLEEP_SECONDS)
     try:
-        task(path)
+        task(item)
     except FreerockError as error:
         return 3 if any("\n" in str(each) for each in getattr(error, "problems", [error])) else 1
     except BaseException:

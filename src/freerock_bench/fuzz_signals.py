@@ -4,12 +4,9 @@ python -m freerock_bench.fuzz_signals            # 10 000 signals per stage
 python -m freerock_bench.fuzz_signals 500        # fewer
 """
 
-import resource
 import sys
-import time
-from collections import Counter
+from contextlib import suppress
 from pathlib import Path
-from signal import ITIMER_PROF, setitimer
 
 import numpy as np
 
@@ -23,12 +20,11 @@ from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import find_impacts
 from freerock.runs.segment import find_runs
+from freerock_bench.fuzz import tried
 
 BLOCK = Block(0.28, 0.07, 5.84)
 KINDS = ("noise", "walk", "steps", "swing", "spoilt", "runs")
 SCALES = (1e-12, 1e-3, 0.1, 1.0, 3.0, 1e3, 1e300)
-MEMORY_BYTES = 1 << 30
-SECONDS = 10  # of processor time for one signal; a longer one ends the process
 
 
 def signal(draw):
@@ -47,6 +43,7 @@ def signal(draw):
 
 
 def of_rotation(draw):
+    """Volts of one laser, or of two, to θ(t)."""
     time_s, values = signal(draw)
     lasers = [Laser("horizontal", y, 0.1, units=draw.choice(["V", "mA", "mm", "deg"])) for y in (0.2, 0.1)]
     if draw.integers(3) == 0:
@@ -56,40 +53,28 @@ def of_rotation(draw):
 
 
 def of_runs(draw):
+    """θ(t) to runs."""
     time_s, values = signal(draw)
     flags = (draw.random(values.size) < draw.choice([0, 0.01, 0.5])).astype(np.uint8)
     find_runs(time_s, values, draw.choice([0.0, 1e-4, 1e-2]), flags, BLOCK)
 
 
 def of_impacts(draw):
+    """θ(t) of a run to impacts."""
     time_s, values = signal(draw)
     theta0 = draw.choice([None, 0.1, -2.0])
     find_impacts(time_s, values, draw.choice([0.0, 1e-4, 1e-2]), BLOCK, theta0=theta0)
 
 
 def main(n: int) -> int:
-    """Print what the stages did; return how often they did something else than answer or refuse."""
-    resource.setrlimit(resource.RLIMIT_DATA, (MEMORY_BYTES, MEMORY_BYTES))
+    """Try so many signals of each stage; return how many were neither answered nor refused."""
+    np.seterr(all="ignore")
     faults = 0
     for stage in (of_rotation, of_runs, of_impacts):
-        outcomes, slowest = Counter(), 0.0
-        for seed in range(n):
-            draw, started = np.random.default_rng(seed), time.process_time()
-            setitimer(ITIMER_PROF, SECONDS)
-            try:
-                with np.errstate(all="ignore"):
-                    stage(draw)
-                outcomes["answered"] += 1
-            except FreerockError as error:
-                outcomes["refused" if "\n" not in str(error) else "of several lines"] += 1
-            except Exception as error:
-                outcomes[type(error).__name__] += 1
-                print(f"  {stage.__name__}, seed {seed}: {error!r}", flush=True)
-            slowest = max(slowest, time.process_time() - started)
-        faults += sum(count for what, count in outcomes.items() if what not in ("answered", "refused"))
-        counts = ", ".join(f"{count} {what}" for what, count in sorted(outcomes.items()))
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-        print(f"{stage.__name__[3:]}: {counts}; slowest {slowest:.2f} s, memory {peak:.2f} GB", flush=True)
+        kind = stage.__name__.removeprefix("of_")
+        with suppress(FreerockError):
+            stage(np.random.default_rng(0))  # loads what is compiled
+        faults += tried(kind, iter(range(n)), n, lambda seed, go=stage: go(np.random.default_rng(seed)))
     return faults
 
 

@@ -1,12 +1,17 @@
-"""One harness of the Monte-Carlo studies: cases of known truth, each analysed, in one long table of numbers.
+"""One harness of the Monte-Carlo studies: cases of known truth, each analysed, in one long table.
 
-A study says which cases it has and what rows one case gives. Here they run on all cores, are counted, and the
-table of coverage is written into the documentation; `figures.coverage` draws it.
+A study says which cases it has and what rows one case gives. Here they run on all cores, are counted, and
+their table is written into the documentation. Of a study whose rows are numbers, `figures.coverage` draws the
+shares.
 """
 
 import math
+import multiprocessing
+import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,10 +20,25 @@ import pandas as pd
 from freerock.identification.fit import Fit
 from freerock.identification.levels import NORMAL_95
 from freerock.models.laws import SYMBOLS
-from freerock_bench.document import in_markdown, publish
-from freerock_bench.virtual_run import Row, rows_of_all
+from freerock.models.simulate import cores
+from freerock.tables.csvfile import write_csv
+from freerock_bench.document import in_markdown, renew
+from freerock_bench.virtual_run import Row
 
 NUMBERS = ["case", "parameter", "truth", "value", "stderr", "u", "inside_stderr", "inside"]
+"""A row per case, run and parameter: truth, value, stderr (of the noise), u (with all else that is known) in
+SI units; inside_stderr, inside: the 95 % interval of either holds the truth. NaN where no fit may be used."""
+
+
+def covered(frame: pd.DataFrame) -> str:
+    """Markdown with a row per case and parameter of a table of `NUMBERS`."""
+    heads = ["case", "number", "n", "error", "stderr", "u", "inside ± 1.96 stderr", "inside ± 1.96 u"]
+    lines = []
+    for row in coverage(frame).itertuples():
+        cells = [row.case, SYMBOLS.get(row.parameter, row.parameter), row.n]
+        cells += [f"{value:.2g} %" for value in (row.error, row.stderr, row.u)]
+        lines.append([*cells, *(f"{value:.0f} %" for value in (row.inside_stderr, row.inside))])
+    return in_markdown(heads, lines)
 
 
 @dataclass(frozen=True)
@@ -30,54 +50,38 @@ class Study:
     cases : callable
         Size ("full" or "small") → the cases, each drawn from a seed of its own.
     rows_of : callable
-        Case → its rows, by `number_row`, with the study's own columns; none where nothing was fitted.
+        Case → its rows, which a module's `COLUMNS` name; none where nothing was fitted.
     columns : list of str
-        The study's own columns.
+        Of the long table.
     mark : (str, str)
         Lines of a document between which the table stands.
-    halves : list of str
-        Own columns by whose values the table ends with means over the cases.
+    markdown : callable
+        The long table → that of the document.
     """
 
     cases: Callable[[str], Sequence[Any]]
     rows_of: Callable[[Any], list[Row]]
     columns: list[str]
     mark: tuple[str, str] = ("", "")
-    halves: Sequence[str] = ()
+    markdown: Callable[[pd.DataFrame], str] = covered
 
     def run(self, size: str = "full") -> pd.DataFrame:
-        """The long table of all cases: `NUMBERS`, then the study's own columns.
-
-        Returns
-        -------
-        pandas.DataFrame
-            A row per case, run and parameter: truth, value, stderr (of the noise), u (with all else that is
-            known) in SI units; inside_stderr, inside: the 95 % interval of either holds the truth. NaN where
-            a fit may not be used.
-        """
-        rows = rows_of_all(self.rows_of, self.cases(size))
-        return pd.DataFrame(rows, columns=[*NUMBERS, *self.columns])
+        """The long table of all cases."""
+        return pd.DataFrame(rows_of_all(self.rows_of, self.cases(size)), columns=self.columns)
 
     def main(self, product: str, size: str, document: str = "") -> None:
         """Measure, write the product, and renew the table of a document where one is named."""
-        publish(self.run, self.mark, self.markdown, product, size, document)
+        frame = self.run(size)
+        write_csv(frame, Path(product))
+        if document:
+            renew(document, self.mark, self.markdown(frame))
 
-    def markdown(self, frame: pd.DataFrame) -> str:
-        """A row per case and parameter, then means over the cases by each of the halves."""
-        head = ["case", "number", "n", "error", "stderr", "u", "inside ± 1.96 stderr", "inside ± 1.96 u"]
-        lines = list[list[object]]()
-        for row in coverage(frame).itertuples():
-            cells = [row.case, SYMBOLS.get(row.parameter, row.parameter), row.n]
-            cells += [f"{value:.2g} %" for value in (row.error, row.stderr, row.u)]
-            cells += [f"{value:.0f} %" for value in (row.inside_stderr, row.inside)]
-            lines.append(cells)
-        for key, own in frame.groupby([*self.halves, "parameter"], sort=False) if self.halves else ():
-            known = coverage(own)
-            words = [f"{name}: {value}" for name, value in zip(self.halves, map(str, key[:-1]), strict=True)]
-            cells = [f"**{', '.join(words)}**", SYMBOLS.get(key[-1], key[-1]), known["n"].sum(), "", "", ""]
-            cells += [f"{known[name].mean():.0f} %" for name in ("inside_stderr", "inside") if len(known)]
-            lines.append(cells)
-        return in_markdown(head, lines)
+
+def rows_of_all(function: Callable[[Any], list[Row]], cases: Sequence[Any]) -> list[Row]:
+    """Rows of all cases, on all cores."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # as in the workflow's jobs
+    with ProcessPoolExecutor(cores(), multiprocessing.get_context("spawn")) as pool:
+        return [row for rows in pool.map(function, cases, chunksize=4) for row in rows]
 
 
 def number_row(
@@ -99,13 +103,14 @@ def number_row(
 
 
 def rows_of_fit(case: str, fit: Fit, truth: dict[str, float]) -> list[Row]:
-    """Rows of the parameters of a fit; their u holds what the law does not explain."""
-    rows = []
-    for at, name in enumerate(fit.parameters):
+    """Rows of the parameters of a fit; their u holds what the law does not explain, and known inputs."""
+    rows, totals = [], [math.hypot(*each) for each in zip(fit.stderr, fit.discrepancy, strict=True)]
+    if fit.contributions is not None:
+        totals = fit.contributions.total(fit.stderr, fit.discrepancy).tolist()
+    for name, value, stderr, u in zip(fit.parameters, fit.value, fit.stderr, totals, strict=True):
         if name in truth:
-            stderr = float(fit.stderr[at]) if fit.success else math.nan
-            u = math.hypot(stderr, float(fit.discrepancy[at]))
-            rows.append(number_row(case, name, truth[name], float(fit.value[at]), stderr, u))
+            known = (float(stderr), u) if fit.success else (math.nan, math.nan)
+            rows.append(number_row(case, name, truth[name], float(value), *known))
     return rows
 
 

@@ -14,12 +14,14 @@ import math
 import re
 import sys
 import zlib
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from ruamel.yaml import YAML
 
 from freerock.arrays import Floats
 from freerock.config.uncertainty import DEFAULTS
@@ -31,9 +33,10 @@ from freerock.virtual_lab.noise import Disturbance
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench import disturbances as faults
 from freerock_bench.analysed import Analysed, analysed
-from freerock_bench.harness import Study, number_row
+from freerock_bench.document import in_markdown
+from freerock_bench.harness import NUMBERS, Study, rows_of_fit
 from freerock_bench.springs import Motion, Scene, read
-from freerock_bench.truths import place, table_2
+from freerock_bench.truths import OF_LASER, laboratory_of, place, table_2
 from freerock_bench.virtual_run import SEED, Row, correlated
 
 SIZES = {"small": 1, "medium": 3, "full": 5, "long": 20}  # records of each kind
@@ -42,192 +45,102 @@ V_PER_M, ZERO_V, WHITE_V, SPAN_V = 100.0, 5.0, 2e-3, 20.0
 SCATTER, ANGLES = 0.1, (0.6, 1.0)
 CALIPER = {"height_m": 3e-5, "width_m": 3e-5, "position_m": 2e-4, "scale_fraction": 5e-4}
 CALIPER |= {"sampling_rate_fraction": 2e-5, "com_height_m": 1e-4, "inertia_kg_m2": 2e-3}
-BY_HAND = ("disturbed", "disturbed_release", "pushed", "held_back", "touched", "outlying_restitution")
-LEVEL = ("off_level", "levelled_deg", "com_offset_m", "alternating_restitution", "uneven_restitution")
-BLOCK = ("com_height_m", "inertia_kg_m2", "height_m", "position_m", "com_offset_m")
-SCALES = ("scale_fraction", "position_m", "beam", "sensor")
-SLOW = ("slow_sensor", "response_ms")
-EDGES = ("rounded_edges", "width_m", "edge_radius")
+INPUTS = ["height_m", "width_m", "mass_kg", "com_height_m", "inertia_kg_m2"]
+INPUTS += ["position_m", "scale_fraction", "sampling_rate_fraction", "response_ms"]
 ADVICE = re.compile(
     r"(\w+) of (\S+) (?:fitted|off by) ([+-][\d.e+-]+)"  # measure it again
     r"|(\w+), ([+-][\d.e+-]+)(?: [\w ]+?)? of (\w+)"  # a cause, by how much it is off
     r"|(?:response_ms, |averages over )([\d.]+) ms"
 )
 MARK = ("<!-- kinds -->\n\n", "\n\n<!-- end of the kinds -->")
-COLUMNS = [
-    "run",
-    "law",
-    "block",
-    "foundation",
-    "known",
-    "verdict",
-    "candidate",
-    "explained",
-    "causes",
-    "names",
-]
-COLUMNS += ["first", "among", "error", "z", "z_u", "advice", "advised", "advised_z_u"]
+COLUMNS = [*NUMBERS, "run", "law", "block", "foundation", "known", "verdict", "candidate", "explained"]
+COLUMNS += ["causes", "names", "first", "among", "error", "z", "z_u", "advice", "advised", "advised_z_u"]
 OWN = ("incline", "volts", "lost", "bits", "slow")  # what differs beside the scene
 Draw = Any
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What is besides a law.
+    """What is besides a law, as `kinds.yaml` states it.
 
     Parameters
     ----------
     law : str
-        "" of Hunt and Crossley's, pivoting or guided in turn.
     pivoting : bool, optional
-    differs : callable
-        (block, draw) → fields of `Scene`; `block` of its own; `incline` of the beam; `volts`, faults of
-        `disturbances`; `off`, by which inputs are besides; `lost`, samples; `bits`; `slow`.
-    names : collection of str
+    names : set of str
         Reasons and inputs that name it rightly; none of a clean one.
+    differs : dict
+        All else that the file states.
     """
 
-    differs: Callable[[Block, Draw], dict[str, Any]] = lambda block, draw: {}
-    names: Collection[str] = ()
-    law: str = "hunt_crossley"
-    pivoting: bool | None = None
+    law: str
+    pivoting: bool | None
+    names: Collection[str]
+    differs: dict[str, Any]
 
 
-def _base(names: Collection[str], **base: float) -> Kind:
-    return Kind(lambda block, draw: {"base": base}, names)
+def _kind(law: str = "hunt_crossley", pivoting: bool | None = None, names: Any = (), **differs: Any) -> Kind:
+    parts = [[each] if isinstance(each, str) else each for each in names]
+    return Kind(law, pivoting, {name for part in parts for name in part}, differs)
 
 
-def _besides(names: Collection[str], law: str = "hunt_crossley", **besides: float) -> Kind:
-    return Kind(lambda block, draw: {"besides": besides}, names, law)
+STATED = YAML(typ="safe", pure=True).load(Path(__file__).with_suffix(".yaml"))
+KINDS = {name: _kind(**stated) for name, stated in STATED["kinds"].items()}
 
 
-def _off(names: Collection[str], law: str = "hunt_crossley", **off: float) -> Kind:
-    return Kind(lambda block, draw: {"off": off}, names, law)
+def differing(kind: Kind, block: Block, draw: Draw) -> dict[str, Any]:
+    """What differs in a record of a kind: fields of `Scene`, `block`, `off`, `damping` and those of `OWN`."""
+    found: dict[str, Any] = {}
+    for key, stated in kind.differs.items():
+        given = _drawn(stated, draw)
+        if key in ("base", "besides", "off"):
+            found[key] = dict(_in_si(name, value, block) for name, value in given.items())
+        elif key == "incline_deg":
+            found["incline"] = math.radians(given)
+        elif key == "glued":
+            found["block"] = _glued(block, **given)
+        elif key == "blow":
+            at_s, added = math.pi / 2 / block.p * given["swings"], given["added"] * draw.choice([-1, 1])
+            found["blow"] = (at_s, given["kept"], added)
+        elif key == "volts":
+            ((fault, arguments),) = given.items()
+            found["volts"] = _bent(*arguments) if fault == "bent" else getattr(faults, fault)(*arguments)
+        else:
+            found[key] = given
+    return found
 
 
-def _volts(names: Collection[str], fault: Callable[[Draw], Disturbance]) -> Kind:
-    return Kind(lambda block, draw: {"volts": fault(draw)}, names)
+def _drawn(stated: Any, draw: Draw) -> Any:
+    """What is stated, two numbers in a list drawn between them."""
+    if isinstance(stated, dict):
+        return {key: _drawn(value, draw) for key, value in stated.items()}
+    if isinstance(stated, list) and len(stated) == 2 and not isinstance(stated[0], list):
+        return draw.uniform(*stated)
+    return [_drawn(each, draw) for each in stated] if isinstance(stated, list) else stated
 
 
-def _table(direction: str, low: float, high: float) -> Kind:
-    def differs(block: Block, draw: Draw) -> dict[str, Any]:
-        mode = {"table_kg": 15 * block.mass_kg, f"table_{direction}_hz": draw.uniform(low, high)}
-        return {"besides": mode}
-
-    return Kind(differs, ("oscillation",))
-
-
-def _top(low: float, high: float) -> Kind:
-    return Kind(
-        lambda block, draw: {"besides": {"top": 0.2, "top_hz": draw.uniform(low, high)}}, ("oscillation",)
-    )
-
-
-def _tilted(tilt_deg: float) -> Kind:
-    return _besides(LEVEL, tilt=math.radians(tilt_deg))
+def _in_si(name: str, value: float, block: Block) -> tuple[str, float]:
+    """A number by the name and in the unit of the simulator."""
+    match name:
+        case "tilt_deg":
+            return "tilt", math.radians(value)
+        case "table_blocks":
+            return "table_kg", value * block.mass_kg
+        case "inertia_fraction":
+            return "inertia_kg_m2", value * block.inertia_cm
+        case "air" | "rub":
+            unit = {"air": "air_nms2", "rub": "rub_nm"}[name]
+            return unit, value * block.mass_kg * GRAVITY * block.width_m / 2
+    return name, value
 
 
-def _glued(kg: float, across: float) -> Kind:
-    """A mass on top, so far right of the middle, in half widths."""
-
-    def differs(block: Block, draw: Draw) -> dict[str, Any]:
-        m, share = block.mass_kg + kg, kg / (block.mass_kg + kg)
-        x, z = across * block.width_m / 2, block.height_m
-        inertia = block.inertia_cm + block.mass_kg * share * ((z - block.h) ** 2 + (x - block.e) ** 2)
-        com = {"com_height_m": block.h + share * (z - block.h), "com_offset_m": share * (x - block.e)}
-        return {"block": replace(block, mass_kg=m, inertia_kg_m2=inertia, **com)}
-
-    return Kind(differs, BLOCK if not across else (*BLOCK, *LEVEL))
-
-
-def _weighed(name: str, share: float) -> Kind:
-    """By a share of weight times half the width."""
-    return Kind(
-        lambda block, draw: {"besides": {name: share * block.mass_kg * GRAVITY * block.width_m / 2}},
-        {"air_nms2": ("air",), "rub_nm": ("friction", "air")}[name],
-    )
-
-
-def _blow(kept: float, added: float) -> Kind:
-    def differs(block: Block, draw: Draw) -> dict[str, Any]:
-        swing_s = math.pi / 2 / block.p
-        at = swing_s * (draw.uniform(1.0, 3.0) if added else draw.uniform(0.2, 0.4))
-        return {"blow": (at, kept, added * draw.choice([-1, 1]))}
-
-    return Kind(differs, BY_HAND)
-
-
-KINDS = {
-    "clean, rigid": Kind(law="housner"),
-    "clean, Winkler, guided": Kind(law="winkler", pivoting=False),
-    "clean, Winkler, pivoting": Kind(law="winkler", pivoting=True),
-    "clean, Hunt–Crossley, guided": Kind(pivoting=False),
-    "clean, Hunt–Crossley, pivoting": Kind(pivoting=True),
-    "clean, both dampings": Kind(law="general"),
-    "clean, little damping": Kind(lambda block, draw: {"damping": 0.1}),
-    "corners worn by 0.5 mm": _base(EDGES, left_m=5e-4, right_m=5e-4),
-    "corners worn by 2 mm": _base(EDGES, left_m=2e-3, right_m=2e-3),
-    "one corner worn by 0.5 mm": _base(("corner", *EDGES, *LEVEL), left_m=5e-4),
-    "one corner worn by 2 mm": _base(("corner", *EDGES, *LEVEL), left_m=2e-3),
-    "edges rounded by 0.7 mm": _base(EDGES, radius_m=7e-4),
-    "edges rounded by 2 mm": _base(EDGES, radius_m=2e-3),
-    "base hollow by 0.05 mm": _base(("base",), hollow_m=5e-5),
-    "base tilted by 0.05°": _tilted(0.05),
-    "base tilted by 0.3°": _tilted(0.3),
-    "beam tilted by 2°": Kind(lambda block, draw: {"incline": math.radians(2)}, SCALES),
-    "beam tilted by 5°": Kind(lambda block, draw: {"incline": math.radians(5)}, SCALES),
-    "centre of mass 2 mm too high": _off(BLOCK, com_height_m=2e-3),
-    "centre of mass 5 mm too low": _off(BLOCK, com_height_m=-5e-3),
-    "centre of mass 0.3 mm off": _off(LEVEL, com_offset_m=3e-4),
-    "centre of mass 1.5 mm off": _off(LEVEL, com_offset_m=1.5e-3),
-    "rigid, centre of mass 0.5 mm off": _off(LEVEL, "housner", com_offset_m=5e-4),
-    "30 g glued on top": _glued(0.03, 0.0),
-    "60 g glued on top, aside": _glued(0.06, 0.8),
-    "inertia 3 % too large": Kind(
-        lambda block, draw: {"off": {"inertia_kg_m2": 0.03 * block.inertia_cm}}, BLOCK
-    ),
-    "rigid, inertia 3 % too small": Kind(
-        lambda block, draw: {"off": {"inertia_kg_m2": -0.03 * block.inertia_cm}}, BLOCK, "housner"
-    ),
-    "mat of 12 mm that hardens": _besides(("hardening",), thickness_m=12e-3),
-    "mat of 4 mm that hardens": _besides(("hardening",), thickness_m=4e-3),
-    "bed relaxes by a tenth in 20 ms": _besides(("relaxation",), relaxing=0.1, relaxes_s=0.02),
-    "bed relaxes by half in 50 ms": _besides(("relaxation",), relaxing=0.5, relaxes_s=0.05),
-    "right bed 10 % stiffer": _besides(("two_beds", *LEVEL), two_beds=0.05),
-    "right bed 50 % stiffer": _besides(("two_beds", *LEVEL), two_beds=0.2),
-    "bed can't pull": _besides(("other_debonding",), "winkler", tensionless=1.0),
-    "table sways at 15 to 30 Hz": _table("x", 15, 30),
-    "table sways at 30 to 60 Hz": _table("x", 30, 60),
-    "table heaves at 15 to 60 Hz": _table("y", 15, 60),
-    "top bends at 30 to 50 Hz": _top(30, 50),
-    "top bends at 50 to 80 Hz": _top(50, 80),
-    "slips, μ = 0.2": Kind(lambda block, draw: {"besides": {"grip": 0.2}}, ("slip",), pivoting=True),
-    "slips, μ = 0.1": Kind(lambda block, draw: {"besides": {"grip": 0.1}}, ("slip",), pivoting=True),
-    "air": _weighed("air_nms2", 0.002),
-    "a cable rubs": _weighed("rub_nm", 0.002),
-    "rigid, in air": replace(_weighed("air_nms2", 0.002), law="housner"),
-    "pushed by 0.06 rad/s": Kind(lambda block, draw: {"rate": 0.06}, BY_HAND),
-    "finger leaves over 80 ms": Kind(lambda block, draw: {"fade_s": 0.08}, BY_HAND),
-    "hit, 0.05 rad/s": _blow(1.0, 0.05),
-    "braked by a fifth": _blow(0.8, 0.0),
-    "sensor averages over 3 ms": _volts(SLOW, lambda draw: faults.averaged(3e-3)),
-    "sensor averages over 6 ms": _volts(SLOW, lambda draw: faults.averaged(6e-3)),
-    "sensor averages over 8 ms": _volts(SLOW, lambda draw: faults.averaged(8e-3)),
-    "three samples lost": Kind(lambda block, draw: {"lost": 3}, ("samples", "disturbed")),
-    "twenty samples lost": Kind(lambda block, draw: {"lost": 20}, ("samples", "disturbed")),
-    "clock 0.2 % fast": _off(("sampling_rate_fraction", *BLOCK), sampling_rate_fraction=2e-3),
-    "sensor bent by 0.3 % of its range": _volts(SCALES, lambda draw: _bent(0.003)),
-    "sensor bent by 1 % of its range": _volts(SCALES, lambda draw: _bent(0.01)),
-    "scale 1 % off": _off(SCALES, scale_fraction=0.01),
-    "beam 5 mm too high": _off(("position_m", "scale_fraction", *BLOCK), position_m=5e-3),
-    "width 1 mm less": _off(("width_m", *EDGES), width_m=-1e-3),
-    "card of 12 bits": Kind(lambda block, draw: {"bits": 12}),
-    "slow noise": Kind(lambda block, draw: {"slow": 0.5}),
-    "hold beyond the range": _volts(("hold_unseen",), lambda draw: faults.saturated(0.8)),
-    "mains of 60 Hz": _volts(
-        ("other_mains",), lambda draw: faults.tone(60 + draw.uniform(-0.05, 0.05), 0.005)
-    ),
-}
+def _glued(block: Block, kg: float, across: float) -> Block:
+    """With a mass on top, so far right of the middle, in half widths."""
+    m, share = block.mass_kg + kg, kg / (block.mass_kg + kg)
+    x, z = across * block.width_m / 2, block.height_m
+    inertia = block.inertia_cm + block.mass_kg * share * ((z - block.h) ** 2 + (x - block.e) ** 2)
+    com = {"com_height_m": block.h + share * (z - block.h), "com_offset_m": share * (x - block.e)}
+    return replace(block, mass_kg=m, inertia_kg_m2=inertia, **com)
 
 
 def _bent(share: float) -> Disturbance:
@@ -242,15 +155,10 @@ def cases(size: str) -> list[tuple[str, int]]:
 
 def stated_laboratory(configuration: str, caliper: bool) -> Laboratory:
     """What is stated of a block of table 1 and its laser; the rest by default."""
-    block, _, laser = CONFIGURATIONS[configuration]
-    u = DEFAULTS | (CALIPER if caliper else {})
-    sizes = {"mass_kg": DEFAULTS["mass_fraction"] * block.mass_kg}
-    sizes["inertia_kg_m2"] = u.get("inertia_kg_m2", DEFAULTS["inertia_fraction"]) * block.inertia_cm
-    of_block = ("height_m", "width_m", "mass_kg", "com_height_m", "inertia_kg_m2")
-    of_laser = ("position_m", "scale_fraction", "sampling_rate_fraction", "response_ms")
-    owners = [(configuration, name) for name in of_block] + [("laser", name) for name in of_laser]
-    inputs = [Input(owner, name, sizes.get(name) or u[name], caliper) for owner, name in owners]
-    return Laboratory(block, {"laser": laser}, tuple(inputs))
+    block, u = CONFIGURATIONS[configuration][0], DEFAULTS | (CALIPER if caliper else {})
+    u["mass_kg"] = DEFAULTS["mass_fraction"] * block.mass_kg
+    u["inertia_kg_m2"] = u.get("inertia_kg_m2", DEFAULTS["inertia_fraction"]) * block.inertia_cm
+    return laboratory_of(configuration, {name: u[name] for name in INPUTS}, caliper)
 
 
 class Record(NamedTuple):
@@ -271,9 +179,9 @@ def record(name: str, i: int) -> Record:
     stated = stated_laboratory(configuration, bool(turn // 2 % 2))
     drawn = tuple(each for each in stated.inputs if each.name != "response_ms")
     true = stated.at(drawn, draw.standard_normal(len(drawn)))
-    differs = kind.differs(true.block, draw)
+    differs = differing(kind, true.block, draw)
     for key, by in differs.pop("off", {}).items():
-        owner = "laser" if key in SCALES or key == "sampling_rate_fraction" else configuration
+        owner = "laser" if key in OF_LASER else configuration
         true = true.moved(Input(owner, key, by, True), 1.0)
     block = differs.pop("block", true.block)
     soil = {key: value * draw.uniform(1 - SCATTER, 1 + SCATTER) for key, value in _soil(kind, foundation)}
@@ -446,31 +354,21 @@ def _numbers(result: Analysed, name: str, true: dict[str, float]) -> list[Row]:
     fit = result.found.fits.get(choice.selected)
     if fit is None or not fit.success:
         return [{"parameter": ""}]
-    rows, known = [], fit.contributions
-    u = fit.stderr if known is None else known.total(fit.stderr, fit.discrepancy)
-    for at, each in enumerate(fit.parameters):
-        if each in true:
-            value, stderr = float(fit.value[at]), float(fit.stderr[at])
-            off = value - true[each]
-            row = number_row(name, each, true[each], value, stderr, float(u[at]))
-            rows.append(row | {"error": off / true[each], "z": off / stderr, "z_u": off / float(u[at])})
+    rows = []
+    for row in rows_of_fit(name, fit, true):
+        off = row["value"] - row["truth"]
+        rows.append(row | {"error": off / row["truth"], "z": off / row["stderr"], "z_u": off / row["u"]})
     return rows or [{"parameter": ""}]
 
 
-class _Kinds(Study):
-    def markdown(self, frame: pd.DataFrame) -> str:
-        """A row per kind: verdicts, numbers, causes; then all, clean ones, and the rest."""
-        head = "| kind | ok | warn | fail | first cause right | among three | inside ± 1.96 u "
-        lines = [
-            head + "| ok beyond 2 u | 3 u | advice followed | then ok | beyond 3 u | first causes |",
-            "|---" * 13 + "|",
-        ]
-        clean = frame["case"].map(lambda name: not KINDS[name].names).astype(bool)
-        groups = [*frame.groupby("case", sort=False)]
-        groups += [("**clean**", frame[clean]), ("**others**", frame[~clean]), ("**all**", frame)]
-        for name, own in groups:
-            lines.append(f"| {' | '.join(_cells(str(name), own))} |")
-        return "\n".join(lines)
+def markdown(frame: pd.DataFrame) -> str:
+    """A row per kind: verdicts, numbers, causes; then all, clean ones, and the rest."""
+    heads = ["kind", "ok", "warn", "fail", "first cause right", "among three", "inside ± 1.96 u"]
+    heads += ["ok beyond 2 u", "3 u", "advice followed", "then ok", "beyond 3 u", "first causes"]
+    clean = frame["case"].map(lambda name: not KINDS[name].names).astype(bool)
+    groups = [*frame.groupby("case", sort=False)]
+    groups += [("**clean**", frame[clean]), ("**others**", frame[~clean]), ("**all**", frame)]
+    return in_markdown(heads, [_cells(str(name), own) for name, own in groups])
 
 
 def _cells(name: str, own: pd.DataFrame) -> list[str]:
@@ -493,7 +391,7 @@ def _cells(name: str, own: pd.DataFrame) -> list[str]:
     return [*cells, told]
 
 
-STUDY = _Kinds(cases, rows_of, COLUMNS, MARK)
+STUDY = Study(cases, rows_of, COLUMNS, MARK, markdown)
 run = STUDY.run
 
 if __name__ == "__main__":

@@ -12,7 +12,8 @@ import numpy as np
 import pandas as pd
 
 from freerock.populations.means import LAW, Mean, Shifts, over_records, over_runs
-from freerock_bench.document import in_markdown, publish
+from freerock_bench.document import in_markdown
+from freerock_bench.harness import Study
 from freerock_bench.virtual_run import SEED, Row
 
 DRAWS = {"full": 60, "small": 4}  # campaigns of each kind
@@ -23,6 +24,7 @@ SHARING = ("blocks of their own", "one laser", "two records of a block", "misfit
 LASER = 0.02
 N_RUNS, BETWEEN_RUNS, NOISE = 3, 0.015, 0.002
 MARK = "<!-- means -->\n\n", "\n\n<!-- end of the means -->"
+COLUMNS = ["n_records", "scatter", "inputs", "sharing", "error", "u", "half95", "best_u", "tau"]
 SHARES = ["mean_inside", "next_inside", "tau_is_none", "no_worse"]
 
 
@@ -38,28 +40,20 @@ class Kind(NamedTuple):
 KINDS = [Kind(*each) for each in product(N_RECORDS, SCATTERS, INPUTS, SHARING)]
 
 
-def run(size: str = "full") -> pd.DataFrame:
-    """Campaigns of every kind.
+def cases(size: str) -> list[tuple[Kind, int]]:
+    """Campaigns of every kind."""
+    return [(kind, i) for kind in KINDS for i in range(DRAWS[size])]
 
-    Parameters
-    ----------
-    size : str
-        "full", or "small" for seconds.
 
-    Returns
-    -------
-    pandas.DataFrame
-        A row per campaign: n_records, scatter, inputs, sharing; error of the mean, u, half95 (half its total
-        95 % interval), best_u (least total standard uncertainty of a record, whose runs have
-        the spread of all), tau; mean_inside, next_inside
-        (the intervals hold the truth and the mean of the next record), tau_is_none, no_worse (u² is at most
-        best_u² + tau²). All are of the logarithm.
+def rows_of(case: tuple[Kind, int]) -> list[Row]:
+    """The row of one campaign, whose truth is 0. All is of the logarithm.
+
+    n_records, scatter, inputs, sharing; error of the mean, u, half95 (half its total 95 % interval), best_u
+    (least total standard uncertainty of a record, whose runs have the spread of all), tau; mean_inside,
+    next_inside (the intervals hold the truth and the mean of the next record), tau_is_none, no_worse (u² is
+    at most best_u² + tau²).
     """
-    return pd.DataFrame([campaign(kind, i) for kind in KINDS for i in range(DRAWS[size])])
-
-
-def campaign(kind: Kind, number: int) -> Row:
-    """The row of one campaign, whose truth is 0."""
+    kind, number = case
     generator = np.random.default_rng([SEED, 37, KINDS.index(kind), number])
     drawn: dict[tuple[str, str], float] = {}
     every = [_record(kind, i, drawn, generator) for i in range(kind.n_records + 1)]
@@ -67,7 +61,7 @@ def campaign(kind: Kind, number: int) -> Row:
     whole = over_records(records)
     mean, squares = whole.found, [sum(by**2 for by in each.shifts.values()) for each in records]
     best = float(np.sqrt(np.min(whole.variances + squares)))
-    return {
+    row = {
         **kind._asdict(),
         "error": mean.mean,
         "u": mean.u,
@@ -79,6 +73,7 @@ def campaign(kind: Kind, number: int) -> Row:
         "tau_is_none": mean.tau == 0,
         "no_worse": mean.u**2 <= (best**2 + mean.tau**2) * (1 + 1e-9),
     }
+    return [row]
 
 
 def _record(
@@ -129,5 +124,8 @@ def markdown(frame: pd.DataFrame) -> str:
     return in_markdown(heads, [*lines, line("**all**", frame)])
 
 
+STUDY = Study(cases, rows_of, [*COLUMNS, *SHARES], MARK, markdown)
+run = STUDY.run
+
 if __name__ == "__main__":
-    publish(run, MARK, markdown, *sys.argv[1:])
+    STUDY.main(*sys.argv[1:])

@@ -25,9 +25,10 @@ from freerock.models.block import Block
 from freerock.populations.impact_energy import block_peaks, impact_energy
 from freerock.rotation.laboratory import Laboratory
 from freerock_bench.analysed import Measured, measured
-from freerock_bench.document import in_markdown, publish
+from freerock_bench.document import in_markdown
+from freerock_bench.harness import Study
 from freerock_bench.integrated import RATE_HZ, Truth, candidate_of, laser_of, names_of, truth_of
-from freerock_bench.virtual_run import SEED, Row, correlated, rows_of_all
+from freerock_bench.virtual_run import SEED, Row, converted, correlated
 
 SIZES = {
     "small": 3,
@@ -109,23 +110,12 @@ def record_of(noise: str, i: int) -> tuple[Truth, Floats]:
     draw = np.random.default_rng([SEED, list(NOISES).index(noise), i])
     volts = truth.volts + SIGMA_V * NOISES[noise](truth.theta, draw, truth.moving)
     step = STEPS.get(noise, 0.0) * SIGMA_V or 20.0 / 2**24
-    offset = draw.uniform()
-    return truth, step * (np.rint(volts / step + offset) - offset)
+    return truth, converted(volts, step, draw)
 
 
-def run(size: str = "full") -> pd.DataFrame:
-    """Every noise on every scene in turn.
-
-    Returns
-    -------
-    pandas.DataFrame
-        A row per number: noise; record; scene (block, foundation, kind); level and names of the verdict;
-        number (see `NUMBERS`), impact (from 1; 0 of the others), error and stderr [SI], and inside: the 95 %
-        interval holds the truth. Inputs are exact, so that stderr is that of the noise. A record without a
-        run, or whose fit is not to be used, has a row of the number "none".
-    """
-    cases = [(noise, i) for i in range(SIZES[size]) for noise in NOISES]
-    return pd.DataFrame(rows_of_all(rows_of, cases), columns=COLUMNS)
+def cases(size: str) -> list[tuple[str, int]]:
+    """Every noise on every scene in turn."""
+    return [(noise, i) for i in range(SIZES[size]) for noise in NOISES]
 
 
 def measured_of(truth: Truth, volts: Floats, i: int) -> Measured:
@@ -134,7 +124,13 @@ def measured_of(truth: Truth, volts: Floats, i: int) -> Measured:
 
 
 def rows_of(case: tuple[str, int]) -> list[Row]:
-    """Rows of one record."""
+    """Rows of one record, one per number.
+
+    noise; record; scene (block, foundation, kind); level and names of the verdict; number (see `NUMBERS`),
+    impact (from 1; 0 of the others), error and stderr [SI], and inside: the 95 % interval holds the truth.
+    Inputs are exact, so that stderr is that of the noise. A record without a run, or whose fit is not to be
+    used, has a row of the number "none".
+    """
     noise, i = case
     of_record = {"noise": noise, "record": i, "scene": " ".join(names_of(i))}
     truth, volts = record_of(noise, i)
@@ -218,5 +214,7 @@ def markdown(frame: pd.DataFrame) -> str:
     return in_markdown(heads, rows) + "\n"
 
 
+STUDY = Study(cases, rows_of, COLUMNS, MARK, markdown)
+
 if __name__ == "__main__":
-    publish(run, MARK, markdown, *sys.argv[1:])
+    STUDY.main(*sys.argv[1:])

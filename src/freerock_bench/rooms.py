@@ -5,20 +5,19 @@
 A room imports only rooms that stand to the left of it: nothing lies right of the diagonal.
 """
 
-import ast
 import sys
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from grimp import build_graph
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from freerock.files import atomic
 
 ROOT = Path(__file__).parents[2]
-PACKAGE = ROOT / "src/freerock"
 
 
 def rooms() -> list[str]:
@@ -31,24 +30,17 @@ def rooms() -> list[str]:
 
 def imports() -> pd.DataFrame:
     """How many modules of each room (row) import a module of each other room (column)."""
-    names = rooms()
+    names, graph = rooms(), build_graph("freerock", cache_dir=None)
     found = pd.DataFrame(0, index=names, columns=names)
-    for file in sorted(PACKAGE.rglob("*.py")):
-        own = file.relative_to(PACKAGE).parts[0].removesuffix(".py")
-        for other in _rooms_in(ast.parse(file.read_text(encoding="utf-8"))) - {own}:
-            if own in names and other in names:
-                found.loc[own, other] += 1
+    for module in graph.modules - {"freerock"}:
+        imported = {_room(each) for each in graph.find_modules_directly_imported_by(module)}
+        for other in imported & {*names} - {_room(module)}:
+            found.loc[_room(module), other] += 1
     return found
 
 
-def _rooms_in(tree: ast.Module) -> set[str]:
-    named = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.module == "freerock":
-            named |= {each.name for each in node.names}
-        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("freerock."):
-            named.add((node.module or "").split(".")[1])
-    return named
+def _room(module: str) -> str:
+    return module.split(".")[1] if "." in module else ""
 
 
 def draw(found: pd.DataFrame) -> Figure:

@@ -1,50 +1,47 @@
 """Which differences between blocks on one foundation are seen, and how often there is none that is seen?"""
 
 import numpy as np
-import pandas as pd
 
 from freerock.arrays import Floats
 from freerock.populations.between_blocks import TEST, Matched, between_blocks, by_rao
-from freerock_bench.virtual_run import SEED
+from freerock_bench.harness import Study
+from freerock_bench.virtual_run import SEED, Row
 
 DRAWS = {"full": 4000, "small": 20}  # of each case
 SIZES = ((3, 3), (5, 5), (3, 10), (3, 3, 3), (5, 5, 5), (10, 10, 10))  # runs of each block
 MORE_SIZES = ((2, 3), (4, 4), (4, 10), (10, 10), (2, 2, 2), (3, 4, 10), (3, 3, 3, 3), (2, 3, 4, 10))
 DIFFERENCES = (0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)  # of ln k and ln λ, in spreads between runs
 CORRELATION = 0.8  # of ln k and ln λ from run to run
+COLUMNS = ["n_blocks", "runs", "spread_ratio", "unlike", "correlation", "difference", "n_draws"]
+COLUMNS += ["seen", "seen_pooled"]
 
 
-def run(size: str = "full") -> pd.DataFrame:
-    """Blocks whose k and λ scatter from run to run, the last of which has another k and λ.
+Case = tuple[tuple[int, ...], float, str, float, float, int]
 
-    Parameters
-    ----------
-    size : str
-        "full", or "small" for seconds.
 
-    Returns
-    -------
-    pandas.DataFrame
-        A row per case: n_blocks, runs (of each block, joined by "+"), spread_ratio (spread of one block over
-        that of the others), unlike (which block that is: "none", "first", which has the fewest runs, or
-        "last"), correlation (of the last block; the others' is 0.8), difference (of ln k and ln λ of the last
-        block, in the others' spreads between runs), n_draws, seen (share of draws in which p is below 5 %),
-        seen_pooled (the same by Wilks' Λ, which takes the spreads of all blocks for one).
-    """
-    rows = [case(sizes, 1.0, "none", CORRELATION, by, DRAWS[size]) for sizes in SIZES for by in DIFFERENCES]
+def cases(size: str) -> list[Case]:
+    """All differences of blocks alike, then blocks with another spread or correlation: see `rows_of`."""
+    n, found = DRAWS[size], list[Case]()
+    found += [(sizes, 1.0, "none", CORRELATION, by, n) for sizes in SIZES for by in DIFFERENCES]
     for sizes in (*SIZES, *MORE_SIZES):
         if sizes in MORE_SIZES:
-            rows.append(case(sizes, 1.0, "none", CORRELATION, 0.0, DRAWS[size]))
+            found.append((sizes, 1.0, "none", CORRELATION, 0.0, n))
         for spread, unlike in ((2.0, "first"), (4.0, "first"), (2.0, "last"), (4.0, "last")):
-            rows.append(case(sizes, spread, unlike, CORRELATION, 0.0, DRAWS[size]))
-        rows.append(case(sizes, 1.0, "none", -CORRELATION, 0.0, DRAWS[size]))
-    return pd.DataFrame(rows)
+            found.append((sizes, spread, unlike, CORRELATION, 0.0, n))
+        found.append((sizes, 1.0, "none", -CORRELATION, 0.0, n))
+    return found
 
 
-def case(
-    sizes: tuple[int, ...], spread: float, unlike: str, correlation: float, difference: float, n_draws: int
-) -> dict[str, object]:
-    """One row of the study; arguments as its columns."""
+def rows_of(case: Case) -> list[Row]:
+    """The row of blocks whose k and λ scatter from run to run, the last of which has another k and λ.
+
+    n_blocks, runs (of each block, joined by "+"), spread_ratio (spread of one block over that of the others),
+    unlike (which block that is: "none", "first", which has the fewest runs, or "last"), correlation (of the
+    last block; the others' is 0.8), difference (of ln k and ln λ of the last block, in the others' spreads
+    between runs), n_draws, seen (share of draws in which p is below 5 %), seen_pooled (the same by Wilks' Λ,
+    which takes the spreads of all blocks for one).
+    """
+    sizes, spread, unlike, correlation, difference, n_draws = case
     key = [SEED, *sizes, int(10 * spread), len(unlike), int(10 * difference), int(10 + 10 * correlation)]
     generator = np.random.default_rng(key)
     correlations = [CORRELATION] * (len(sizes) - 1) + [correlation]
@@ -56,17 +53,8 @@ def case(
         blocks = [generator.standard_normal((n, 2)) @ half for n, half in zip(sizes, halves, strict=True)]
         blocks[-1] = blocks[-1] + difference
         seen += between_blocks(blocks).p < TEST.significant, pooled(blocks) < TEST.significant
-    return {
-        "n_blocks": len(sizes),
-        "runs": "+".join(map(str, sizes)),
-        "spread_ratio": spread,
-        "unlike": unlike,
-        "correlation": correlation,
-        "difference": difference,
-        "n_draws": n_draws,
-        "seen": seen[0] / n_draws,
-        "seen_pooled": seen[1] / n_draws,
-    }
+    stated = (len(sizes), "+".join(map(str, sizes)), spread, unlike, correlation, difference, n_draws)
+    return [dict(zip(COLUMNS, (*stated, *seen / n_draws), strict=True))]
 
 
 def pooled(blocks: list[Floats]) -> float:
@@ -77,3 +65,7 @@ def pooled(blocks: list[Floats]) -> float:
     moved = every - every.mean(axis=0)
     within, total = around.T @ around, moved.T @ moved
     return by_rao(Matched(within / (n - g), (total - within) / (g - 1), n - g, g - 1)).p
+
+
+STUDY = Study(cases, rows_of, COLUMNS)
+run = STUDY.run

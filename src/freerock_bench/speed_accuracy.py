@@ -1,110 +1,328 @@
-"""Speed against accuracy: what each method costs for an error."""
+"""Speed against accuracy of the tools of a laboratory, and what their errors do to an identification.
+
+Configuration 2 on marble (Spanos et al. 2017, doi:10.1016/j.proeng.2017.09.024), released from 10°, by every
+law. Each tool is compared with the golden solution of the law that it solves: where it knows the tensionless
+rule only, with that. A laser gives the scale: σ_θ = 0.01°, 2 kHz. Engines of other fields are asked where
+`make peers` has set them up.
+"""
 
 import math
+import sys
+import time as clock
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from ruamel.yaml import YAML
 
 from freerock.arrays import Floats
-from freerock_bench.methods.by_name import HOUSNER_METHODS, METHODS, Method, freerock
-from freerock_bench.methods.problem import Problem
-from freerock_bench.scenes import NOISE_RAD, ROUNDS, SAMPLING_HZ, SPAN_S, cyrk_installed, scenes
+from freerock.identification.fit import fit_run
+from freerock.models import simulate
+from freerock.models.laws import LAWS, MODEL_LABELS, MODELS, Rules
+from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
+from freerock.models.simulate import Solver
+from freerock.runs.motion import Motion
+from freerock.tables.csvfile import read_csv
+from freerock_bench import peers
+from freerock_bench.document import in_markdown, renew
+from freerock_bench.golden.files import read_golden
+from freerock_bench.methods.by_name import METHODS, TIME_STEPPING, freerock
+from freerock_bench.methods.foundation import cyrk_installed, ode45
+from freerock_bench.methods.housner import housner_eventless
+from freerock_bench.methods.problem import NOISE_RAD, SAMPLING_HZ, Problem, Solution, errors, solution
 from freerock_bench.timing import interleaved
 
-TOLERANCES = {"full": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10, 1e-12), "small": (1e-4, 1e-7)}
-SLOW_TOLERANCES = {"full": (1e-3, 1e-5, 1e-7, 1e-9), "small": (1e-4,)}  # SciPy
-STEPS_S = {"full": (2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5), "small": (5e-4,)}
-LONGEST_S = {"full": 2.0, "small": 0.5}  # a run that has taken this long in total is not repeated
-Case = tuple[str, str, float, Method]  # method, setting, value, what to call
+EVERY_S = 0.01  # between the instants compared
+SPAN_S = {"full": 3.0, "small": 0.6}
+ROUNDS = {"full": 5, "small": 1}
+STEPS_S = {"full": (2e-3, 1e-3, 5e-4, 2e-4, 1e-4), "small": (1e-3,)}
+RTOLS = {"full": (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12), "small": (1e-4, 1e-8)}
+RTOLS_SLOW = {"full": (1e-3, 1e-5, 1e-7, 1e-9), "small": (1e-4,)}
+COLUMNS = ["model", "debonding", "method", "kind", "setting", "time_s", "epsilon", "max_error_rad", "outcome"]
+COLUMNS += ["floor_epsilon", "parameter", "error_stderr", "runs_of_fit", "fit_s", "note"]
+HEADS = ["law", "tool", "setting", "a run of 3 s", "ε_θ", "against the noise", "error / standard errors"]
+HEADS += ["an identification"]
+UNITS = ((3600.0, "h"), (60.0, "min"), (1.0, "s"), (1e-3, "ms"))
+MARK = ("<!-- engines -->\n\n", "\n\n<!-- engines end -->")
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Engine:
+    """An engine of another field.
+
+    Parameters
+    ----------
+    name : str
+        As printed.
+    driver : str
+        A module of `benchmarks/peers`.
+    model, debonding : str
+        The law that it solves.
+    settings : mapping of str to list of dict
+        By size of the study; each combination of the values of a dict is a setting.
+    note : str
+        What it can't do, or does otherwise.
+    """
+
+    name: str
+    driver: str
+    model: str
+    debonding: str
+    settings: Mapping[str, list[dict[str, list[float]]]]
+    note: str
+
+    def cases(self, size: str) -> list[dict[str, float]]:
+        """Every setting of a size."""
+        return [
+            dict(zip(grid, values, strict=True))
+            for grid in self.settings[size]
+            for values in product(*grid.values())
+        ]
+
+
+ENGINES = [Engine(**stated) for stated in YAML(typ="safe").load(Path(__file__).with_name("engines.yaml"))]
+
+
+def problem_of(model: str, debonding: str) -> Problem:
+    """Configuration 2 on marble under a law."""
+    block = BLOCKS[PUBLISHED_BLOCK]
+    law = TABLE_2["marble"][model]
+    return Problem(model, block, law, RELEASE_ANGLES[PUBLISHED_BLOCK], debonding or "geometric")
 
 
 def run(size: str = "full") -> pd.DataFrame:
-    """Time and error of every method over its ladder of tolerances or steps.
-
-    Times are the best of several runs; the cases of a scene are run in turn, so that a busy machine
-    disturbs all of them alike. The reference of the two contact laws is SciPy's DOP853 at rtol 1e-13,
-    with which freerock at 1e-13 is compared; that of Housner's block is its closed form, with which
-    DOP853 with events is compared.
+    """Time and error of every tool.
 
     Returns
     -------
     pandas.DataFrame
-        Columns block, foundation, model, method, setting ("rtol", "step_s" or "" where there is none),
-        value, time_s, repeats, evaluations, epsilon, max_error_rad, outcome; reference_epsilon and
-        reference_max_rad, the disagreement of the two references; noise_epsilon, ε of the noise of a laser.
+        Columns model, debonding (the law that the tool is compared with), method, kind ("freerock",
+        "library", "time stepping", "engine"), setting, time_s (of a run), epsilon, max_error_rad, outcome;
+        floor_epsilon (ε_θ of the laser's noise alone); parameter (r or k) and error_stderr, its shift in a
+        fit whose simulations err as this one, in standard errors; runs_of_fit (whole runs that freerock
+        simulates for a fit), fit_s (time of a fit of freerock in which the tool makes these runs); note.
     """
-    sampled = np.arange(0.0, SPAN_S[size], 1 / SAMPLING_HZ)
-    rows = []
-    for (block, foundation, model), problem in scenes(size).items():
-        reference, other = references(problem, sampled)
-        apart = errors(other, reference)
-        cases = _cases(problem, size)
-        for method in {method for *_, method in cases}:
-            method(problem, sampled[:10], 1e-3)  # compiled before it is timed
-        timed = interleaved(
-            [partial(method, problem, sampled, value) for _, _, value, method in cases],
-            ROUNDS[size],
-            LONGEST_S[size],
-        )
-        for (name, setting, value, _), (solution, seconds, repeats) in zip(cases, timed, strict=True):
-            epsilon, largest = errors(solution.theta, reference)
-            rows.append(
-                {
-                    "block": block,
-                    "foundation": foundation,
-                    "model": model,
-                    "method": name,
-                    "setting": setting,
-                    "value": value,
-                    "time_s": seconds,
-                    "repeats": repeats,
-                    "evaluations": solution.evaluations,
-                    "epsilon": epsilon,
-                    "max_error_rad": largest,
-                    "outcome": solution.outcome,
-                    "reference_epsilon": apart[0],
-                    "reference_max_rad": apart[1],
-                    "noise_epsilon": NOISE_RAD**2 / float(np.mean(reference**2)),
-                }
+    time = np.arange(0.0, SPAN_S[size] + 0.5 * EVERY_S, EVERY_S)
+    rows: list[Row] = []
+    for model in ("housner", "winkler", "hunt_crossley"):
+        problem = problem_of(model, "geometric")
+        scale = Scale(problem, time)
+        cases = list(_own(problem, size))
+        for *_, call in cases:
+            call(problem, time[:3])  # compiled before it is timed
+        calls = [partial(call, problem, time) for *_, call in cases]
+        timed = interleaved(calls, ROUNDS[size], 2.0, in_a_row=3)  # caches as in a fit, for all alike
+        for (name, kind, setting, note, _), (found, seconds, _) in zip(cases, timed, strict=True):
+            rows.append(_row(scale, name, kind, setting, note, found, seconds))
+    if peers.installed():
+        for engine in ENGINES:
+            rows += _asked(engine, size, time)
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _own(problem: Problem, size: str) -> Iterator[tuple[str, str, str, str, Callable[..., Solution]]]:
+    """Name, kind, setting, note and call of what runs without other engines."""
+    if problem.model == "housner":
+        yield "freerock", "freerock", "closed form", "", lambda p, t: freerock(p, t, 1e-8)
+        for step in (*STEPS_S[size], 1e-5):
+            call = partial(_by_step, housner_eventless, step)
+            yield "Runge–Kutta without events", "time stepping", f"step {1e3 * step:g} ms", "", call
+        return
+    for rtol in RTOLS[size]:
+        yield "freerock", "freerock", f"rtol {rtol:g}", "", partial(_by_step, freerock, rtol)
+    for rtol in RTOLS_SLOW[size]:
+        call = partial(_by_step, METHODS["SciPy LSODA, NumPy"], rtol)
+        yield "SciPy LSODA", "library", f"rtol {rtol:g}", "law in Python, no events", call
+    compiled = {"SciPy DOP853, compiled": METHODS["SciPy DOP853, numba"]}
+    if size == "full" and cyrk_installed():  # it compiles for half a minute
+        compiled |= {name: METHODS[name] for name in ("CyRK DOP853", "CyRK RK45")}
+    for name, method in compiled.items():
+        for rtol in RTOLS[size]:
+            call = partial(_by_step, method, rtol)
+            yield name, "library", f"rtol {rtol:g}", "law compiled, no events", call
+    for rtol in (1e-3, 1e-6) if size == "full" else (1e-3,):
+        default = "defaults 1e-3, 1e-6" if rtol == 1e-3 else f"rtol {rtol:g}"
+        note = "law in Python, no events; by SciPy's RK45, the same pair"
+        yield "ode45", "library", default, note, partial(_by_step, ode45, rtol)
+    for name, method in TIME_STEPPING.items():
+        for step in STEPS_S[size]:
+            call = partial(_by_step, method, step)
+            yield name, "time stepping", f"step {1e3 * step:g} ms", "law compiled, no events", call
+
+
+def _by_step(method: Callable[..., Solution], value: float, problem: Problem, time: Floats) -> Solution:
+    return method(problem, time, value)
+
+
+def _asked(engine: Engine, size: str, time: Floats) -> Iterator[Row]:
+    """Rows of an engine of another field."""
+    problem = problem_of(engine.model, engine.debonding)
+    if engine.driver == "mujoco_box":
+        problem = replace(problem, parameters={"r": problem.block.restitution_housner})
+    scale, settings = Scale(problem, time), engine.cases(size)
+    for setting, answer in zip(
+        settings, peers.solve(engine.driver, problem, settings, time, ROUNDS[size]), strict=True
+    ):
+        found = solution(problem, time, answer.theta, math.nan, not answer.message)
+        if answer.message:
+            found = replace(found, outcome=answer.message)
+        text = ", ".join(_worded(name, value) for name, value in setting.items())
+        yield _row(scale, engine.name, "engine", text, engine.note, found, answer.seconds)
+
+
+def _worded(name: str, value: float) -> str:
+    if name.endswith("_s"):
+        return f"{name.removesuffix('_s').replace('_', ' ')} {1e3 * value:g} ms"
+    words = {"rtol": "rtol {:g}", "alpha": "HHT with α {:g}"}
+    return words.get(name, f"{{:g}} {name}").format(value)
+
+
+class Scale:
+    """What an error of θ(t) means: against noise, and for a parameter fitted."""
+
+    def __init__(self, problem: Problem, time: Floats) -> None:
+        """The solution, its derivatives at tight tolerance, and the runs of a fit."""
+        self.problem, self.time = problem, time
+        self.true = self._golden()
+        self.floor = NOISE_RAD**2 * time.size / float(self.true @ self.true)
+        self.names = (*MODELS[problem.model], "theta0")
+        columns = []
+        for name in self.names:
+            value = problem.parameters.get(name, problem.theta0)
+            step = 1e-5 * abs(value)
+            columns.append(
+                (self._theta({name: value + step}, 0) - self._theta({name: value - step}, 0)) / (2 * step)
             )
-    return pd.DataFrame(rows)
+        columns.append((self._theta({}, 1e-6) - self._theta({}, -1e-6)) / 2e-6)
+        self.jacobian = np.stack(columns, axis=1)
+        self.runs, self.rest_s = self._fit()
+
+    def _golden(self) -> Floats:
+        """The golden solution; with another r, which has none, the closed form."""
+        problem = self.problem
+        if problem.parameters != TABLE_2["marble"][problem.model]:
+            return self._theta({}, 0.0)
+        rules = "" if problem.model == "housner" else f"{problem.debonding}_guided_"
+        name = f"{PUBLISHED_BLOCK}_marble_{problem.model}_{rules or 'pivoting_'}free"
+        return read_golden()[name].theta_rad[: self.time.size]
+
+    def stderrs(self, error: Floats) -> float:
+        """Shift of the first parameter, to first order, by an error of the simulation, in standard errors."""
+        inverse = np.linalg.pinv(self.jacobian)
+        # the samples compared are fewer than those of a record
+        stderr = NOISE_RAD * math.sqrt(1 / (EVERY_S * SAMPLING_HZ)) * float(np.linalg.norm(inverse[0]))
+        return abs(float(inverse[0] @ error)) / stderr
+
+    def _theta(self, other: Mapping[str, float], later_s: float) -> Floats:
+        problem = self.problem
+        values = {**problem.parameters, "theta0": problem.theta0, **other}
+        theta, _ = simulate.simulate_theta(
+            problem.model,
+            problem.block,
+            {name: values[name] for name in MODELS[problem.model]},
+            self.time - later_s,
+            theta0=values["theta0"],
+            rules=Rules(problem.debonding),
+            solver=Solver(1e-12),
+        )
+        return theta
+
+    def _fit(self) -> tuple[float, float]:
+        """Whole runs that a fit simulates, and the time of all that it does besides [s]."""
+        problem = self.problem
+        time = np.arange(0.0, self.time[-1], 1 / SAMPLING_HZ)
+        theta = freerock(problem, time, 1e-10).theta
+        theta = theta + np.random.default_rng(1).normal(0, NOISE_RAD, time.size)
+        motion = Motion(time, theta, NOISE_RAD, problem.theta0, theta0_stderr=NOISE_RAD)
+        fit = partial(fit_run, problem.model, problem.block, motion)
+        kept, runs, rest_s = simulate.simulate_theta, 0.0, math.inf
+        for _ in range(3):
+            spans: list[float] = []
+            spent: list[float] = []
+
+            def counted(
+                *arguments: Any, spans: list[float] = spans, spent: list[float] = spent, **options: Any
+            ) -> tuple[Floats, str]:
+                begin = clock.perf_counter()
+                made = kept(*arguments, **options)
+                spent.append(clock.perf_counter() - begin)
+                spans.append(float(arguments[3][-1]))
+                return made
+
+            simulate.simulate_theta = counted
+            begin = clock.perf_counter()
+            try:
+                fit()
+            finally:
+                simulate.simulate_theta = kept
+            runs = sum(spans) / float(self.time[-1])
+            rest_s = min(rest_s, clock.perf_counter() - begin - sum(spent))
+        return runs, rest_s
 
 
-def references(problem: Problem, time: Floats) -> tuple[Floats, Floats]:
-    """θ [rad] of a problem by two independent methods at their tightest; the first is the reference."""
-    if problem.model == "housner":
-        return freerock(problem, time, 1e-8).theta, HOUSNER_METHODS["SciPy DOP853, events"](
-            problem, time, 1e-12
-        ).theta
-    return METHODS["SciPy DOP853, numba"](problem, time, 1e-13).theta, freerock(problem, time, 1e-13).theta
+def _row(scale: Scale, name: str, kind: str, setting: str, note: str, found: Solution, seconds: float) -> Row:
+    epsilon, largest = errors(found.theta, scale.true)
+    completed = found.outcome == "completed"
+    return {
+        "model": scale.problem.model,
+        "debonding": "" if scale.problem.model == "housner" else scale.problem.debonding,
+        "method": name,
+        "kind": kind,
+        "setting": setting,
+        "time_s": seconds,
+        "epsilon": epsilon,
+        "max_error_rad": largest,
+        "outcome": found.outcome,
+        "floor_epsilon": scale.floor,
+        "parameter": MODELS[scale.problem.model][0],
+        "error_stderr": scale.stderrs(found.theta - scale.true) if completed else math.nan,
+        "runs_of_fit": scale.runs,
+        "fit_s": scale.rest_s + scale.runs * seconds,
+        "note": note,
+    }
 
 
-def errors(theta: Floats, reference: Floats) -> tuple[float, float]:
-    """ε (sums over samples, as a fraction) and largest error [rad] against a reference."""
-    difference = theta - reference
-    return float(difference @ difference / (reference @ reference)), float(np.max(np.abs(difference)))
-
-
-def _cases(problem: Problem, size: str) -> list[Case]:
-    """(method, setting, value, callable) of all methods for a problem."""
-    if problem.model == "housner":
-        return [
-            ("freerock", "", math.nan, lambda p, t, _: freerock(p, t, 1e-8)),
-            ("linearised", "", math.nan, HOUSNER_METHODS["linearised"]),
-            *(
-                (name, "rtol", rtol, HOUSNER_METHODS[name])
-                for name in ("SciPy DOP853, events",)
-                for rtol in SLOW_TOLERANCES[size]
-            ),
+def table(frame: pd.DataFrame) -> str:
+    """Rows of Markdown: of every tool its cheapest setting that errs less than a laser, else its best."""
+    lines = []
+    by_law = frame.sort_values("model", key=lambda model: model.map([*LAWS].index), kind="stable")
+    for (model, method), rows in by_law.groupby(["model", "method"], sort=False):
+        done = rows[rows["outcome"] == "completed"]
+        if done.empty:
+            lines.append([MODEL_LABELS[model], method, f"none: {rows['outcome'].iloc[0]}", *[""] * 5])
+            continue
+        enough = done[done["epsilon"] < done["floor_epsilon"]]
+        row = (enough.sort_values("time_s") if len(enough) else done.sort_values("epsilon")).iloc[0]
+        over = row["epsilon"] / row["floor_epsilon"]
+        cells = [
+            MODEL_LABELS[model],
+            method,
+            row["setting"],
+            _seconds(row["time_s"]),
+            f"{row['epsilon']:.0e}",
+            f"**{over:.1g} ×**" if over >= 1 else f"{over:.0e} ×" if over < 0.01 else f"{over:.2g} ×",
+            f"{row['error_stderr']:.2g} of {row['parameter']}",
+            _seconds(row["fit_s"]),
         ]
-    cases: list[Case] = []
-    for name, method in METHODS.items():
-        if name in ("RK4", "Newmark"):
-            cases += [(name, "step_s", step, method) for step in STEPS_S[size]]
-        elif name.startswith("SciPy"):
-            tolerances = SLOW_TOLERANCES[size][: 3 if "Radau" in name else None]
-            cases += [(name, "rtol", rtol, method) for rtol in tolerances]
-        elif name == "freerock" or (size == "full" and cyrk_installed()):
-            cases += [(name, "rtol", rtol, method) for rtol in TOLERANCES[size]]
-    return cases
+        lines.append(cells)
+    return in_markdown(HEADS, lines)
+
+
+def _seconds(value: float) -> str:
+    size, unit = next((each for each in UNITS if value >= each[0]), UNITS[-1])
+    return f"{value / size:.{0 if value >= 10 * size else 1}f} {unit}"
+
+
+def main(product: str = "results/studies/speed_accuracy.csv", document: str = "docs/validation.md") -> None:
+    """Put the table of a product into the document."""
+    renew(document, MARK, table(read_csv(product)))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

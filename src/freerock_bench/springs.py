@@ -31,7 +31,6 @@ BASE = {  # what a base may be besides flat
     "right_m": 0.0,
     "radius_m": 0.0,  # of the edges
     "hollow_m": 0.0,  # depth in the middle
-    "feet": 0.0,  # share of the width, in the middle, that does not touch
 }
 BESIDES = {  # what may be besides a law; 0 is none
     "thickness_m": 0.0,  # of a mat that hardens: p = k z / (1 - z/H)
@@ -101,7 +100,7 @@ class Scene:
 
     @cached_property
     def cells(self) -> Floats:
-        """Middles and half lengths [m], heights [m], slopes, 1 where they touch; shape (CELLS, 5)."""
+        """Middles and half lengths [m], heights [m], slopes; shape (CELLS, 4)."""
         left, right = self.ends
         middle, b, radius = (left + right) / 2, (right - left) / 2, self.known["radius_m"]
         at = middle - b * np.cos(np.pi * np.arange(CELLS + 1) / CELLS)
@@ -111,7 +110,7 @@ class Scene:
         hollow = self.known["hollow_m"]
         height = (radius - arc if radius else 0 * u) + hollow * (1 - ((u - middle) / b) ** 2)
         slope = (np.sign(u - middle) * v / arc if radius else 0 * u) - 2 * hollow * (u - middle) / b**2
-        return np.column_stack([u, half, height, slope, np.abs(u) >= self.known["feet"] * b])
+        return np.column_stack([u, half, height, slope])
 
     @cached_property
     def numbers(self) -> tuple[Floats, Floats, Floats]:
@@ -193,14 +192,14 @@ def _bed(t, y, law, cells, besides, pulls):  # type: ignore[no-untyped-def]
     n = cells.shape[0]
     forgets = np.zeros(n if relaxing > 0.0 else 0)
     for i in range(n):
-        u, half, height, slope, touches = cells[i]
+        u, half, height, slope = cells[i]
         depth, deeper = y[5] - low + u * sin - height * cos, half * (sin - slope * cos)
         bent = 0.0
         if relaxing > 0.0:
             rate = y[11] - low_rate + (u * cos + height * sin) * y[8]
             bent = y[N + 1 + i]
             forgets[i] = -bent / relaxes + (relaxing * k * rate if depth > 0.0 else 0.0)
-        if touches == 0.0 or depth <= -abs(deeper):
+        if depth <= -abs(deeper):
             continue
         first, last = -1.0, 1.0
         if depth < abs(deeper):

@@ -12,7 +12,7 @@ import numpy as np
 
 from freerock.identification.fit import fit_record, fit_run
 from freerock.models.laws import LAWS, PAPER_MODELS
-from freerock_bench.harness import Study, rows_of_fit
+from freerock_bench.harness import NUMBERS, Study, rows_of_fit
 from freerock_bench.virtual_run import Row, Truth, draw_truth, drawn_run
 
 RUNS = {"full": 1000, "small": 4}  # random truths of each law
@@ -79,8 +79,8 @@ def rows_of(case: tuple[str, int, bool]) -> list[Row]:
     return [row | own for row in rows_of_fit(name, fit, dict(truth.parameters))]
 
 
-COLUMNS = ["model", "run", "noise", "release", "overturned", "excess", "reached", "reported", "message"]
-STUDY = Study(cases, rows_of, [*COLUMNS, "fit_s"])
+COLUMNS = [*NUMBERS, "model", "run", "noise", "release", "overturned", "excess", "reached", "reported"]
+STUDY = Study(cases, rows_of, [*COLUMNS, "message", "fit_s"])
 run = STUDY.run
 
 if __name__ == "__main__":

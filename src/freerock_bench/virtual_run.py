@@ -4,10 +4,7 @@ Every case is drawn from its own seed, so that a study's numbers do not depend o
 """
 
 import math
-import multiprocessing
-import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +15,7 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES
 from freerock.models.published import TABLE_2
-from freerock.models.simulate import Solver, cores, simulate_theta
+from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
 from freerock.runs.noise import noise_at_rest
 from freerock.virtual_lab.palermo import CONFIGURATIONS
@@ -187,13 +184,6 @@ def draw_truth(model: str, noises: Sequence[str], generator: np.random.Generator
     }[model]
     sigma = math.radians(10 ** generator.uniform(math.log10(0.005), math.log10(0.05)))
     return Truth(model, block, parameters, theta0, sigma, noises[int(generator.integers(len(noises)))])
-
-
-def rows_of_all(function: Callable[[Any], list[Row]], cases: Sequence[Any]) -> list[Row]:
-    """Rows of all cases, on all cores."""
-    os.environ.setdefault("OMP_NUM_THREADS", "1")  # as in the workflow's jobs
-    with ProcessPoolExecutor(cores(), multiprocessing.get_context("spawn")) as pool:
-        return [row for rows in pool.map(function, cases, chunksize=4) for row in rows]
 
 
 Draw = Callable[[str, Sequence[str], np.random.Generator], Truth]

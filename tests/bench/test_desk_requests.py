@@ -41,7 +41,7 @@ def test_a_save_struck_at_each_write_is_whole_or_nothing(campaign, kind):
                 break
         assert set(kept) == {True, False} and kept.index(True) >= 5
     finally:
-        served.end()
+        served.close()
 
 
 def test_a_log_written_before_its_table_is_found(campaign, monkeypatch):

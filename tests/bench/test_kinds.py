@@ -7,12 +7,11 @@ import pytest
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.hypothesis_search import Identified
 from freerock_bench.analysed import Analysed
-from freerock_bench.harness import NUMBERS
 from freerock_bench.kinds import KINDS, MARK, SIZES, STUDY, Advice, advice, cases, followed, record, rows_of
 
 pytestmark = pytest.mark.slow
 
-COLUMNS = {*NUMBERS, *STUDY.columns}
+COLUMNS = {*STUDY.columns}
 
 
 def test_every_kind_has_its_records_and_most_have_a_name():
@@ -99,7 +98,7 @@ def test_the_table_counts_runs_and_numbers(monkeypatch, tmp_path):
     rows += [number(some[1], 3, "warn", "air slip", 3.5, False)]
     rows[2] |= {"advice": "width_m again", "advised": "ok", "advised_z_u": 3.5}
     rows[4] |= {"advice": "height_m +0.001", "advised": "warn", "advised_z_u": 5.0}
-    table = STUDY.markdown(pd.DataFrame(rows, columns=[*NUMBERS, *STUDY.columns])).splitlines()
+    table = STUDY.markdown(pd.DataFrame(rows, columns=STUDY.columns)).splitlines()
     assert table[2] == "| clean, rigid | 2 | 0 | 0 |  |  | 1 of 2 | 1 |  |  |  |  |  |"
     assert (
         table[3]
@@ -112,4 +111,4 @@ def test_the_table_counts_runs_and_numbers(monkeypatch, tmp_path):
     STUDY.main(str(tmp_path / "kinds.csv"), "small", str(document))
     text = document.read_text(encoding="utf-8")
     assert "| clean, rigid | 1 |" in text and "old" not in text and text.endswith("kinds -->\nb\n")
-    assert list(pd.read_csv(tmp_path / "kinds.csv")) == [*NUMBERS, *STUDY.columns]
+    assert list(pd.read_csv(tmp_path / "kinds.csv")) == STUDY.columns

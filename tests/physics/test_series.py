@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from freerock.models import contact, kernel, recurrences, series
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State
+from freerock.models.ground import GroundMotion, tilted
 from freerock.models.laws import LAWS, Rules
 from freerock.models.published import TABLE_2
 from freerock.models.simulate import Solver, simulate
@@ -31,31 +32,35 @@ laws = st.tuples(st.floats(1e5, 1e8), st.floats(0, 0.02), st.floats(0, 20)).map(
 angles = st.floats(0.01, 0.4)
 rates = st.tuples(st.floats(-0.3, 0.3), st.floats(-3, 3))
 kinematics = st.sampled_from(["guided", "pivoting"])
+grounds = st.floats(-0.5, 0.5)  # m/s²: bases that lean by up to 3°
 
 
-def coefficients(fill, law, state, sideways):
+def coefficients(fill, law, state, sideways, ground):
     """Of the depth of the centre of mass and of the angle, as `fill` has them."""
     k, c, lam, b, h, inertia, g, corner, *_ = Foundation(*law).constants(BLOCK, sideways == "pivoting")
     z, v, theta, w = state
     a = math.copysign(corner, theta)
     s, cos = math.sin(theta), math.cos(theta)
     found = np.empty((2, series.ORDER + 1))
-    fill(*found, z - h * cos, v + h * s * w, theta, w, s, cos, a, (k, c, lam, b, h, inertia - h * h, g))
+    fill(
+        *found, z - h * cos, v + h * s * w, theta, w, s, cos, a, (k, c, lam, b, h, inertia - h * h, g, ground)
+    )
     return found
 
 
-def satisfies_the_law(fill, law, state, sideways, longest):
-    """Whether the motion has, a little later, the accelerations that the plain formulas ask for there."""
-    found = coefficients(fill, law, state, sideways)
+def satisfies_the_law(fill, law, state, sideways, longest, ground=0.0):
+    """Whether the motion has, a little later, the accelerations that the plain formulas require there."""
+    found = coefficients(fill, law, state, sideways, ground)
     # the last terms are still small then beside what the series can reach
     last = np.max(np.abs(found[:, -2:]), axis=0) + 1e-300
-    x = min(longest, *(1e-13 * BLOCK.b / last) ** (1 / np.array([series.ORDER - 1, series.ORDER])))
+    x = min(longest, *(1e-14 * BLOCK.b / last) ** (1 / np.array([series.ORDER - 1, series.ORDER])))
     depth, theta = (np.polynomial.Polynomial(row) for row in found)
     angle, w, h = theta(x), theta.deriv()(x), BLOCK.h
     s, cos = math.sin(angle), math.cos(angle)
     later = State(depth(x) + h * cos, depth.deriv()(x) - h * s * w, angle, w)
     assume(fill is not series._corner or later.z + BLOCK.b * s > 0 > later.z - BLOCK.b * s)
-    expected = contact.accelerations(BLOCK, Foundation(*law), later, Rules(kinematics=sideways))
+    rules = Rules(kinematics=sideways)
+    expected = contact.accelerations(BLOCK, Foundation(*law), later, rules, x_ground=ground)
     turning = theta.deriv(2)(x)
     falling = depth.deriv(2)(x) - h * (s * turning + cos * w * w)
     force, _ = contact.contact_force(BLOCK, Foundation(*law), later)
@@ -69,39 +74,40 @@ def test_the_recurrences_are_those_that_are_written_out():
     assert text.count(recurrences.BEGIN + recurrences.written() + recurrences.END) == 1
 
 
-@given(laws, angles, st.floats(0.05, 0.95), rates, kinematics)
-def test_series_on_a_corner_satisfies_the_law(law, theta, share, moving, sideways):
+@given(laws, angles, st.floats(0.05, 0.95), rates, kinematics, grounds)
+def test_series_on_a_corner_satisfies_the_law(law, theta, share, moving, sideways, ground):
     """The right corner is down, and the base in contact along a share of it."""
     state = (BLOCK.b * math.sin(theta) * (2 * share - 1), moving[0], theta, moving[1])
-    satisfies_the_law(series._corner, law, state, sideways, 1e-3)
+    satisfies_the_law(series._corner, law, state, sideways, 1e-3, ground)
 
 
-@given(laws, st.floats(-0.01, 0.01), st.floats(0, 3e-3), rates, kinematics)
-def test_series_on_the_whole_base_satisfies_the_law(law, theta, deeper, moving, sideways):
+@given(laws, st.floats(-0.01, 0.01), st.floats(0, 3e-3), rates, kinematics, grounds)
+def test_series_on_the_whole_base_satisfies_the_law(law, theta, deeper, moving, sideways, ground):
     assume(abs(theta) > 1e-4)
     state = (BLOCK.b * abs(math.sin(theta)) + deeper + 1e-3, 0.1 * moving[0], theta, 0.1 * moving[1])
-    satisfies_the_law(series._whole, law, state, sideways, 1e-5)
+    satisfies_the_law(series._whole, law, state, sideways, 1e-5, ground)
 
 
-@given(angles, rates, kinematics)
-def test_series_in_the_air_satisfies_the_law(theta, moving, sideways):
+@given(angles, rates, kinematics, grounds)
+def test_series_in_the_air_satisfies_the_law(theta, moving, sideways, ground):
     state = (-BLOCK.b * math.sin(theta) - 0.01, moving[0], theta, moving[1])
-    satisfies_the_law(series._air, (1e6, 0.0, 0.0), state, sideways, 1e-3)
+    satisfies_the_law(series._air, (1e6, 0.0, 0.0), state, sideways, 1e-3, ground)
 
 
-def by_the_kernel(block, model, parameters, theta0, time, rtol, sideways="guided"):
+def by_the_kernel(block, model, parameters, theta0, time, rtol, sideways="guided", tilt=0.0):
     """θ, z_cb, ż_cb, θ̇ and the impacts of the same scene, by Runge and Kutta."""
     foundation = Foundation.of(parameters)
     theta, others = np.empty(time.size), np.empty((time.size, 3))
     start = contact.static_depth(block, foundation, theta0), 0.0, theta0, 0.0
+    base = tilted(tilt, time[-1])
     *_, impacts = kernel.integrate(
         foundation.constants(block, sideways == "pivoting"),
         -1.0,
         False,
         start,
         time,
-        *NO_GROUND,
-        rtol * theta0,
+        *((base.breaks, base.coefficients) if tilt else NO_GROUND),
+        rtol * abs(theta0),
         1_000_000,
         theta,
         others,
@@ -113,7 +119,7 @@ def test_a_touch_that_begins_and_ends_within_a_step_is_found():
     """z_cb = x - 20 x² - 1e-4 m of an upright block: under the ground from 1e-4 s to 0.05 s, nearly."""
     depth, angle = np.zeros((2, series.ORDER + 1))
     depth[:3] = -1e-4 - BLOCK.h, 1.0, -20.0
-    law = (1.0, 0.0, 0.0, BLOCK.b, BLOCK.h, 0.01, GRAVITY)
+    law = (1.0, 0.0, 0.0, BLOCK.b, BLOCK.h, 0.01, GRAVITY, 0.0)
     entry, way_out = (0.5 * (1 + side * math.sqrt(1 - 80 * 1e-4)) / 20 for side in (-1, 1))
     step = way_out + 1e-3
     end = step - 20 * step**2 - 1e-4
@@ -142,6 +148,58 @@ def test_motion_is_that_of_the_kernel(block, theta0, model, parameters, sideways
     assert np.all(np.array(kept) < 4 * np.array(rough) + 1e-12)
     assert found.impacts[:8] == pytest.approx(exact[4][:8], abs=1e-7)
     assert found.statistics["evaluations"] < 3000
+
+
+@pytest.mark.parametrize("sideways", ["guided", "pivoting"])
+@pytest.mark.parametrize(("side", "tilt"), [(1, 1e-3), (-0.7, 5e-3), (0.5, -0.01)])
+@pytest.mark.parametrize(("block", "theta0", "model", "parameters"), SCENES)
+def test_motion_on_a_base_that_leans_is_that_of_the_kernel(
+    block, theta0, model, parameters, side, tilt, sideways
+):
+    time, base = np.arange(4000) / 2000, tilted(tilt, 2.0)
+    exact = by_the_kernel(block, model, parameters, side * theta0, time, 1e-12, sideways, tilt)
+    rules, solver = Rules(kinematics=sideways), Solver(1e-10)
+    found = simulate(
+        model, block, parameters, time, theta0=side * theta0, base_excitation=base, rules=rules, solver=solver
+    )
+    assert found.theta == pytest.approx(exact[0], abs=3e-9 * theta0)
+    assert found.z_cb_rate == pytest.approx(exact[2], abs=1e-7)
+    assert found.impacts[:8] == pytest.approx(exact[4][:8], abs=1e-7)
+    assert found.statistics["evaluations"] < 6000
+
+
+def test_a_stiff_law_on_a_base_that_leans_goes_on_implicitly():
+    block, time = CONFIGURATIONS["config2"][0], np.arange(1000) / 1000
+    law = {"k": 1e11, "c": 3.2e8}
+    base = tilted(0.01, 1.0)
+    found = simulate("winkler", block, law, time, theta0=0.17, base_excitation=base, solver=Solver(1e-8))
+    theta, *_ = by_the_kernel(block, "winkler", law, 0.17, time, 1e-10, tilt=0.01)
+    assert found.statistics["implicit"] > 100
+    assert found.theta == pytest.approx(theta, abs=1e-8)
+
+
+def test_a_block_may_overturn_on_a_base_that_leans():
+    """Beyond its critical angle it may come back: it has overturned where it lies on its side."""
+    block = CONFIGURATIONS["config2"][0]
+    base, time = tilted(0.05, 5.0), np.arange(5000) / 1000
+    found = simulate(
+        "winkler", block, {"k": 1e7, "c": 1e4}, time, theta0=block.theta_cr, base_excitation=base
+    )
+    assert found.outcome == "overturned" and np.nanmax(np.abs(found.theta)) > block.theta_cr
+
+
+def test_only_a_ground_that_keeps_its_acceleration_is_constant():
+    time, base = np.arange(100) / 100, tilted(0.01, 1.0)
+    shakes, twice = base.coefficients.copy(), np.repeat(base.coefficients, 2, 0)
+    shakes[0, 4] = 0.1
+    assert base.is_constant(time) and GroundMotion(*NO_GROUND).is_constant(time)
+    for breaks, motion in (
+        ([-1.0, 0.5], base.coefficients),
+        ([0.1, 2.0], base.coefficients),
+        ([-1.0, 2.0], shakes),
+        ([-1.0, 0.5, 2.0], twice),
+    ):
+        assert not GroundMotion(np.array(breaks), motion).is_constant(time)
 
 
 @pytest.mark.parametrize("model", ["winkler", "hunt_crossley"])
@@ -208,7 +266,7 @@ def test_a_root_is_hardly_too_large(x):
 def test_a_state_that_is_no_number_ends_the_run(state):
     time, theta = np.arange(100) / 1000, np.empty(100)
     law = Foundation.of({"k": 7e6, "c": 1e4}).constants(BLOCK)
-    outcome, *_ = series.integrate(law, state, time, 1e-6, 1000, theta, np.empty((0, 3)))
+    outcome, *_ = series.integrate(law, state, time, *NO_GROUND, 1e-6, 1000, theta, np.empty((0, 3)))
     assert outcome == series.NON_FINITE and np.isnan(theta[1:]).all()
 
 

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.stats import t
 
 from freerock.identification.fit import fit_record
-from freerock.identification.model_discrepancy import Part
+from freerock.identification.model_discrepancy import Part, model_discrepancy
 from freerock.identification.settings import FitSettings
 from freerock.models.block import GRAVITY
 from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
@@ -106,12 +106,16 @@ def test_what_the_parts_say_of_energies_is_what_the_law_has_with_their_numbers()
     generator = np.random.default_rng(3)
     values = [fit.value * (1 + 1e-3 * generator.standard_normal(len(fit.value))) for _ in range(6)]
     parts = tuple(Part(i, i + 1.0, value, fit.stderr, fit.covariance) for i, value in enumerate(values))
-    rejected = replace(fit, parts=parts, discrepancy=fit.stderr)
-    found = impact_energy(rejected, BLOCK, impacts)
+    of_parts = model_discrepancy(fit.value, parts)
+    found = impact_energy(replace(fit, parts=parts, discrepancy=of_parts), BLOCK, impacts)
     ends = [impact_energy(replace(fit, value=value), BLOCK, impacts).restitution for value in values]
     rms = np.sqrt(np.mean((np.array(ends) - found.restitution) ** 2, axis=0))
     expected = rms * t.ppf(0.975, 5) / 1.959964
-    np.testing.assert_allclose(np.sqrt(found.u_total**2 - found.stderr**2), expected, rtol=0.02)
+    of_law = np.sqrt(found.u_total**2 - found.stderr**2)
+    np.testing.assert_allclose(of_law, expected, rtol=0.02)
+    # numbers that have a part of it alone, as beside an alternative, give as much to the energies
+    less = impact_energy(replace(fit, parts=parts, discrepancy=0.3 * of_parts), BLOCK, impacts)
+    np.testing.assert_allclose(np.sqrt(less.u_total**2 - less.stderr**2)[1:], 0.3 * of_law[1:], rtol=1e-6)
 
 
 def test_no_bias_and_honest_errors_over_runs():

@@ -232,7 +232,7 @@ def test_a_law_with_an_input_beyond_its_prior_is_named_beside_a_freed_width(apar
     assert found.choice(BY_DEFAULT).selected == wider.model
     with_height = Hypothesis("housner", ("height_m of b",))
     assert [*found.alternatives] == [with_height] * is_named
-    notes = list(explains_as_well(with_height, freed, replace(freed, value=2 * freed.value)))
+    notes = list(explains_as_well(with_height, freed, replace(freed, value=2 * freed.value), {"housner"}))
     assert [(note.verdict, note.name) for note in notes] == [("warn", "pulled_input")]
     assert notes[0].text.startswith("Housner with height_m of b off by +0.00099")
 
@@ -299,7 +299,7 @@ def test_a_base_that_is_off_level_by_its_input_is_not_called_level():
         (source,) = flat.contributions.inputs
         moved = replace(flat.contributions, inputs=(replace(source, name=name, u=1.0),), moved=np.ones(1))
         other = Hypothesis("housner", (f"{name} of b",))
-        (note,) = explains_as_well(other, replace(flat, contributions=moved), tilted)
+        (note,) = explains_as_well(other, replace(flat, contributions=moved), tilted, {"housner"})
         return note.text.partition(" explains")[0]
 
     assert told("height_m") == "Housner with a level base and height_m of b off by +1 m"
@@ -312,18 +312,18 @@ def test_a_doubt_about_the_release_states_its_direction(times, name):
     at = {"r": 1.02, "theta0": times}
     loose = replace(fit, value=fit.value * [at.get(each, 1.0) for each in fit.parameters])
     plain, released = Hypothesis("housner"), Hypothesis("housner", ("release",))
-    (freed,) = explains_as_well(released, loose, fit)
-    (kept,) = explains_as_well(plain, fit, loose, released.widened)
+    (freed,) = explains_as_well(released, loose, fit, {"housner"})
+    (kept,) = explains_as_well(plain, fit, loose, {"housner"}, released.widened)
     assert freed.name == kept.name == name
     assert freed.text.startswith("Housner with another release explains")
     assert kept.text.startswith("Housner with the release as measured explains")
-    (sharp,) = explains_as_well(plain, fit, loose, ("edge_radius",))
+    (sharp,) = explains_as_well(plain, fit, loose, {"housner"}, ("edge_radius",))
     assert (sharp.name, sharp.text.partition(" explains")[0]) == ("rounded_edges", "Housner with sharp edges")
     tilted = [
         replace(each, parameters=(*each.parameters, "tilt"), value=np.append(each.value, 1e-3))
         for each in (loose, fit)
     ]
-    (alike,) = explains_as_well(Hypothesis("housner", ("release", "tilt")), *tilted, ("tilt",))
+    (alike,) = explains_as_well(Hypothesis("housner", ("release", "tilt")), *tilted, {"housner"}, ("tilt",))
     assert alike.name == name and " off level by 0.057 degrees and another release explains" in alike.text
 
 

@@ -38,7 +38,8 @@ def test_every_reference_is_an_entry_with_a_doi():
         assert ENTRY.fullmatch(entry), key
         assert entry.count("{") == entry.count("}")
         assert re.fullmatch(r"10\.\d{4,9}/\S+", known.doi)
-        assert key.endswith(str(known.year)) and str(known.year) in known.short
+        (year,) = re.findall(r"year = \{(\d{4})\}", entry)
+        assert key.endswith(year) and year in known.short
 
 
 def test_methods_tell_the_settings_of_the_campaign(written):

@@ -1,11 +1,11 @@
 # Studies of the methods: not part of a campaign, run by `snakemake studies`, in minutes by
 # `snakemake studies --config studies=small`.
 
+from freerock.files import sha256
+
 STUDIES = [
     "bits",
     "speed_accuracy",
-    "engines",
-    "numerics",
     "stability",
     "paper",
     "success",
@@ -18,11 +18,14 @@ STUDIES = [
     "shared",
 ]
 
+# What a study reads besides its code, beside its module; an edited file reruns it.
+DATA = {"kinds": "kinds.yaml", "speed_accuracy": "engines.yaml"}
+
 # The figure of each study; those on the harness have one.
 DRAWN_BY = {study: study for study in STUDIES} | dict.fromkeys(["success", "kinds"], "coverage")
 
 # The stability atlas is a figure for each of its pages.
-PAGES = ["stiffness", "step", "release", "others"]
+PAGES = ["stiffness", "step", "release"]
 AS_TABLES = ["faults", "drawn"]  # their tables are on docs/validation.md
 FIGURES_OF_STUDIES = [study for study in STUDIES if study not in ("stability", *AS_TABLES)]
 
@@ -50,6 +53,7 @@ rule study:
     threads: workflow.cores  # alone on the machine: it takes times
     params:
         code=lambda w: code("study", f"freerock_bench.{w.study}"),
+        data=lambda w: sha256(PACKAGE.parent / "freerock_bench" / DATA[w.study]) if w.study in DATA else "",
         size=config.get("studies", "full"),
     message:
         "study: {wildcards.study}"

@@ -2,14 +2,21 @@
 
 All files are read, and all lines are checked, before anything is written. Then come the copies, the checksums
 and at last the CSV. Without its line a file is no record, so a killed command leaves nothing that counts.
+
+example:
+  freerock add marble_2026 /media/usb/monday/*.tdms --block tall --foundation mat
+
+Copies the files to the raw folder, lists their checksums in manifest.csv, and appends a line for
+each to the campaign's CSV. Adds all files or none. Each test has the name of its file. If the
+campaign has only one block, foundation or laser, omit the option.
 """
 
 import csv
 import io
 import os
 import re
-from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping, Sequence
+from argparse import Namespace
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +25,7 @@ from freerock.cli.new_campaign import plain_name
 from freerock.config.campaign import Source, campaign_paths, read_campaign
 from freerock.config.mistakes import ConfigError
 from freerock.config.values import did_you_mean
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, attempt
 from freerock.files import COLUMNS, MANIFEST, atomic, listed_checksums, sha256
 from freerock.review.csv_edit import parsed
 from freerock.units import in_base_units
@@ -26,22 +33,14 @@ from freerock.units import in_base_units
 CELLS = ("channel", "block", "foundation", "laser")  # the same for all files of a command
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock add marble_2026 /media/usb/monday/*.tdms --block tall --foundation mat\n"
-        "\n"
-        "Copies the files to the raw folder, lists their checksums in manifest.csv, and appends a line for\n"
-        "each to the campaign's CSV. Adds all files or none. Each test has the name of its file. If the\n"
-        "campaign has only one block, foundation or laser, omit the option."
-    )
-    parser.add_argument("name", metavar="NAME", help="name of the campaign")
-    parser.add_argument("files", metavar="FILE", nargs="+", help="record files")
-    parser.add_argument("--block", default="", help="the block of these records")
-    parser.add_argument("--foundation", default="", help="their foundation")
-    parser.add_argument("--laser", default="", help="their laser, or two lasers as a;b")
-    parser.add_argument("--channel", default="", help="the channel of the laser, or of two lasers as a;b")
+    add("name", metavar="NAME", help="name of the campaign")
+    add("files", metavar="FILE", nargs="+", help="record files")
+    add("--block", default="", help="the block of these records")
+    add("--foundation", default="", help="their foundation")
+    add("--laser", default="", help="their laser, or two lasers as a;b")
+    add("--channel", default="", help="the channel of the laser, or of two lasers as a;b")
 
 
 def run(chosen: Namespace) -> None:
@@ -188,15 +187,9 @@ def _cells(source: Source, wanted: Mapping[str, str]) -> dict[str, str]:
 
 def _looks(files: Sequence[str | Path]) -> list[RecordLook]:
     """What is in each file; all that can't be read are reported together."""
-    problems: list[FreerockError] = []
-    looks: list[RecordLook] = []
-    for path in map(Path, files):
-        try:
-            looks.append(look_to_take(path))
-        except FreerockError as error:
-            problems.append(error)
-    _raise(problems)
-    return looks
+    found = [attempt(look_to_take, Path(path)) for path in files]
+    _raise([each for each in found if isinstance(each, FreerockError)])
+    return [each for each in found if isinstance(each, RecordLook)]
 
 
 def _places(looks: Sequence[RecordLook], source: Source) -> list[str]:
@@ -244,10 +237,11 @@ def _rows(
             what = f"its test would be called {test}, as that {taken[test.casefold()]}"
             problems.append(FreerockError(look.path, what, "rename the file"))
         taken.setdefault(test.casefold(), f"of {look.path}")
-        try:
-            rows.append({"test": test, "file": file, **cells, "channel": _channel(look, cells, source)})
-        except FreerockError as error:
-            problems.append(error)
+        channel = attempt(_channel, look, cells, source)
+        if isinstance(channel, FreerockError):
+            problems.append(channel)
+        else:
+            rows.append({"test": test, "file": file, **cells, "channel": channel})
     _raise(problems)
     return rows
 
@@ -278,11 +272,8 @@ def _channel(look: RecordLook, cells: Mapping[str, str], source: Source) -> str:
 
 
 def _contradiction(declared: str, channel: ChannelLook) -> FreerockError | None:
-    try:
-        in_base_units([], declared, channel.units)
-    except FreerockError as error:
-        return error
-    return None
+    found = attempt(in_base_units, [], declared, channel.units)
+    return found if isinstance(found, FreerockError) else None
 
 
 def _appended(content: bytes, header: Sequence[str], rows: Sequence[Mapping[str, str]]) -> bytes:

@@ -1,19 +1,27 @@
-"""Whether a campaign is ready: its configuration, record files, channels, calibrations, checksums, units."""
+"""Whether a campaign is ready: its configuration, record files, channels, calibrations, checksums, units.
+
+example:
+  freerock check palermo_virtual
+
+Lists every mistake of the configuration, and each record file, channel, unit, calibration and
+checksum that contradicts it. Improbable values, such as angles in radians or time in milliseconds,
+are printed as doubts. Doubts do not change the exit code. Nothing is written.
+"""
 
 import math
-from argparse import ArgumentParser, Namespace
-from collections.abc import Iterable, Iterator
+from argparse import Namespace
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from freerock.config.campaign import Source, campaign_paths, read_campaign
+from freerock.config.campaign import Campaign, Source, campaign_paths, read_campaign
 from freerock.config.keys import BlockSection
 from freerock.config.mistakes import ConfigError
 from freerock.config.record import Record
 from freerock.config.sensor import LaserSection
 from freerock.config.step_settings import plain
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, attempt
 from freerock.files import MANIFEST, check_manifest, listed_checksums
 from freerock.units import in_base_units
 from freerock.virtual_lab.truth import read_truth
@@ -25,6 +33,7 @@ if TYPE_CHECKING:
     from freerock.rotation.sensor import Laser
 
     Contents = Named | FreerockError
+    Tables = dict[str, Calibration]
 
 
 @dataclass(frozen=True)
@@ -69,18 +78,9 @@ LEAD_S = 0.5  # of motion before the first phase of stillness: a record that beg
 NAME_IT = "name one in the channel column of the campaign's CSV"
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock check palermo_virtual\n"
-        "\n"
-        "Lists every mistake of the configuration, and each record file, channel, unit, calibration and\n"
-        "checksum that contradicts it. Improbable values, such as angles in radians or time in "
-        "milliseconds,\n"
-        "are printed as doubts. Doubts do not change the exit code. Nothing is written."
-    )
-    parser.add_argument(
+    add(
         "campaign",
         metavar="CAMPAIGN",
         nargs="?",
@@ -145,102 +145,77 @@ def check_files(source: Source) -> Iterator[FreerockError]:
     if not Path(source.raw).is_dir():
         yield FreerockError(source.where("raw"), f"there is no folder {source.raw}", "put the records there")
         return
-    tables: dict[str, Calibration] = {}
+    from freerock.records.read import list_channels
+    from freerock.rotation.calibration import read_calibration
+
+    tables: Tables = {}
     unread: set[str] = set()  # files of which a problem says so
     for name, laser in source.lasers.items():
         if laser.calibration:
-            from freerock.rotation.calibration import read_calibration
-
-            try:
-                tables[name] = read_calibration(Path(source.raw, laser.calibration))
-            except FreerockError as error:
+            table = attempt(read_calibration, Path(source.raw, laser.calibration))
+            if isinstance(table, FreerockError):
                 unread.add(laser.calibration)
-                yield _at(source.where("lasers", name, "calibration"), error)
+                yield _at(source.where("lasers", name, "calibration"), table)
+            else:
+                tables[name] = table
     if source.campaign and source.campaign.ground_motions:
         from freerock.response.motions import motions_in
 
         wrong = motions_in(source.campaign.ground_motions.folder)[1]
         yield from (_at(source.where("ground_motions", "folder"), each) for each in wrong)
     if source.campaign and source.campaign.truth:
-        try:
-            read_truth(Path(source.raw, source.campaign.truth))
-        except FreerockError as error:
+        truth = attempt(read_truth, Path(source.raw, source.campaign.truth))
+        if isinstance(truth, FreerockError):
             unread.add(source.campaign.truth)
-            yield _at(source.where("truth"), error)
+            yield _at(source.where("truth"), truth)
     csv = source.path.with_suffix(".csv")
     contents: dict[Path, Contents] = {}
     for line, record in source.records:
         path = Path(source.raw, record.file)
         if path not in contents:
-            contents[path] = _contents(path)
+            contents[path] = attempt(list_channels, path)
         if isinstance(contents[path], FreerockError):
             unread.add(record.file)
-        yield from _record(f"{csv}:{line}", path, contents[path], record, source.lasers, tables)
+        yield from _record(f"{csv}:{line}", source, contents[path], record, tables)
     yield from _manifest(source.raw, unread)
 
 
 def _manifest(raw: str, unread: set[str]) -> Iterator[FreerockError]:
     """Files that are not those listed, but for those already named as unreadable."""
-    try:
-        listed: Iterable[str] = listed_checksums(raw)
-    except FreerockError as error:
-        yield error
-        return
-    for file in listed:
-        if file in unread:
-            continue
-        try:
-            check_manifest(raw, [file])
-        except FreerockError as error:
-            yield error
-
-
-def _contents(path: Path) -> "Contents":
-    """The channels of a record file, or why they can't be listed."""
-    from freerock.records.read import list_channels
-
-    try:
-        return list_channels(path)
-    except FreerockError as error:
-        return error
+    listed = attempt(listed_checksums, raw)
+    files = [] if isinstance(listed, FreerockError) else [file for file in listed if file not in unread]
+    found = [listed, *(attempt(check_manifest, raw, [file]) for file in files)]
+    yield from (each for each in found if isinstance(each, FreerockError))
 
 
 def _record(
-    where: str,
-    path: Path,
-    contents: "Contents",
-    record: Record,
-    lasers: dict[str, LaserSection],
-    tables: "dict[str, Calibration]",
+    where: str, source: Source, contents: "Contents", record: Record, tables: "Tables"
 ) -> Iterator[FreerockError]:
     from freerock.records.channels import chosen, listed
 
+    path = Path(source.raw, record.file)
     if isinstance(contents, FreerockError):
         yield _at(f"{where}: file", contents)
         return
     for channel, name in zip(record.channels, record.lasers, strict=False):
-        try:
-            found = chosen(path, contents, channel or None)
-        except FreerockError as error:
-            yield _at(f"{where}: channel", error)
-            continue
-        if len(found) > 1:
+        found = attempt(chosen, path, contents, channel or None)
+        if isinstance(found, FreerockError):
+            yield _at(f"{where}: channel", found)
+        elif len(found) > 1:
             yield FreerockError(f"{where}: channel", f"{path}: has the channels {listed(found)}", NAME_IT)
-            continue
-        (unit,) = (each.units for each in found.values())
-        if name in lasers:
-            yield from _unit(f"{where}: laser", unit, lasers[name], tables.get(name))
+        elif name in source.lasers:
+            (unit,) = (each.units for each in found.values())
+            yield from _unit(f"{where}: laser", unit, source.lasers[name], tables.get(name))
 
 
 def _unit(
     where: str, stated: str, laser: LaserSection, table: "Calibration | None"
 ) -> Iterator[FreerockError]:
-    try:
-        _, quantity = in_base_units([], laser.units, stated)
-    except FreerockError as error:
-        yield _at(where, error)
+    found = attempt(in_base_units, [], laser.units, stated)
+    if isinstance(found, FreerockError):
+        yield _at(where, found)
         return
-    if quantity not in ("voltage", "current"):
+    if (quantity := found[1]) not in ("voltage", "current"):
         return
     if not (laser.range_m or laser.sensitivity_per_mm or laser.calibration):
         remedy = "give one of range_m, sensitivity_per_mm, calibration to the laser"
@@ -271,17 +246,14 @@ def doubts_about(source: Source) -> Iterator[FreerockError]:
     yield from _same_signal(csv, source)
     work = 0.0
     for number, (line, record) in enumerate(source.records):
-        path, block = Path(source.raw, record.file), campaign.blocks[record.block]
+        path = Path(source.raw, record.file)
         work += path.stat().st_size * SLOWER.get(path.suffix.lower(), 1)
         if work > MOST_WORK:
             what = f"only {number} of {len(source.records)} records were looked into"
             yield FreerockError(csv, what, "look into the others with freerock inspect")
             return
         for channel, laser in zip(record.channels, record.lasers, strict=True):
-            where = f"{csv}:{line}: {record.test}"
-            in_motion = (record.start or campaign.processing.runs.start) == "motion"
-            sensor = campaign.lasers[laser]
-            yield from _channel(where, path, channel, block, sensor, source.raw, in_motion)
+            yield from _channel(f"{csv}:{line}: {record.test}", campaign, record, channel, laser)
         yield from _by_hand(f"{csv}:{line}", path, record)
 
 
@@ -292,9 +264,8 @@ def _same_signal(csv: Path, source: Source) -> Iterator[FreerockError]:
         for channel in record.channels:
             test = first.setdefault((record.file, channel), record.test)
             if test != record.test:
-                what = (
-                    f"{record.file}{f', channel {channel},' if channel else ''} is the signal of {test} too"
-                )
+                named = f", channel {channel}," if channel else ""
+                what = f"{record.file}{named} is the signal of {test} too"
                 where = f"{csv}:{line}: {record.test}"
                 yield FreerockError(where, what, "name the file and channel of this record")
 
@@ -327,20 +298,13 @@ def _block(source: Source, name: str, block: BlockSection) -> Iterator[FreerockE
     for angle in filter(None, {block.release_angle_deg, *planned}):
         if angle < USUAL.least_angle * critical:
             share = f"{100 * angle / critical:.2g} % of the critical angle"
-            what = (
-                f"a release angle of {angle:g}° is {share}, in radians it would be {math.degrees(angle):.3g}°"
-            )
+            turned = math.degrees(angle)
+            what = f"a release angle of {angle:g}° is {share}, in radians it would be {turned:.3g}°"
             yield FreerockError(where, what, "give it in degrees")
 
 
 def _channel(
-    where: str,
-    path: Path,
-    channel: str,
-    block: BlockSection,
-    laser: LaserSection,
-    raw: str,
-    in_motion: bool = False,
+    where: str, campaign: Campaign, record: Record, channel: str, name: str
 ) -> Iterator[FreerockError]:
     """Doubts about the rate, the length and the size of one channel of a record, and how its runs begin."""
     import numpy as np
@@ -348,10 +312,11 @@ def _channel(
     from freerock.records.read import read_record
     from freerock.rotation.sensor import looks_like_current
 
+    block, laser = campaign.blocks[record.block], campaign.lasers[name]
     try:
-        read = read_record(path, channel or None)
+        read = read_record(campaign.file(record.test), channel or None)
         (signal,) = read.data_vars.values()
-        sensor = _sensor(laser, raw)
+        sensor = _sensor(laser, campaign.raw)
         values, quantity = in_base_units(signal.values, laser.units, str(signal.attrs["units"]))
         swept = math.degrees(_swept_angle(values, quantity, sensor, block))
     except (FreerockError, ValueError):
@@ -370,7 +335,7 @@ def _channel(
     if signal.size / rate < USUAL.lasts / p:
         what = f"the record lasts {signal.size / rate:.2g} s, a swing of the block about {2 / p:.2g} s"
         yield FreerockError(where, what, "is the unit of time right?")
-    if in_motion:  # whatever it turned by before its runs
+    if (record.start or campaign.processing.runs.start) == "motion":  # whatever it turned by before
         return
     if _holdless(read["time"].values, values):
         what = "begins in motion: nothing stands still before it rocks to rest"
@@ -421,10 +386,10 @@ def _by_hand(where: str, path: Path, record: Record) -> Iterator[FreerockError]:
 
     if not record.overrides and not record.stretches:
         return
-    try:
-        end_s = float(read_record(path, record.channels[0] or None)["time"][-1])
-    except FreerockError:
+    read = attempt(read_record, path, record.channels[0] or None)
+    if isinstance(read, FreerockError):
         return  # the job of the record says why
+    end_s = float(read["time"][-1])
     ends = [("override", f"run {number}", run_end_s) for number, _, run_end_s, *_ in record.overrides]
     ends += [("exclude", "it", to_s) for _, to_s, _ in record.stretches]
     for column, what, last_s in ends:

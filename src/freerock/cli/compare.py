@@ -1,8 +1,12 @@
-"""Changes between two analyses: parameters with their uncertainties, choices, products, provenance."""
+"""Changes between two analyses: parameters with their uncertainties, choices, products, provenance.
+
+example:
+  freerock compare results/palermo_virtual results/palermo_again --csv changes.csv
+"""
 
 import math
-from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator, Mapping, Sequence
+from argparse import Namespace
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -40,14 +44,11 @@ class Comparison(NamedTuple):
     provenance: pd.DataFrame
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n  freerock compare results/palermo_virtual results/palermo_again --csv changes.csv"
-    )
-    parser.add_argument("a", metavar="A", help="results of a campaign, as results/palermo_virtual")
-    parser.add_argument("b", metavar="B", help="results to compare with them")
-    parser.add_argument("--csv", metavar="FILE", help="write all parameters of both to a table")
+    add("a", metavar="A", help="results of a campaign, as results/palermo_virtual")
+    add("b", metavar="B", help="results to compare with them")
+    add("--csv", metavar="FILE", help="write all parameters of both to a table")
 
 
 def run(chosen: Namespace) -> None:
@@ -81,17 +82,13 @@ def compare_results(a: str | Path, b: str | Path) -> Comparison:
         A folder holds no results of a campaign.
     """
     a, b = Path(a), Path(b)
-    made_by = [_provenance(folder) for folder in (a, b)]
-    files = [_products(folder) for folder in (a, b)]
+    made_by, (in_a, in_b) = [_provenance(a), _provenance(b)], map(_products, (a, b))
+    tables = [_table(folder, "parameters") for folder in (a, b)]
+    outcomes = [_outcomes(a, b, "runs", "verdict"), _outcomes(a, b, "choice", "model")]
     return Comparison(
-        _parameters(
-            [_table(folder, "parameters") for folder in (a, b)], [_checksums(each) for each in made_by]
-        ),
-        pd.concat(
-            [_outcomes(a, b, "runs", "verdict"), _outcomes(a, b, "choice", "model")], ignore_index=True
-        ),
-        sorted(files[0] - files[1]),
-        sorted(files[1] - files[0]),
+        _parameters(tables, [_checksums(each) for each in made_by]),
+        pd.concat(outcomes, ignore_index=True),
+        *(sorted(in_a - in_b), sorted(in_b - in_a)),
         _differences(*map(_settings, made_by)),
     )
 
@@ -183,11 +180,8 @@ def _equal(a: float, b: float) -> bool:
 def _verdict(row: Any) -> str:
     if pd.isna(row.value_a) or pd.isna(row.value_b):
         return "only b" if pd.isna(row.value_a) else "only a"
-    if (
-        _equal(row.value_a, row.value_b)
-        and _equal(row.stderr_a, row.stderr_b)
-        and row.success_a == row.success_b
-    ):
+    alike = _equal(row.value_a, row.value_b) and _equal(row.stderr_a, row.stderr_b)
+    if alike and row.success_a == row.success_b:
         return "identical"
     if row.success_a and row.success_b:
         return "within" if abs(row.ratio) <= (SAME_RECORD if row.same_record else OTHER_RECORD) else "changed"
@@ -196,11 +190,9 @@ def _verdict(row: Any) -> str:
 
 def _outcomes(a: Path, b: Path, table: str, what: str) -> pd.DataFrame:
     key = ["test", "run"]
-    frames = [
-        _of_runs(_table(folder, table))[[*key, what]].rename(columns={what: name})
-        for folder, name in ((a, "a"), (b, "b"))
-    ]
-    frame = frames[0].merge(frames[1], on=key, how="outer").fillna("–")
+    one, other = (_of_runs(_table(folder, table))[[*key, what]] for folder in (a, b))
+    frame = one.merge(other, on=key, how="outer", suffixes=("_a", "_b")).fillna("–")
+    frame = frame.rename(columns={f"{what}_a": "a", f"{what}_b": "b"})
     return frame[frame["a"] != frame["b"]].assign(what=what)[[*key, "what", "a", "b"]]
 
 
@@ -210,23 +202,17 @@ def _of_runs(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def _differences(a: Mapping[str, str], b: Mapping[str, str]) -> pd.DataFrame:
-    names = dict.fromkeys([*a, *b])
-    rows = [
-        (name, a.get(name, "–"), b.get(name, "–")) for name in names if a.get(name, "–") != b.get(name, "–")
-    ]
-    return pd.DataFrame(rows, columns=["what", "a", "b"])
+    rows = [(name, a.get(name, "–"), b.get(name, "–")) for name in dict.fromkeys([*a, *b])]
+    return pd.DataFrame([row for row in rows if row[1] != row[2]], columns=["what", "a", "b"])
 
 
 def _flat(value: Any, key: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], str]]:
     """Nested mappings and lists as pairs of a key's parts and text."""
-    inner = (
-        value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list) else None
-    )
-    if inner is None:
+    if not isinstance(value, Mapping | list):
         yield key, str(value)
-    else:
-        for name, each in inner:
-            yield from _flat(each, (*key, str(name)))
+        return
+    for name, each in value.items() if isinstance(value, Mapping) else enumerate(value):
+        yield from _flat(each, (*key, str(name)))
 
 
 def _parameter_cells(frame: pd.DataFrame) -> Sequence[tuple[str, ...]]:

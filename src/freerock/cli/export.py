@@ -2,6 +2,12 @@
 
 A program is a template of `snippets` with the numbers of a campaign below it, and needs nothing of freerock.
 It holds θ(t) of the law it stands for, as freerock solves it, and prints how far the engine is from it.
+
+example:
+  freerock export palermo_virtual --to drake --python .venv-peers/bin/python
+
+Writes a program for each block and foundation, which needs the engine but not freerock.
+Its head states the law and, if the engine is installed, ε_θ between engine and law.
 """
 
 import json
@@ -10,8 +16,8 @@ import os
 import re
 import subprocess
 import sys
-from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator, Mapping
+from argparse import Namespace
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -72,21 +78,12 @@ ENGINES = {
 }
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock export palermo_virtual --to drake --python .venv-peers/bin/python\n"
-        "\n"
-        "Writes a program for each block and foundation, which needs the engine but not freerock.\n"
-        "Its head states the law and, if the engine is installed, ε_θ between engine and law."
-    )
-    parser.add_argument("campaign", metavar="NAME", help="an analysed campaign")
-    parser.add_argument("--to", required=True, choices=[*ENGINES], help="the engine")
-    parser.add_argument("--into", metavar="FOLDER", help="by default exports/NAME")
-    parser.add_argument(
-        "--python", metavar="FILE", help="a Python that has the engine; by default .venv-peers or this one"
-    )
+    add("campaign", metavar="NAME", help="an analysed campaign")
+    add("--to", required=True, choices=[*ENGINES], help="the engine")
+    add("--into", metavar="FOLDER", help="by default exports/NAME")
+    add("--python", metavar="FILE", help="a Python that has the engine; by default .venv-peers or this one")
 
 
 def run(chosen: Namespace) -> None:
@@ -174,77 +171,39 @@ def scenes(campaign: Campaign, engine: Engine, tables: Mapping[str, "pd.DataFram
 
 def program(campaign: Campaign, to: str, scene: Scene, epsilon: str) -> str:
     """Text of a program for an engine."""
+    from jinja2 import Template
+
     from freerock.models.block import GRAVITY
     from freerock.models.contact import Foundation, static_depth
 
     engine, block = ENGINES[to], campaign.blocks[scene.block].block
     theta, other = _solved(campaign, engine, scene)
-    numbers = {name: scene.values.get(name, 0.0) for name in ("k", "c", "lambda")} | {
-        "b": block.b,
-        "h": block.h,
-        "m": block.mass_kg,
-        "g": GRAVITY,
-        "theta0": scene.theta0,
-        "z0": static_depth(block, Foundation.of(scene.values), scene.theta0),
-        "until_s": SPAN_S,
-        "every_s": EVERY_S,
-    }
-    units = {"k": "N/m²", "c": "N s/m²", "lambda": "N s/m³"}
-    law = ", ".join(
-        f"{name} = {value:.4g} ± {scene.u_total[name]:.2g} {units[name]}"
-        for name, value in scene.values.items()
+    numbers = {name: scene.values.get(name, 0.0) for name in ("k", "c", "lambda")}
+    numbers |= {"b": block.b, "h": block.h, "m": block.mass_kg, "g": GRAVITY, "theta0": scene.theta0}
+    numbers["z0"] = static_depth(block, Foundation.of(scene.values), scene.theta0)
+    numbers |= {"until_s": SPAN_S, "every_s": EVERY_S}
+    text = Path(__file__).with_name("program.py.j2").read_text(encoding="utf-8")
+    made: str = Template(text, trim_blocks=True, keep_trailing_newline=True).render(
+        campaign=campaign,
+        engine=engine,
+        scene=scene,
+        degrees=math.degrees(scene.theta0),
+        span_s=SPAN_S,
+        epsilon=epsilon,
+        other=other,
+        snippet=_template(to),
+        numbers=json.dumps(numbers, indent=4),
+        setting=json.dumps(engine.setting),
+        theta=json.dumps([float(f"{value:.9g}") for value in theta]),
     )
-    origin = " Its records are simulated." if campaign.origin == "simulated" else ""
-    rule = campaign.fits.debonding
-    rules = (
-        ""
-        if rule == engine.debonding
-        else (f"\nThe fits had the {rule} rule; by freerock ε_θ of the one against the other is {other:.2g}.")
-    )
-    head = (
-        f"{campaign.name}: {scene.block} on {scene.foundation}, released from "
-        f"{math.degrees(scene.theta0):.3g}°.{origin}\n"
-        f"Law: {engine.law}, {engine.debonding}, guided; {law} (total standard uncertainty)\n"
-        f"of {scene.source}.\n"
-        f"{engine.name}: {engine.how}; {', '.join(f'{k} {v:g}' for k, v in engine.setting.items())}.\n"
-        f"ε_θ against the law over {SPAN_S:g} s: {epsilon}.{rules}\n"
-        "Units are SI, k, c and λ per unit of width."
-    )
-    comment = "\n".join(f"# {line}" for line in head.splitlines())
-    rounded = [float(f"{value:.9g}") for value in theta]
-    return "\n".join(
-        [
-            comment,
-            _template(to),
-            f"\nSCENE = {json.dumps(numbers, indent=4)}",
-            f"SETTING = {json.dumps(engine.setting)}",
-            f"THETA = {json.dumps(rounded)}  # of the law, by freerock [rad]",
-            ENDING,
-        ]
-    )
-
-
-ENDING = """
-
-def energy(values):
-    return sum(value**2 for value in values) - (values[0] ** 2 + values[-1] ** 2) / 2
-
-
-if __name__ == "__main__":
-    found = prepare(SCENE, SETTING)()
-    error = energy([one - other for one, other in zip(found, THETA, strict=True)])
-    print(f"epsilon_theta {error / energy(THETA):.3g}")
-"""
+    return made
 
 
 def _template(to: str) -> str:
     """The template of an engine with the functions that it shares with others."""
     shared = (SNIPPETS / "common.py").read_text(encoding="utf-8").split('"""\n', 1)[1]
     text = (SNIPPETS / f"to_{to}.py").read_text(encoding="utf-8")
-    line = re.search(r"^from common import .*\n", text, re.M)
-    assert line
-    before, after = text[: line.start()] + text[line.end() :], ""
-    head, mark, after = before.partition("\n\ndef ")
+    head, mark, after = re.sub(r"^from common import .*\n", "", text, flags=re.M).partition("\n\ndef ")
     return f"{head.rstrip()}\n\n\n{shared.strip()}\n{mark}{after}".rstrip() + "\n"
 
 

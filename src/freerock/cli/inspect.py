@@ -1,9 +1,15 @@
-"""The content of a record file, channel by channel."""
+"""The content of a record file, channel by channel.
+
+example:
+  freerock inspect raw/palermo_virtual/config2_marble.tdms
+
+Formats: docs/records.md. The record file is only read.
+"""
 
 import math
 import shutil
-from argparse import ArgumentParser, Namespace
-from collections.abc import Iterable
+from argparse import Namespace
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +18,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.config.values import Invalid, check_inside
-from freerock.errors import FreerockError, printable
+from freerock.errors import FreerockError, attempt, printable
 from freerock.files import sha256
 from freerock.records.read import list_channels, read_record
 
@@ -20,17 +26,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock inspect raw/palermo_virtual/config2_marble.tdms\n"
-        "\n"
-        "Formats: docs/records.md. The record file is only read."
-    )
-    parser.add_argument("file", metavar="FILE", help="a record file")
-    parser.add_argument("--no-plot", action="store_true", help="print only")
-    parser.add_argument("--into", metavar="FOLDER", default="results/inspect", help="folder of the picture")
+    add("file", metavar="FILE", help="a record file")
+    add("--no-plot", action="store_true", help="print only")
+    add("--into", metavar="FOLDER", default="results/inspect", help="folder of the picture")
 
 
 def run(chosen: Namespace) -> None:
@@ -111,13 +111,13 @@ def look_into(path: str | Path) -> RecordLook:
     """
     path, kind, channels = Path(path), "", list[ChannelLook]()
     for name, listed in list_channels(path).items():
-        try:
-            record = read_record(path, name)
-        except FreerockError as error:
-            channels.append(ChannelLook(name, listed.units, fault=f"{error.what}; {error.remedy}"))
-            continue
-        kind = record.attrs["format"]
-        channels.append(_in_short(name, record))
+        record = attempt(read_record, path, name)
+        if isinstance(record, FreerockError):
+            fault = f"{record.what}; {record.remedy}"
+            channels.append(ChannelLook(name, listed.units, fault=fault))
+        else:
+            kind = record.attrs["format"]
+            channels.append(_in_short(name, record))
     return RecordLook(path, sha256(path), path.stat().st_size, kind, tuple(channels))
 
 

@@ -3,6 +3,12 @@
 What is in the files is written down. What only the laboratory knows is marked FILL_IN, which is refused until
 it is filled in. Records are copied, never linked, so that nothing that happens to the folder they came from
 changes a result; each copy is compared with its original by checksum.
+
+example:
+  freerock new-campaign marble_2026 --from /media/usb/marble
+
+Copies the records to raw/NAME, lists their checksums, and writes config/campaigns/NAME.yaml and
+NAME.csv. Replace each FILL_IN in these files. Existing files are never overwritten.
 """
 
 import csv
@@ -12,8 +18,8 @@ import re
 import shutil
 import sys
 import tempfile
-from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from argparse import Namespace
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,35 +30,20 @@ from freerock.config.campaign import RESERVED
 from freerock.config.mistakes import FILL_IN
 from freerock.config.record import Record
 from freerock.config.values import name_fault
-from freerock.errors import FreerockError, printable
+from freerock.errors import FreerockError, attempt, printable
 from freerock.files import MANIFEST, write_manifest, write_text
 from freerock.jobs.soundness import QUICK_LOOK
 from freerock.records.read import READERS
 from freerock.units import CHANNEL_UNITS, understood
 
 MOST_PANELS = 24
-SENSORS = {  # what a sensor of each quantity needs: keys and their meaning
-    "voltage": "beam: {fill}, position_m: {fill}, range_m: {fill}",
-    "current": "beam: {fill}, position_m: {fill}, range_m: {fill}",
-    "displacement": "beam: {fill}, position_m: {fill}",
-    "rotation": "units: {unit}",
-    "": "units: {fill}, beam: {fill}, position_m: {fill}, range_m: {fill}",
-}
+Sensors = dict[tuple[str, str], str]  # name of a laser by quantity and unit
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock new-campaign marble_2026 --from /media/usb/marble\n"
-        "\n"
-        "Copies the records to raw/NAME, lists their checksums, and writes config/campaigns/NAME.yaml and\n"
-        "NAME.csv. Replace each FILL_IN in these files. Existing files are never overwritten."
-    )
-    parser.add_argument("name", metavar="NAME", help="name of the campaign: letters, digits and _")
-    parser.add_argument(
-        "--from", dest="folder", metavar="FOLDER", required=True, help="folder of the record files"
-    )
+    add("name", metavar="NAME", help="name of the campaign: letters, digits and _")
+    add("--from", dest="folder", metavar="FOLDER", required=True, help="folder of the record files")
 
 
 def run(chosen: Namespace) -> None:
@@ -129,7 +120,7 @@ def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCa
     if not (raw / MANIFEST).exists():
         write_manifest(raw, files)
     sensors = _sensors(looks)
-    write_text(yaml.with_suffix(".csv"), _csv_text(name, looks, refused, sensors))
+    write_text(yaml.with_suffix(".csv"), _csv_text(looks, refused, sensors))
     write_text(yaml, _yaml_text(name, sensors, picture.relative_to(root)))
     named = _name_the_first(root / "config/config.yaml", name)
     return NewCampaign(yaml, yaml.with_suffix(".csv"), raw, picture, tuple(looks), tuple(refused), named)
@@ -146,16 +137,10 @@ def _name_the_first(path: Path, name: str) -> bool:
 
 
 def _look_through(folder: Path) -> tuple[list[RecordLook], list[FreerockError]]:
-    looks: list[RecordLook] = []
-    refused: list[FreerockError] = []
-    for path in sorted(folder.iterdir()):
-        if path.suffix.lower() not in READERS or path.name == MANIFEST or not path.is_file():
-            continue
-        try:
-            looks.append(look_to_take(path))
-        except FreerockError as error:
-            refused.append(error)
-    return looks, refused
+    files = (path for path in sorted(folder.iterdir()) if path.is_file() and path.name != MANIFEST)
+    found = [attempt(look_to_take, path) for path in files if path.suffix.lower() in READERS]
+    refused = [each for each in found if isinstance(each, FreerockError)]
+    return [each for each in found if isinstance(each, RecordLook)], refused
 
 
 def _first_panels(looks: Sequence[RecordLook]) -> list[RecordLook]:
@@ -195,7 +180,7 @@ def _proposed(look: RecordLook) -> tuple[ChannelLook, ...]:
     return known or look.readable
 
 
-def _sensors(looks: Sequence[RecordLook]) -> dict[tuple[str, str], str]:
+def _sensors(looks: Sequence[RecordLook]) -> Sensors:
     """Name of a laser for each quantity and unit that the records' sensors have."""
     kinds = [_kind(channel) for look in looks for channel in _proposed(look)]
     return {kind: f"laser{number}" for number, kind in enumerate(dict.fromkeys(kinds), 1)}
@@ -206,43 +191,16 @@ def _kind(channel: ChannelLook) -> tuple[str, str]:
     return quantity, (understood(channel.units) or "") if quantity == "rotation" else ""
 
 
-def _yaml_text(name: str, sensors: dict[tuple[str, str], str], picture: Path) -> str:
-    lasers = []
-    for (quantity, unit), laser in sensors.items():
-        keys = SENSORS[quantity].format(fill=FILL_IN, unit=unit)
-        lasers.append(f"  {laser}: {{{keys}}}  # {quantity or 'the files state no unit'}")
-    return f"""\
-# yaml-language-server: $schema=../campaign.schema.json
-# Begun by `freerock new-campaign`. Replace every {FILL_IN}; `freerock check {name}` lists the rest.
-# All keys are explained in config/README.md. What the records look like: {picture.as_posix()}
+def _yaml_text(name: str, sensors: Sensors, picture: Path) -> str:
+    from jinja2 import Template
 
-title: {FILL_IN}  # of the campaign, as printed in the report
-origin: {FILL_IN}  # measured or simulated
-# institution:    # the laboratory
-# summary:        # what was tested, how and why
-
-# One line per block. Rename block1 as you like, here and in {name}.csv; copy the line for further blocks.
-blocks:
-  block1: {{height_m: {FILL_IN}, width_m: {FILL_IN}, mass_kg: {FILL_IN}}}
-
-# One line per foundation, likewise. levelled_deg says how well its base was levelled in the plane of rocking.
-foundations:
-  foundation1: {{}}  # {{levelled_deg: 0.02}}
-
-# Where each sensor's beam meets the block. beam: horizontal (a side face; position_m is its height above the
-# base) or vertical (the top; position_m is its distance to the right of the centre line). range_m is the
-# measuring range, from 0 to 10 V or from 4 to 20 mA. If the output falls with the distance, add sign: -1.
-lasers:
-{chr(10).join(lasers)}
-"""
+    text = Path(__file__).with_name("campaign.yaml.j2").read_text(encoding="utf-8")
+    template = Template(text, trim_blocks=True, keep_trailing_newline=True)
+    made: str = template.render(name=name, sensors=sensors, picture=picture, fill=FILL_IN)
+    return made
 
 
-def _csv_text(
-    name: str,
-    looks: Sequence[RecordLook],
-    refused: Sequence[FreerockError],
-    sensors: dict[tuple[str, str], str],
-) -> str:
+def _csv_text(looks: Sequence[RecordLook], refused: Sequence[FreerockError], sensors: Sensors) -> str:
     out = io.StringIO()
     rows = csv.writer(out, lineterminator="\n")
     rows.writerow(Record.model_fields)

@@ -1,22 +1,23 @@
-"""Standard errors of parameters, and rivals that a run would reject, predicted before any test."""
+"""Standard errors of parameters, and rivals that a run would reject, predicted before any test.
 
-from argparse import ArgumentParser, Namespace
+example:
+  freerock plan palermo_virtual
+
+The section `plan` of the campaign states expected parameters and choices: see config/README.md.
+"""
+
+from argparse import Namespace
+from collections.abc import Callable
 from pathlib import Path
 
 from freerock.config.campaign import load_campaign
 from freerock.config.step_settings import labels as labels_of
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock plan palermo_virtual\n"
-        "\n"
-        "The section `plan` of the campaign states expected parameters and choices: see config/README.md."
-    )
-    parser.add_argument("campaign", metavar="CAMPAIGN", help="its name or YAML file")
-    parser.add_argument(
+    add("campaign", metavar="CAMPAIGN", help="its name or YAML file")
+    add(
         "--into",
         metavar="FOLDER",
         help="folder of the tables and figures; by default results/<campaign>/plan",

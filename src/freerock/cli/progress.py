@@ -1,9 +1,15 @@
-"""Progress, failures and remaining time of the analysis of a campaign."""
+"""Progress, failures and remaining time of the analysis of a campaign.
+
+example:
+  freerock progress palermo_virtual
+
+Run it beside snakemake, in another terminal.
+"""
 
 import math
 import time
-from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from argparse import Namespace
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
@@ -20,12 +26,9 @@ STEPS = {  # products of a record, and their share of the work on it
 }
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n  freerock progress palermo_virtual\n\nRun it beside snakemake, in another terminal."
-    )
-    parser.add_argument("campaign", metavar="CAMPAIGN", nargs="*", help="by default those of config.yaml")
+    add("campaign", metavar="CAMPAIGN", nargs="*", help="by default those of config.yaml")
 
 
 def run(chosen: Namespace) -> None:
@@ -99,9 +102,7 @@ def progress(results: str | Path, tests: Sequence[str], started_s: float, now_s:
         new += weight * sum(made_s >= started_s for made_s in made) / len(tests)
     records = {test: results / STEPS["records"][0].format(test) for test in tests}
     verdicts = {test: verdict_of(path) for test, path in records.items() if path.exists()}
-    failed = [
-        (test, in_one_line(reasons)) for test, (verdict, reasons) in verdicts.items() if verdict == "fail"
-    ]
+    failed = [(test, in_one_line(why)) for test, (verdict, why) in verdicts.items() if verdict == "fail"]
     remaining_s = (1 - share) / new * (now_s - started_s) if new and started_s else math.nan
     complete = (results / "complete.txt").exists() and share > 1 - 1e-9
     return Progress(done, len(tests), failed, complete, new < share - 1e-9, share, remaining_s)

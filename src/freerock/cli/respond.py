@@ -1,30 +1,29 @@
-"""Responses of the identified laws of a campaign to ground motions, and the probability of overturning."""
+"""Responses of the identified laws of a campaign to ground motions, and the probability of overturning.
 
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+example:
+  freerock respond palermo_virtual --motions accelerograms --scales 0.5,1,1.5,2 --draws 20
+
+Takes the selected law and the parameters of each record from results/CAMPAIGN/tables. Motions are
+PEER AT2 files, or tables with a column of time and one as acceleration [g]. Writes response.csv
+(a row per record, motion, scale and draw) and fragility.csv.
+"""
+
+from argparse import ArgumentTypeError, Namespace
+from collections.abc import Callable
 from pathlib import Path
 
 from freerock.config.campaign import load_campaign
 from freerock.errors import FreerockError
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock respond palermo_virtual --motions accelerograms --scales 0.5,1,1.5,2 --draws 20\n"
-        "\n"
-        "Takes the selected law and the parameters of each record from results/CAMPAIGN/tables. Motions are\n"
-        "PEER AT2 files, or tables with a column of time and one as acceleration [g]. Writes response.csv\n"
-        "(a row per record, motion, scale and draw) and fragility.csv."
-    )
-    parser.add_argument("campaign", metavar="CAMPAIGN", help="an analysed campaign")
-    parser.add_argument("--motions", metavar="FOLDER", required=True, help="the folder of the accelerograms")
-    parser.add_argument("--scales", type=_factors, default=(1.0,), help="factors on each motion, as 0.5,1,2")
-    parser.add_argument("--draws", type=int, default=20, help="sets of parameters, including the means")
-    parser.add_argument(
-        "--of", choices=("next", "mean"), default="next", help="draw parameters of the next run, or the mean"
-    )
-    parser.add_argument("--into", metavar="FOLDER", help="by default results/CAMPAIGN/response")
+    add("campaign", metavar="CAMPAIGN", help="an analysed campaign")
+    add("--motions", metavar="FOLDER", required=True, help="the folder of the accelerograms")
+    add("--scales", type=_factors, default=(1.0,), help="factors on each motion, as 0.5,1,2")
+    add("--draws", type=int, default=20, help="sets of parameters, including the means")
+    add("--of", choices=("next", "mean"), default="next", help="draw parameters of the next run, or the mean")
+    add("--into", metavar="FOLDER", help="by default results/CAMPAIGN/response")
 
 
 def run(chosen: Namespace) -> None:

@@ -1,24 +1,25 @@
-"""See, correct and refit the runs of a campaign in the browser."""
+"""See, correct and refit the runs of a campaign in the browser.
+
+example:
+  freerock review palermo_virtual
+
+The page is served to this computer only, at an address with a secret token. Saved corrections go
+into the campaign's CSV; run snakemake afterwards. Ctrl+C ends it.
+"""
 
 import os
 import webbrowser
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentTypeError, Namespace
+from collections.abc import Callable
 from contextlib import suppress
 from threading import Thread
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n  freerock review palermo_virtual\n\n"
-        "The page is served to this computer only, at an address with a secret token. Saved corrections go\n"
-        "into the campaign's CSV; run snakemake afterwards. Ctrl+C ends it."
-    )
-    parser.add_argument("campaign", metavar="CAMPAIGN")
-    parser.add_argument(
-        "--no-browser", action="store_true", help="print the address without opening a browser"
-    )
-    parser.add_argument("--port", type=_port, default=0, help="by default any free port")
+    add("campaign", metavar="CAMPAIGN")
+    add("--no-browser", action="store_true", help="print the address without opening a browser")
+    add("--port", type=_port, default=0, help="by default any free port")
 
 
 def _port(text: str) -> int:

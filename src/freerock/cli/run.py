@@ -1,11 +1,18 @@
-"""Snakemake with this workflow, for those who don't know Snakemake: a progress bar, one line per failure."""
+"""Snakemake with this workflow, for those who don't know Snakemake: a progress bar, one line per failure.
+
+example:
+  freerock run palermo_virtual --cores 4
+
+Runs snakemake --config campaigns=NAME with the Snakefile of the folder, or else with freerock's.
+Whole products are not made again.
+"""
 
 import subprocess
 import sys
 import tempfile
 import time
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from collections.abc import Mapping, Sequence
+from argparse import ArgumentTypeError, Namespace
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TextIO
@@ -20,22 +27,11 @@ PROFILE = "Using workflow specific profile "  # what Snakemake begins with, --qu
 EVERY_S = 0.5  # between looks at the products
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock run palermo_virtual --cores 4\n"
-        "\n"
-        "Runs snakemake --config campaigns=NAME with the Snakefile of the folder, or else with freerock's.\n"
-        "Whole products are not made again."
-    )
-    parser.add_argument("campaign", metavar="NAME", nargs="*", help="by default those of config.yaml")
-    parser.add_argument(
-        "--cores", metavar="N", type=_cores, help="number of parallel jobs; by default all cores"
-    )
-    parser.add_argument(
-        "--slurm", action="store_true", help="run the jobs on the Slurm cluster of this machine"
-    )
+    add("campaign", metavar="NAME", nargs="*", help="by default those of config.yaml")
+    add("--cores", metavar="N", type=_cores, help="number of parallel jobs; by default all cores")
+    add("--slurm", action="store_true", help="run the jobs on the Slurm cluster of this machine")
 
 
 def run(chosen: Namespace) -> None:

@@ -1,23 +1,24 @@
-"""A scene simulated: a virtual record, or θ(t) of models on a moving ground or a resting one."""
+"""A scene simulated: a virtual record, or θ(t) of models on a moving ground or a resting one.
 
-from argparse import ArgumentParser, Namespace
+example:
+  freerock simulate examples/shake_table.yaml
+  freerock simulate examples/virtual_record.yaml
+
+A scene with a laser gives a record file (TDMS) of the virtual laboratory. Any other scene gives
+θ(t) of each model (CSV, PDF, PNG), with or without ground motion.
+"""
+
+from argparse import Namespace
+from collections.abc import Callable
 from pathlib import Path
 
 from freerock.config.scene import load_scene
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock simulate examples/shake_table.yaml\n"
-        "  freerock simulate examples/virtual_record.yaml\n"
-        "\n"
-        "A scene with a laser gives a record file (TDMS) of the virtual laboratory. Any other scene gives\n"
-        "θ(t) of each model (CSV, PDF, PNG), with or without ground motion."
-    )
-    parser.add_argument("scene", metavar="SCENE.yaml", help="the scene, see config/README.md")
-    parser.add_argument("--into", metavar="FOLDER", default="results/simulate", help="where the files go")
+    add("scene", metavar="SCENE.yaml", help="the scene, see config/README.md")
+    add("--into", metavar="FOLDER", default="results/simulate", help="where the files go")
 
 
 def run(chosen: Namespace) -> None:

@@ -1,7 +1,8 @@
 """The command `freerock`: one subcommand per task, one line per problem.
 
-A subcommand is a line in `COMMANDS` and the module of its name, with `add_arguments(parser)` and
-`run(chosen)`. Only the module that is requested is imported, so that `freerock --help` answers at once.
+A subcommand is a line in `COMMANDS` and the module of its name, with `add_arguments(add)` and
+`run(chosen)`. From "example:" on, the module's docstring is what the help says below the arguments. Only the
+module that is requested is imported, so that `freerock --help` answers at once.
 """
 
 import argparse
@@ -121,8 +122,9 @@ def _parser(asked_for: str = "") -> argparse.ArgumentParser:
         )
         if name == asked_for:
             module = importlib.import_module(f"freerock.cli.{name.replace('-', '_')}")
-            module.add_arguments(command)
+            module.add_arguments(command.add_argument)
             command.set_defaults(run=module.run)
-            command.epilog = f"{command.epilog}\n\n{EXIT_CODES}"
+            _, example, told = str(module.__doc__).partition("example:")
+            command.epilog = f"{example}{told.rstrip()}\n\n{EXIT_CODES}"
             command.add_argument("--debug", action="store_true", help="show the traceback of an error")
     return parser

@@ -1,7 +1,17 @@
-"""The supplement of a paper, as a zip: records, configuration, code, datasets, tables, figures, metadata."""
+"""The supplement of a paper, as a zip: records, configuration, code, datasets, tables, figures, metadata.
+
+example:
+  freerock supplement palermo_virtual --paper 10.1016/j.proeng.2017.09.024 --year 2026
+
+All products must be whole (freerock verify). The zip holds:
+  README.md, CITATION.cff, datacite.json, ro-crate-metadata.json, SHA256SUMS
+  records, configuration, code, and all products: datasets, tables, figures with captions, report
+In the unzipped folder `snakemake` makes the same bytes again. Equal products give equal zips.
+"""
 
 import re
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentTypeError, Namespace
+from collections.abc import Callable
 from pathlib import Path
 
 from freerock.cli.verify import verification
@@ -10,23 +20,12 @@ from freerock.errors import FreerockError, printable
 from freerock.jobs.home import HOME
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock supplement palermo_virtual --paper 10.1016/j.proeng.2017.09.024 --year 2026\n"
-        "\n"
-        "All products must be whole (freerock verify). The zip holds:\n"
-        "  README.md, CITATION.cff, datacite.json, ro-crate-metadata.json, SHA256SUMS\n"
-        "  records, configuration, code, and all products: datasets, tables, figures with captions, report\n"
-        "In the unzipped folder `snakemake` makes the same bytes again. Equal products give equal zips."
-    )
-    parser.add_argument("campaign", metavar="CAMPAIGN")
-    parser.add_argument("--paper", metavar="DOI", type=_doi, help="of the paper")
-    parser.add_argument(
-        "--year", metavar="YYYY", type=_year, help="of publication; by default the repository adds it"
-    )
-    parser.add_argument("--output", metavar="FILE", help="by default CAMPAIGN_supplement.zip")
+    add("campaign", metavar="CAMPAIGN")
+    add("--paper", metavar="DOI", type=_doi, help="of the paper")
+    add("--year", metavar="YYYY", type=_year, help="of publication; by default the repository adds it")
+    add("--output", metavar="FILE", help="by default CAMPAIGN_supplement.zip")
 
 
 def run(chosen: Namespace) -> None:

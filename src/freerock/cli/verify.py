@@ -1,9 +1,21 @@
-"""Check, file by file, whether the products of a campaign are those that a run would make now."""
+"""Check, file by file, whether the products of a campaign are those that a run would make now.
+
+example:
+  freerock verify palermo_virtual
+
+Reads every record and product, compares checksums with results/NAME/ledger, and lists products that are
+  missing
+  damaged   changed since it was written
+  stale     made from other records, settings or code than the present ones
+  foreign   not a product
+Products of other software versions are listed, but count as whole.
+Exit code 0: all products are whole. Nothing is made or changed.
+"""
 
 import subprocess
 import sys
-from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from argparse import Namespace
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from freerock.config.campaign import load_config
@@ -12,22 +24,9 @@ from freerock.jobs.home import SNAKEFILE
 from freerock.jobs.soundness import VERIFIED
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock verify palermo_virtual\n"
-        "\n"
-        "Reads every record and product, compares checksums with results/NAME/ledger, and lists "
-        "products that are\n"
-        "  missing\n"
-        "  damaged   changed since it was written\n"
-        "  stale     made from other records, settings or code than the present ones\n"
-        "  foreign   not a product\n"
-        "Products of other software versions are listed, but count as whole.\n"
-        "Exit code 0: all products are whole. Nothing is made or changed."
-    )
-    parser.add_argument("campaign", metavar="CAMPAIGN", nargs="*", help="by default those of config.yaml")
+    add("campaign", metavar="CAMPAIGN", nargs="*", help="by default those of config.yaml")
 
 
 def run(chosen: Namespace) -> None:

@@ -8,60 +8,26 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import ValidationInfo, field_validator
 
-from freerock.config.keys import (
-    BlockSection,
-    FitsSection,
-    FoundationSection,
-    GroundMotionsSection,
-    PlanSection,
-    ProcessingSection,
-    PublishedSection,
-    once,
-)
+from freerock.config import keys, values
 from freerock.config.mistakes import ConfigError, validate
 from freerock.config.record import Record, read_records
 from freerock.config.sensor import LaserSection
-from freerock.config.values import (
-    Invalid,
-    Name,
-    Section,
-    Text,
-    Whole,
-    check_braces,
-    check_inside,
-    check_name,
-    closest,
-    did_you_mean,
-    name_fault,
-)
+from freerock.config.values import Folder, Invalid, Name, Once, Section, Text, Whole, key
 from freerock.config.yaml_lines import Lines, place, read_yaml
 from freerock.errors import FreerockError
 
-Figure = Literal[  # in the order of the report; each is a module of freerock.figures
-    "set_up",
-    "models",
-    "residuals",
-    "decay",
-    "backbone",
-    "restitution",
-    "parameters",
-    "predictions",
-    "contact_force",
-    "foundation_effect",
-    "misfit_map",
-    "energy",
-    "phase_portrait",
-    "evidence",
-    "budget",
-    "parts",
-    "pulls",
-    "overturning",
-]
-FIGURES: tuple[Figure, ...] = get_args(Figure)
+# In the order of the report; each is a module of freerock.figures.
+FIGURES: tuple[str, ...] = ("set_up", "models", "residuals", "decay", "backbone", "restitution", "parameters")
+FIGURES += ("predictions", "contact_force", "foundation_effect", "misfit_map", "energy", "phase_portrait")
+FIGURES += ("evidence", "budget", "parts", "pulls", "overturning")
+if TYPE_CHECKING:  # words known only at run time
+    Figure: TypeAlias = str
+else:
+    Figure = Literal[*FIGURES]
 OPTIONS = ("campaigns", "studies", "verify")  # of snakemake --config
 RESERVED = {  # folders of results that are no campaign's
     "studies": "the results of the studies",
@@ -73,51 +39,42 @@ RESERVED = {  # folders of results that are no campaign's
 class CampaignFile(Section):
     """A test campaign: config/campaigns/<name>.yaml."""
 
-    title: Text = Field(min_length=1, description="the title of the campaign")
-    origin: Literal["simulated", "measured"] = Field(
-        description="simulated or measured, as shown in every dataset, table and figure"
+    title: Text = key("the title of the campaign", min_length=1)
+    origin: Literal["simulated", "measured"] = key(
+        "simulated or measured, as shown in every dataset, table and figure"
     )
-    summary: Text = Field("", description="what was tested, how and why, in a sentence or two")
-    institution: Text = Field("", description="the laboratory")
-    creator: Text = Field("", description="who made the records")
-    license: Text = Field("", description="the licence of the records")
-    references: Text = Field("", description="publications, as doi:10.…/…")
-    raw: str = Field("", description="the folder of the record files; by default raw/<name of the campaign>")
-    truth: str = Field("", description="the file of true values in the raw folder, of a simulated campaign")
-    blocks: dict[Name, BlockSection] = Field(min_length=1, description="one or more blocks, each by its name")
-    foundations: dict[Name, FoundationSection] = Field(
-        min_length=1, description="one or more foundations, each by its name"
+    summary: Text = key("what was tested, how and why, in a sentence or two", "")
+    institution: Text = key("the laboratory", "")
+    creator: Text = key("who made the records", "")
+    license: Text = key("the licence of the records", "")
+    references: Text = key("publications, as doi:10.…/…", "")
+    raw: Folder = key("the folder of the record files; by default raw/<name of the campaign>", "")
+    truth: str = key("the file of true values in the raw folder, of a simulated campaign", "")
+    blocks: dict[Name, keys.BlockSection] = key("one or more blocks, each by its name", min_length=1)
+    foundations: dict[Name, keys.FoundationSection] = key(
+        "one or more foundations, each by its name", min_length=1
     )
-    lasers: dict[Name, LaserSection] = Field(
-        min_length=1, description="one or more sensors, each by its name"
+    lasers: dict[Name, LaserSection] = key("one or more sensors, each by its name", min_length=1)
+    records_per_job: Whole = key(
+        "records per job, at most; with hundreds of records 40 saves start-up time", 4, ge=1
     )
-    records_per_job: Whole = Field(
-        4, ge=1, description="records per job, at most; with hundreds of records 40 saves start-up time"
+    ground_motions: keys.GroundMotionsSection | None = key(
+        "the ground motions under which the report says whether the blocks fall", None
     )
-    ground_motions: GroundMotionsSection | None = Field(
-        None, description="the ground motions under which the report says whether the blocks fall"
-    )
-    figures: tuple[Figure, ...] = Field(
+    figures: Annotated[tuple[Figure, ...], Once] = key(
+        "the figures of the report; any other is drawn if it is the target of snakemake",
         FIGURES[:9],
         validate_default=True,
-        description="the figures of the report; any other is drawn if it is the target of snakemake",
     )
-    figures_for: tuple[Literal["single_column", "slide"], ...] = Field(
-        (), description="further targets of the figures, beside the double column of a paper"
+    figures_for: Annotated[tuple[Literal["single_column", "slide"], ...], Once] = key(
+        "further targets of the figures, beside the double column of a paper", ()
     )
-    processing: ProcessingSection = Field(ProcessingSection(), description="the steps from volts to impacts")
-    fits: FitsSection = Field(FitsSection(), description="the identification of the models")
-    published: PublishedSection | None = Field(
-        None, description="values of a publication, printed beside the identified ones"
+    processing: keys.ProcessingSection = key("the steps from volts to impacts", keys.ProcessingSection())
+    fits: keys.FitsSection = key("the identification of the models", keys.FitsSection())
+    published: keys.PublishedSection | None = key(
+        "values of a publication, printed beside the identified ones", None
     )
-    plan: PlanSection | None = Field(
-        None, description="tests for which `freerock plan` predicts standard errors"
-    )
-
-    @field_validator("figures", "figures_for")
-    @classmethod
-    def _each_once(cls, names: Any) -> Any:
-        return once(names)
+    plan: keys.PlanSection | None = key("tests for which `freerock plan` predicts standard errors", None)
 
     @field_validator("figures")
     @classmethod
@@ -142,30 +99,25 @@ class CampaignFile(Section):
                 raise Invalid(what, "give each its own label")
         return {name: s if s.label else s.model_copy(update={"label": name}) for name, s in sections.items()}
 
-    @field_validator("raw")
-    @classmethod
-    def _folder_is_no_pattern(cls, raw: str) -> str:
-        return check_braces(raw)
-
     @field_validator("truth")
     @classmethod
     def _truth_is_simulated(cls, truth: Any, info: ValidationInfo) -> Any:
         if truth and info.data.get("origin") == "measured":
             raise Invalid("a measured campaign has no known truth", "remove the key or set origin: simulated")
-        return check_inside(truth) if truth else truth
+        return values.check_inside(truth) if truth else truth
 
     @field_validator("published")
     @classmethod
     def _published_is_configured(cls, published: Any, info: ValidationInfo) -> Any:
-        named = (
-            [*published.values.items(), *((k, [v]) for k, v in published.longest.items())]
-            if published
-            else []
-        )
-        for block, foundations in named:
-            check_name(block, info.data.get("blocks", (block,)), "a block of this campaign")
+        if published is None:
+            return published
+        longest = ((block, [foundation]) for block, foundation in published.longest.items())
+        for block, foundations in (*published.values.items(), *longest):
+            values.check_name(block, info.data.get("blocks", (block,)), "a block of this campaign")
             for name in foundations:
-                check_name(name, info.data.get("foundations", (name,)), "a foundation of this campaign")
+                values.check_name(
+                    name, info.data.get("foundations", (name,)), "a foundation of this campaign"
+                )
         return published
 
     @field_validator("plan")
@@ -175,12 +127,12 @@ class CampaignFile(Section):
             return plan
         blocks, foundations = info.data["blocks"], info.data["foundations"]
         for name in (*plan.expected, *plan.spread_fraction):
-            check_name(name, foundations, "a foundation of this campaign")
+            values.check_name(name, foundations, "a foundation of this campaign")
         for name in foundations:
             if name not in plan.expected:
                 raise Invalid(f"no parameters are expected of foundation {name!r}", "add it to plan.expected")
         for name, angles in plan.release_angles_deg.items():
-            check_name(name, blocks, "a block of this campaign")
+            values.check_name(name, blocks, "a block of this campaign")
             critical = math.degrees(blocks[name].block.theta_cr)
             if max(angles, default=0) >= critical:
                 what = f"released at {max(angles):g}° {name} overturns, its critical angle is {critical:.3f}°"
@@ -194,8 +146,8 @@ class CampaignFile(Section):
 class Campaign(CampaignFile):
     """A campaign as loaded: its YAML file and the records of its CSV file."""
 
-    name: Name = Field(description="the name of the campaign")
-    records: tuple[Record, ...] = Field(description="the records")
+    name: Name = key("the name of the campaign")
+    records: tuple[Record, ...] = key("the records")
 
     def record(self, test: str) -> Record:
         """The record of a test."""
@@ -209,8 +161,8 @@ class Campaign(CampaignFile):
 class ConfigFile(Section):
     """What is analysed: config/config.yaml."""
 
-    campaigns: tuple[Name, ...] = Field(
-        min_length=1, description="the campaigns to analyse, as a list of names in config/campaigns"
+    campaigns: tuple[Name, ...] = key(
+        "the campaigns to analyse, as a list of names in config/campaigns", min_length=1
     )
 
 
@@ -311,7 +263,7 @@ def campaign_paths(
         else:
             others = [p.stem for p in sorted(campaign_path.parent.glob("*.yaml"))]
             what = f"there is no campaign {name!r}: {campaign_path} is missing"
-            remedy = did_you_mean(name, others) or "write the file or correct the name"
+            remedy = values.did_you_mean(name, others) or "write the file or correct the name"
             problems.append(FreerockError(where, what, remedy))
     return paths
 
@@ -325,8 +277,8 @@ def check_options(options: Iterable[str]) -> None:
         A key is close to one of `OPTIONS`.
     """
     for option in options:
-        if option not in OPTIONS and closest(option, OPTIONS):
-            raise FreerockError(f"--config: {option}", "unknown key", did_you_mean(option, OPTIONS))
+        if option not in OPTIONS and values.closest(option, OPTIONS):
+            raise FreerockError(f"--config: {option}", "unknown key", values.did_you_mean(option, OPTIONS))
 
 
 @dataclass(frozen=True)
@@ -371,13 +323,12 @@ def read_campaign(path: str | Path, table: bytes | None = None) -> Source:
     path = Path(path)
     data, lines, problems = read_yaml(path)
     file = validate(CampaignFile, data, lambda loc: place(path, lines, loc), problems)
-    if fault := name_fault(path.stem):  # no such file can be written either
+    if fault := values.name_fault(path.stem):  # no such file can be written either
         problems = [*(problems if os.path.exists(path) else ()), FreerockError(path, *fault)]
     names = {column: (data or {}).get(f"{column}s") for column in ("block", "foundation", "laser")}
     csv = path.with_suffix(".csv")
-    records = (
-        read_records(csv, names, path, problems, table) if os.path.exists(path) else []
-    )  # false also for a name that is too long
+    there = os.path.exists(path)  # not, either, with a name that is too long
+    records = read_records(csv, names, path, problems, table) if there else []
     for line, record in records if file else ():
         for what, remedy in _laser_faults(record, file):
             problems.append(FreerockError(f"{csv}:{line}: laser", what, remedy))

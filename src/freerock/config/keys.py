@@ -15,17 +15,23 @@ from freerock.config.uncertainty import BlockUncertainty
 from freerock.config.values import (
     Candidate,
     Debonding,
+    Folder,
     Invalid,
     Kinematics,
     Label,
+    Length,
     Model,
     Name,
+    NotNegative,
     Number,
+    Once,
+    OneOrMore,
+    Place,
     Positive,
     Section,
     Whole,
-    check_braces,
     check_name,
+    key,
 )
 from freerock.models.block import Block
 from freerock.models.given import Given, faults
@@ -47,60 +53,29 @@ def check_parameters(model: str, parameters: Mapping[str, float], on: str = "", 
         raise Invalid(f"r = {parameters['r']:g}{on} is above 1", "give r up to 1")
 
 
-def once(names: Any) -> Any:
-    """Names, refused where one is given twice."""
-    for name in names:
-        if names.count(name) > 1:
-            raise Invalid(f"{name} is given twice", "keep one")
-    return names
-
-
-def one_or_more(values: Any) -> Any:
-    """Numbers, refused where there is none."""
-    if not values:
-        raise Invalid("is empty", "give one or more numbers, or leave it out")
-    return values
-
-
 class BlockSection(Section):
     """A rigid rectangular block."""
 
-    height_m: Number = Field(gt=0, le=100, description="the full height 2h in metres")
-    width_m: Number = Field(gt=0, le=100, description="the full width 2b in the plane of rocking in metres")
-    mass_kg: Number = Field(gt=0, le=1e6, description="the mass in kilograms")
-    contact_width_m: Number | None = Field(
-        None,
-        gt=0,
-        le=100,
-        description=(
-            "the distance between the corners about which it rocks, in metres; by default the full width"
-        ),
+    height_m: Length = key("the full height 2h in metres")
+    width_m: Length = key("the full width 2b in the plane of rocking in metres")
+    mass_kg: Number = key("the mass in kilograms", gt=0, le=1e6)
+    contact_width_m: Length | None = key(
+        "the distance between the corners about which it rocks, in metres; by default the full width", None
     )
-    com_height_m: Number | None = Field(
-        None,
-        gt=0,
-        le=100,
-        description="the height of its centre of mass over the base in metres; by default half the height",
+    com_height_m: Length | None = key(
+        "the height of its centre of mass over the base in metres; by default half the height", None
     )
-    com_offset_m: Number | None = Field(
-        None,
-        ge=-100,
-        le=100,
-        description=("the distance of its centre of mass right of the middle, in metres; by default 0"),
+    com_offset_m: Place | None = key(
+        "the distance of its centre of mass right of the middle, in metres; by default 0", None
     )
-    inertia_kg_m2: Number | None = Field(
-        None,
-        gt=0,
-        description="the moment of inertia about its centre of mass in kg m²; by default as for a uniform "
-        "rectangle",
+    inertia_kg_m2: Positive | None = key(
+        "the moment of inertia about its centre of mass in kg m²; by default as for a uniform rectangle", None
     )
-    release_angle_deg: Number | None = Field(
-        None, gt=0, lt=90, description="the nominal release angle in degrees, as printed in table 1"
+    release_angle_deg: Number | None = key(
+        "the nominal release angle in degrees, as printed in table 1", None, gt=0, lt=90
     )
-    label: Label = Field("", description="the name printed in tables and figures; by default the key")
-    uncertainty: BlockUncertainty = Field(
-        BlockUncertainty(), description="the standard uncertainties of its keys"
-    )
+    label: Label = key("the name printed in tables and figures; by default the key", "")
+    uncertainty: BlockUncertainty = key("the standard uncertainties of its keys", BlockUncertainty())
 
     @property
     def block(self) -> Block:
@@ -150,174 +125,136 @@ class BlockSection(Section):
 class FoundationSection(Section):
     """What the blocks stand on."""
 
-    label: Label = Field("", description="the name printed in tables and figures; by default the key")
-    levelled_deg: Number | None = Field(
+    label: Label = key("the name printed in tables and figures; by default the key", "")
+    levelled_deg: Number | None = key(
+        "the largest tilt of its base in the plane of rocking, in degrees; without it, tilt adds nothing to "
+        "`u_total`, and `freerock check` reports a doubt for measured records",
         None,
         ge=0,
         le=10,
-        description=(
-            "the largest tilt of its base in the plane of rocking, in degrees; without it, tilt adds nothing "
-            "to `u_total`, and `freerock check` reports a doubt for measured records"
-        ),
     )
 
 
 class RotationSection(Section):
     """Volts to θ(t)."""
 
-    mains_hz: Number | None = Field(
-        50.0,
-        gt=0,
-        description="the mains frequency in hertz, whose interference is subtracted; empty to keep it",
+    mains_hz: Positive | None = key(
+        "the mains frequency in hertz, whose interference is subtracted; empty to keep it", 50.0
     )
-    window_s: Number = Field(
-        0.25, gt=0, description="the window in which a still signal is sought, in seconds"
-    )
-    max_disagreement_deg: Number = Field(
-        0.5, gt=0, description="the largest difference between two lasers without a warning, in degrees"
+    window_s: Positive = key("the window in which a still signal is sought, in seconds", 0.25)
+    max_disagreement_deg: Positive = key(
+        "the largest difference between two lasers without a warning, in degrees", 0.5
     )
 
 
 class RunsSection(Section):
     """θ(t) to free-rocking runs."""
 
-    window_s: Number = Field(
-        0.25, gt=0, description="the window in which a still block is sought, in seconds"
+    window_s: Positive = key("the window in which a still block is sought, in seconds", 0.25)
+    held_s: Positive = key(
+        "the time before the release over which the release angle is read, in seconds", 1.0
     )
-    held_s: Number = Field(
-        1.0, gt=0, description="the time before the release over which the release angle is read, in seconds"
+    finger_s: NotNegative = key(
+        "the time the finger takes to leave, in seconds; its samples are not fitted", 0.03
     )
-    finger_s: Number = Field(
-        0.03, ge=0, description="the time the finger takes to leave, in seconds; its samples are not fitted"
+    min_impacts: Whole = key("the least number of impacts; with fewer the run fails", 3, ge=0)
+    max_flagged_fraction: Number = key(
+        "the largest share of invalid samples; above it the run fails", 0.02, ge=0, le=1
     )
-    min_impacts: Whole = Field(3, ge=0, description="the least number of impacts; with fewer the run fails")
-    max_flagged_fraction: Number = Field(
-        0.02, ge=0, le=1, description="the largest share of invalid samples; above it the run fails"
+    max_push_fraction: NotNegative = key(
+        "the largest push at the release without a warning, as a share of θ0", 0.02
     )
-    max_push_fraction: Number = Field(
-        0.02, ge=0, description="the largest push at the release without a warning, as a share of θ0"
+    max_hold_drift_deg: NotNegative = key(
+        "the largest creep of the held block without a warning, in degrees", 0.05
     )
-    max_hold_drift_deg: Number = Field(
-        0.05, ge=0, description="the largest creep of the held block without a warning, in degrees"
+    max_rest_shift_deg: NotNegative = key(
+        "the largest shift of the rest position without a warning, in degrees", 0.05
     )
-    max_rest_shift_deg: Number = Field(
-        0.05, ge=0, description="the largest shift of the rest position without a warning, in degrees"
+    max_growth_fraction: NotNegative = key(
+        "the largest growth of a swing over the one before, as a share; above it the run fails", 0.05
     )
-    max_growth_fraction: Number = Field(
-        0.05,
-        ge=0,
-        description="the largest growth of a swing over the one before, as a share; above it the run fails",
-    )
-    start: Literal["hold", "motion"] = Field(
-        "hold",
-        description=(
-            "how runs begin: hold (released from a hold) or motion (dropped, thrown, or cut in motion)"
-        ),
+    start: Literal["hold", "motion"] = key(
+        "how runs begin: hold (released from a hold) or motion (dropped, thrown, or cut in motion)", "hold"
     )
 
 
 class ImpactsSection(Section):
     """A run to its impacts and restitution coefficients."""
 
-    min_amplitude_sigmas: Number = Field(
-        10.0, gt=0, description="the lowest peak that is used, as a multiple of σ_θ"
+    min_amplitude_sigmas: Positive = key("the lowest peak that is used, as a multiple of σ_θ", 10.0)
+    min_uplift_ratio: Number = key(
+        "the lowest peak that is used, as a multiple of the uplift amplitude", 2.0, ge=1
     )
-    min_uplift_ratio: Number = Field(
-        2.0, ge=1, description="the lowest peak that is used, as a multiple of the uplift amplitude"
-    )
-    min_samples: Whole = Field(12, ge=3, description="the fewest samples of a swing that is used")
+    min_samples: Whole = key("the fewest samples of a swing that is used", 12, ge=3)
 
 
 class ProcessingSection(Section):
     """The steps from volts to impacts."""
 
-    rotation: RotationSection = Field(RotationSection(), description="volts to θ(t)")
-    runs: RunsSection = Field(RunsSection(), description="θ(t) to free-rocking runs")
-    impacts: ImpactsSection = Field(ImpactsSection(), description="runs to impacts and restitution")
-
-
-class _EachOnce(Section):
-    """Further free parameters of each model."""
-
-    @field_validator("*")
-    @classmethod
-    def _each_once(cls, names: Any) -> Any:
-        return once(names)
+    rotation: RotationSection = key("volts to θ(t)", RotationSection())
+    runs: RunsSection = key("θ(t) to free-rocking runs", RunsSection())
+    impacts: ImpactsSection = key("runs to impacts and restitution", ImpactsSection())
 
 
 def _free_field(law: Law) -> tuple[Any, Any]:
     """Type and default of the key that says what is freed of one law."""
     names: Any = Literal.__getitem__(law.nuisances)  # type checkers want words written out
-    return tuple[names, ...], Field(law.free, description=f"{', '.join(law.nuisances)} or none")
+    return Annotated[tuple[names, ...], Once], key(f"{', '.join(law.nuisances)} or none", law.free)
 
 
 _FREE_FIELDS: dict[str, Any] = {model: _free_field(law) for model, law in LAWS.items() if not law.bounces}
-FreeSection = create_model("FreeSection", __base__=_EachOnce, __doc__=_EachOnce.__doc__, **_FREE_FIELDS)
+FreeSection = create_model(
+    "FreeSection", __base__=Section, __doc__="Further free parameters of each model.", **_FREE_FIELDS
+)
 
 
 class GivenSection(Section):
     """Options of a parameter, in lmfit's words and SI units."""
 
-    value: Number | None = Field(
-        None, description="its value if vary is false; otherwise an additional start value"
-    )
-    min: Number | None = Field(None, description="its lower bound")
-    max: Number | None = Field(None, description="its upper bound")
-    vary: bool = Field(True, description="false to fix it at its value")
-    expr: str = Field(
-        "",
-        description="an expression that ties it to other parameters of the law, as 18.9*k",
-    )
+    value: Number | None = key("its value if vary is false; otherwise an additional start value", None)
+    min: Number | None = key("its lower bound", None)
+    max: Number | None = key("its upper bound", None)
+    vary: bool = key("false to fix it at its value", True)
+    expr: str = key("an expression that ties it to other parameters of the law, as 18.9*k", "")
 
 
 class FitsSection(Section):
     """Identification of the models."""
 
-    models: tuple[Model, ...] = Field(
-        tuple(model for model, law in LAWS.items() if law.by_default),
-        min_length=1,
-        description="the laws to fit: "
+    models: tuple[Model, ...] = key(
+        "the laws to fit: "
         + ", ".join(f"{model} ({law.note})" if law.note else model for model, law in LAWS.items())
         + ". Those with a remark are fitted if the residuals of the others exceed the noise",
+        tuple(model for model, law in LAWS.items() if law.by_default),
+        min_length=1,
     )
-    kinematics: tuple[Kinematics, ...] = Field(
+    kinematics: Annotated[tuple[Kinematics, ...], Once] = key(
+        "the kinematics of rivals: guided (centre of the base held, as in the paper) or pivoting (about the "
+        "lower corner)",
         KINEMATICS,
         min_length=1,
-        description="the kinematics of rivals: guided (centre of the base held, as in the paper) or "
-        "pivoting (about the lower corner)",
     )
-    free: FreeSection = Field(FreeSection(), description="further free parameters, law by law")
-    parameters: dict[Model, dict[str, GivenSection]] = Field(
-        {},
-        description="law: parameter: its bounds, its start, its fixed value, or its tie",
+    free: FreeSection = key("further free parameters, law by law", FreeSection())
+    parameters: dict[Model, dict[str, GivenSection]] = key(
+        "law: parameter: its bounds, its start, its fixed value, or its tie", {}
     )
-    paper_mode: bool = Field(
-        False,
-        description=(
-            "true to free only the parameters of the laws and fit no rivals, as in Spanos et al. 2017"
-        ),
+    paper_mode: bool = key(
+        "true to free only the parameters of the laws and fit no rivals, as in Spanos et al. 2017", False
     )
-    debonding: Debonding = Field(
+    debonding: Debonding = key(
+        "geometric (contact wherever the base is below the ground) or tensionless (only where the foundation"
+        " also pushes)",
         "geometric",
-        description="geometric (contact wherever the base is below the ground) "
-        "or tensionless (only where the foundation also pushes)",
     )
-    integrator_error: Number = Field(
+    integrator_error: Number = key(
+        "the largest shift of a parameter by the integrator's error, as a share of its standard error",
         0.2,
         gt=0,
         le=1,
-        description="the largest shift of a parameter by the integrator's error, as a share of its standard "
-        "error",
     )
-    profile: bool = Field(
-        False,
-        description="true to take 95 % intervals from the profile likelihood: some seconds per fit",
+    profile: bool = key(
+        "true to take 95 % intervals from the profile likelihood: some seconds per fit", False
     )
-
-    @field_validator("kinematics")
-    @classmethod
-    def _each_once(cls, names: Any) -> Any:
-        return once(names)
 
     @field_validator("parameters")
     @classmethod
@@ -350,13 +287,11 @@ class FitsSection(Section):
 class SensorSection(Section):
     """A planned sensor: its white noise in volts, metres or degrees, and its range."""
 
-    noise_v: Number | None = Field(None, gt=0, description="the standard deviation of its noise in volts")
-    noise_m: Number | None = Field(None, gt=0, description="the standard deviation of its noise in metres")
-    noise_deg: Number | None = Field(
-        None, gt=0, description="the standard deviation of the noise of θ itself in degrees"
-    )
-    range_m: Number | None = Field(
-        None, gt=0, description="its measuring range in metres; by default as for the record's laser"
+    noise_v: Positive | None = key("the standard deviation of its noise in volts", None)
+    noise_m: Positive | None = key("the standard deviation of its noise in metres", None)
+    noise_deg: Positive | None = key("the standard deviation of the noise of θ itself in degrees", None)
+    range_m: Positive | None = key(
+        "its measuring range in metres; by default as for the record's laser", None
     )
 
     @model_validator(mode="after")
@@ -372,66 +307,44 @@ class SensorSection(Section):
 class GroundMotionsSection(Section):
     """Ground motions under which the identified law of each record is simulated."""
 
-    folder: str = Field(min_length=1, description="the folder of the accelerograms, as .at2 or tables")
-    scales: tuple[Positive, ...] = Field((1.0,), description="factors on each motion, one or more")
-    draws: Whole = Field(
-        20, ge=1, le=10_000, description="sets of parameters for each motion, including the means"
+    folder: Folder = key("the folder of the accelerograms, as .at2 or tables", min_length=1)
+    scales: Annotated[tuple[Positive, ...], OneOrMore] = key("factors on each motion, one or more", (1.0,))
+    draws: Whole = key("sets of parameters for each motion, including the means", 20, ge=1, le=10_000)
+    of: Literal["next", "mean"] = key(
+        "the parameters that are drawn: of the next run, or the mean ones", "next"
     )
-    of: Literal["next", "mean"] = Field(
-        "next", description="the parameters that are drawn: of the next run, or the mean ones"
-    )
-    motions_per_job: Whole = Field(10, ge=1, description="the largest number of motions per job")
-
-    @field_validator("folder")
-    @classmethod
-    def _folder_is_no_pattern(cls, folder: str) -> str:
-        return check_braces(folder)
-
-    @field_validator("scales")
-    @classmethod
-    def _one_or_more(cls, values: Any) -> Any:
-        return one_or_more(values)
+    motions_per_job: Whole = key("the largest number of motions per job", 10, ge=1)
 
 
 class PlanSection(Section):
     """Tests for which `freerock plan` predicts standard errors and rivals."""
 
-    expected: dict[Name, dict[Candidate, dict[str, Positive]]] = Field(
+    expected: dict[Name, dict[Candidate, dict[str, Positive]]] = key(
+        "foundation: model: parameter: expected value (SI). Models …_width also need width_fraction, the "
+        "contact width over the width of the block",
         min_length=1,
-        description="foundation: model: parameter: expected value (SI). Models …_width also need "
-        "width_fraction, the contact width over the width of the block",
     )
-    sensors: dict[Name, SensorSection] = Field(
-        min_length=1, description="one or more sensors, each by its name"
+    sensors: dict[Name, SensorSection] = key("one or more sensors, each by its name", min_length=1)
+    sampling_rates_hz: Annotated[tuple[Positive, ...], OneOrMore] = key(
+        "the sampling rates in hertz, one or more", (2000.0,)
     )
-    sampling_rates_hz: tuple[Positive, ...] = Field(
-        (2000.0,), description="the sampling rates in hertz, one or more"
+    durations_s: Annotated[tuple[Positive, ...], OneOrMore] = key(
+        "the durations of a run in seconds, one or more", (8.0,)
     )
-    durations_s: tuple[Positive, ...] = Field(
-        (8.0,), description="the durations of a run in seconds, one or more"
+    release_angles_deg: dict[Name, tuple[Positive, ...]] = key(
+        "block: list of release angles in degrees; by default release_angle_deg of the block", {}
     )
-    release_angles_deg: dict[Name, tuple[Positive, ...]] = Field(
-        {}, description="block: list of release angles in degrees; by default release_angle_deg of the block"
+    model_error: Number = key(
+        "ε_θ of the right law, as a fraction; nearer rivals cannot be rejected", 0.0, ge=0, lt=1
     )
-    model_error: Number = Field(
-        0.0,
-        ge=0,
-        lt=1,
-        description="ε_θ of the right law, as a fraction; nearer rivals cannot be rejected",
+    n_runs: Annotated[tuple[Annotated[Whole, Field(gt=0)], ...], OneOrMore] = key(
+        "the numbers of runs of each block, one or more", (1, 2, 3, 5, 10, 20)
     )
-    n_runs: tuple[Annotated[Whole, Field(gt=0)], ...] = Field(
-        (1, 2, 3, 5, 10, 20), description="the numbers of runs of each block, one or more"
-    )
-    spread_fraction: dict[Name, dict[str, Annotated[Number, Field(ge=0, lt=1)]]] = Field(
+    spread_fraction: dict[Name, dict[str, Annotated[Number, Field(ge=0, lt=1)]]] = key(
+        "foundation: parameter: spread between runs over their mean, as tau/mean in tables/populations.csv; "
+        "by default 0",
         {},
-        description="foundation: parameter: spread between runs over their mean, as tau/mean in "
-        "tables/populations.csv; by default 0",
     )
-
-    @field_validator("sampling_rates_hz", "durations_s", "n_runs")
-    @classmethod
-    def _one_or_more(cls, values: Any) -> Any:
-        return one_or_more(values)
 
     @field_validator("durations_s")
     @classmethod
@@ -461,16 +374,12 @@ class PlanSection(Section):
 class PublishedSection(Section):
     """Values of a publication, printed beside the identified ones."""
 
-    doi: str = Field(
-        pattern=r"^10\.\d{4,9}/\S+$", max_length=200, description="the DOI of the publication, as 10.…/…"
+    doi: str = key("the DOI of the publication, as 10.…/…", pattern=r"^10\.\d{4,9}/\S+$", max_length=200)
+    values: dict[Name, dict[Name, dict[Model, dict[str, Number]]]] = key(
+        "block: foundation: model: parameter: value, in SI units; epsilon_theta as a fraction counts as a "
+        "parameter"
     )
-    values: dict[Name, dict[Name, dict[Model, dict[str, Number]]]] = Field(
-        description="block: foundation: model: parameter: value, "
-        "in SI units; epsilon_theta as a fraction counts as a parameter"
-    )
-    longest: dict[Name, Name] = Field(
-        {}, description="block: the foundation on which it rocks longest in the publication"
-    )
+    longest: dict[Name, Name] = key("block: the foundation on which it rocks longest in the publication", {})
 
     @field_validator("values")
     @classmethod

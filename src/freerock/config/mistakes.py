@@ -7,24 +7,13 @@ from typing import Any, get_origin
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from freerock.config.values import (
-    NAME,
-    Invalid,
-    Section,
-    closest,
-    did_you_mean,
-    name_fault,
-    section_in,
-    shown,
-)
+from freerock.config import values
+from freerock.config.values import NAME, Invalid, Section
 from freerock.config.yaml_lines import Key
 from freerock.errors import FreerockError
 
 FORMER = {  # keys that earlier versions had; of a renamed one the remedy is `use NEW_NAME`
-    "pooled": (
-        "runs are no longer fitted jointly",
-        "remove it: tables give the mean of the runs",
-    ),
+    "pooled": ("runs are no longer fitted jointly", "remove it: tables give the mean of the runs")
 }
 FILL_IN = "FILL_IN"  # what `freerock new-campaign` writes where only the user knows
 
@@ -72,14 +61,13 @@ def validate(
     located = [(tuple(str(part) for part in fault["loc"] if part != "[key]"), fault) for fault in found]
     # a list is too short as well where all its items are wrong
     inner = {loc[:n] for loc, _ in located for n in range(len(loc))}
-    faults = [
-        (loc, f) for loc, f in located if loc not in blanks and (f["type"] != "too_short" or loc not in inner)
-    ]
+    faults = [(loc, fault) for loc, fault in located if loc not in blanks]
+    faults = [(loc, fault) for loc, fault in faults if fault["type"] != "too_short" or loc not in inner]
     meant = {
         (*loc[:-1], close)
         for loc, fault in faults
         if fault["type"] == "extra_forbidden"
-        for close in closest(loc[-1], _keys(model, loc[:-1]))
+        for close in values.closest(loc[-1], _keys(model, loc[:-1]))
     }
     for loc, fault in faults:
         if fault["type"] != "missing" or loc not in meant:
@@ -108,11 +96,11 @@ def _explain(model: type[Section], loc: Key, fault: ErrorDetails) -> tuple[str, 
         if loc[-1] in FORMER:
             return FORMER[loc[-1]]
         keys = _keys(model, loc[:-1])
-        return "unknown key", did_you_mean(loc[-1], keys) or f"use one of {', '.join(keys)}"
+        return "unknown key", values.did_you_mean(loc[-1], keys) or f"use one of {', '.join(keys)}"
     if context.get("pattern") == NAME and value:
-        return name_fault(value) or ("", "")
+        return values.name_fault(value) or ("", "")
     if kind in ("string_too_long", "too_long") and isinstance(value, str):
-        return f"{shown(value)} has {len(value)} characters", f"use {context['max_length']} at most"
+        return f"{values.shown(value)} has {len(value)} characters", f"use {context['max_length']} at most"
     field, _ = _walk(model, loc)
     give = f"give {field.description}" + (", in quotes" if kind == "string_type" else "")
     if kind == "missing":
@@ -122,12 +110,12 @@ def _explain(model: type[Section], loc: Key, fault: ErrorDetails) -> tuple[str, 
     if isinstance(value, dict | list | tuple):
         return f"{'a group of keys' if isinstance(value, dict) else 'a list'} does not belong here", give
     if "pattern" in context:
-        return f"{shown(value)} is not understood", give
+        return f"{values.shown(value)} is not understood", give
     what = fault["msg"].replace("Input should be", "is not").replace("valid tuple", "list")
     what = re.sub(r"valid dictionary.*", "group of keys", what).partition(", unable")[0]
     if kind == "literal_error":
-        give = did_you_mean(value, re.findall(r"'(\w+)'", context["expected"])) or give
-    return f"{shown(value)} {what}", give
+        give = values.did_you_mean(value, re.findall(r"'(\w+)'", context["expected"])) or give
+    return f"{values.shown(value)} {what}", give
 
 
 def _walk(model: type[Section], loc: Key) -> tuple[Any, type[Section] | None]:
@@ -142,7 +130,7 @@ def _walk(model: type[Section], loc: Key) -> tuple[Any, type[Section] | None]:
         if part not in section.model_fields:
             return field, section
         field = section.model_fields[part]
-        section, named = section_in(field.annotation), get_origin(field.annotation) in (dict, tuple)
+        section, named = values.section_in(field.annotation), get_origin(field.annotation) in (dict, tuple)
     return field, section
 
 

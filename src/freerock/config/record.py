@@ -7,12 +7,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import ValidationInfo, field_validator
 
 from freerock import bounds
 from freerock.config.mistakes import FILL_IN, validate
 from freerock.config.override import EXCLUDED, RECORD, read_exclusions, read_overrides
-from freerock.config.values import Invalid, Name, Section, Text, check_inside, closest, did_you_mean
+from freerock.config.values import Inside, Invalid, Name, Section, Text, closest, did_you_mean, key
 from freerock.config.yaml_lines import Key, read_text, text_of
 from freerock.errors import FreerockError
 
@@ -20,49 +20,37 @@ from freerock.errors import FreerockError
 class Record(Section):
     """A record: one line of config/campaigns/<name>.csv."""
 
-    test: Name = Field(description="the name of the record: letters, digits and _")
-    file: str = Field(min_length=1, max_length=1000, description="the record file, inside the raw folder")
-    channel: str = Field(
+    test: Name = key("the name of the record: letters, digits and _")
+    file: Inside = key("the record file, inside the raw folder")
+    channel: str = key(
+        "the channel of the laser, or of two lasers as a;b; empty if the file has only one",
         "",
         max_length=1000,
-        description="the channel of the laser, or of two lasers as a;b; empty if the file has only one",
     )
-    block: str = Field(description="the name of a block")
-    foundation: str = Field(description="the name of a foundation")
-    laser: str = Field(description="the name of a laser, or of two lasers as a;b")
-    exclude: str = Field("", max_length=bounds.CELL_CHARACTERS, description=EXCLUDED)
-    override: str = Field(
+    block: str = key("the name of a block")
+    foundation: str = key("the name of a foundation")
+    laser: str = key("the name of a laser, or of two lasers as a;b")
+    exclude: str = key(EXCLUDED, "", max_length=bounds.CELL_CHARACTERS)
+    override: str = key(
+        "release and end of a run in seconds, and optionally its hold, as 2@12.310:19.800 hold "
+        "10.000:12.200; several separated by ;",
         "",
         max_length=bounds.CELL_CHARACTERS,
-        description="release and end of a run in seconds, and optionally its hold, as 2@12.310:19.800 hold "
-        "10.000:12.200; several separated by ;",
     )
-    reason: Text = Field("", description="the reason of an exclusion or override; compulsory with either")
-    note: Text = Field("", description="a remark")
-    start: Literal["", "hold", "motion"] = Field(
-        "", description="how its runs begin, hold or motion; by default as processing.runs.start"
+    reason: Text = key("the reason of an exclusion or override; compulsory with either", "")
+    note: Text = key("a remark", "")
+    start: Literal["", "hold", "motion"] = key(
+        "how its runs begin, hold or motion; by default as processing.runs.start", ""
     )
-    position: str = Field(
-        "",
-        description="the channels of the block's horizontal and vertical position by motion capture, as x;z",
+    position: str = key(
+        "the channels of the block's horizontal and vertical position by motion capture, as x;z", ""
     )
 
-    @field_validator("file")
+    @field_validator("exclude", "override")
     @classmethod
-    def _file_is_inside(cls, file: Any) -> Any:
-        return check_inside(file)
-
-    @field_validator("exclude")
-    @classmethod
-    def _exclude_is_understood(cls, exclude: Any) -> Any:
-        read_exclusions(exclude)
-        return exclude
-
-    @field_validator("override")
-    @classmethod
-    def _override_is_understood(cls, override: Any) -> Any:
-        read_overrides(override)
-        return override
+    def _understood(cls, cell: Any, info: ValidationInfo) -> Any:
+        {"exclude": read_exclusions, "override": read_overrides}[str(info.field_name)](cell)
+        return cell
 
     @field_validator("position")
     @classmethod

@@ -5,6 +5,7 @@
 
 import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import NoneType
 from typing import Annotated, Any, Literal, get_args, get_origin
@@ -64,7 +65,7 @@ def _table(model: type[Section]) -> str:
     for name, field in model.model_fields.items():
         bounds = [
             f"{sign} {getattr(item, bound):g}"
-            for item in field.metadata
+            for item in (*field.metadata, *_bounds_within(field.annotation))
             for bound, sign in BOUNDS.items()
             if hasattr(item, bound)
         ]
@@ -73,6 +74,13 @@ def _table(model: type[Section]) -> str:
         unit = output or KEY_UNITS.get(name.rpartition("_")[2], "")
         rows.append(f"| `{name}` | {kind} | {unit} | {_default(field)} | {field.description} |")
     return "\n".join(rows)
+
+
+def _bounds_within(annotation: Any) -> Iterator[Any]:
+    """The bounds of a number that may be left out."""
+    for one in get_args(annotation) if NoneType in get_args(annotation) else ():
+        for item in getattr(one, "__metadata__", ()):
+            yield from item.metadata if isinstance(item, FieldInfo) else ()
 
 
 def _type(annotation: Any) -> str:

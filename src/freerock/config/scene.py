@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import ValidationInfo, field_validator, model_validator
 
 from freerock import bounds
 from freerock.config.campaign import load_section
@@ -18,6 +18,7 @@ from freerock.config.values import (
     Positive,
     Section,
     Whole,
+    key,
 )
 
 GROUND_COLUMNS = ("time_s", "x_m_s2", "z_m_s2")
@@ -26,23 +27,22 @@ GROUND_COLUMNS = ("time_s", "x_m_s2", "z_m_s2")
 class PulseSection(Section):
     """An analytic pulse of the ground."""
 
-    shape: Literal["sine", "half_sine", "cosine"] = Field("sine", description="sine, half_sine or cosine")
-    period_s: Positive = Field(description="its period in seconds")
-    x_m_s2: Number = Field(0.0, description="the amplitude of the horizontal acceleration in m/s²")
-    z_m_s2: Number = Field(0.0, description="the amplitude of the vertical acceleration, upward, in m/s²")
-    start_s: Number = Field(0.0, description="when it starts in seconds")
-    cycles: Positive | None = Field(None, description="its length in periods; by default as for its shape")
+    shape: Literal["sine", "half_sine", "cosine"] = key("sine, half_sine or cosine", "sine")
+    period_s: Positive = key("its period in seconds")
+    x_m_s2: Number = key("the amplitude of the horizontal acceleration in m/s²", 0.0)
+    z_m_s2: Number = key("the amplitude of the vertical acceleration, upward, in m/s²", 0.0)
+    start_s: Number = key("when it starts in seconds", 0.0)
+    cycles: Positive | None = key("its length in periods; by default as for its shape", None)
 
 
 class GroundSection(Section):
     """The motion of the ground: a pulse, or the samples of a file."""
 
-    pulse: PulseSection | None = Field(None, description="an analytic pulse")
-    file: str = Field(
+    pulse: PulseSection | None = key("an analytic pulse", None)
+    file: str = key(
+        f"a CSV file beside the scene with columns {', '.join(GROUND_COLUMNS)} (the last optional)",
         "",
         validate_default=True,
-        description=f"a CSV file beside the scene with columns {', '.join(GROUND_COLUMNS)} "
-        "(the last optional)",
     )
 
     @field_validator("file")
@@ -58,9 +58,9 @@ class GroundSection(Section):
 class VirtualLaser(LaserSection):
     """The laser of the record, and its noise."""
 
-    noise_v: Positive = Field(0.002, description="the standard deviation of its noise in volts")
-    seed: Whole = Field(0, ge=0, description="the seed of the noise, and of release angles and times")
-    releases: Whole = Field(3, ge=1, le=1000, description="the number of releases on the record")
+    noise_v: Positive = key("the standard deviation of its noise in volts", 0.002)
+    seed: Whole = key("the seed of the noise, and of release angles and times", 0, ge=0)
+    releases: Whole = key("the number of releases on the record", 3, ge=1, le=1000)
 
     @model_validator(mode="after")
     def _volts_and_a_range(self) -> Self:
@@ -72,21 +72,18 @@ class VirtualLaser(LaserSection):
 class Scene(Section):
     """What `freerock simulate` simulates."""
 
-    block: BlockSection = Field(description="the block")
-    models: dict[Model, dict[str, Positive]] = Field(
-        min_length=1, description="model: parameter: value, in SI units"
+    block: BlockSection = key("the block")
+    models: dict[Model, dict[str, Positive]] = key("model: parameter: value, in SI units", min_length=1)
+    release_angle_deg: Number = key("the release angle in degrees, or 0", 0.0)
+    duration_s: Positive = key("the simulated time in seconds", 10.0)
+    sampling_rate_hz: Positive = key("samples per second", 1000.0)
+    debonding: Debonding = key("as in a campaign's fits", "geometric")
+    kinematics: Kinematics = key(
+        "guided (the base centre is held, as in the paper) or pivoting (about the lower corner)", "guided"
     )
-    release_angle_deg: Number = Field(0.0, description="the release angle in degrees, or 0")
-    duration_s: Positive = Field(10.0, description="the simulated time in seconds")
-    sampling_rate_hz: Positive = Field(1000.0, description="samples per second")
-    debonding: Debonding = Field("geometric", description="as in a campaign's fits")
-    kinematics: Kinematics = Field(
-        "guided",
-        description="guided (the base centre is held, as in the paper) or pivoting (about the lower corner)",
-    )
-    ground: GroundSection | None = Field(None, description="the motion of the ground; by default none")
-    laser: VirtualLaser | None = Field(
-        None, validate_default=False, description="the laser of a record; by default θ(t) itself is written"
+    ground: GroundSection | None = key("the motion of the ground; by default none", None)
+    laser: VirtualLaser | None = key(
+        "the laser of a record; by default θ(t) itself is written", None, validate_default=False
     )
 
     @field_validator("sampling_rate_hz")

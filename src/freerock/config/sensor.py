@@ -3,88 +3,81 @@
 import math
 from typing import Any, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import ValidationInfo, field_validator
 
 from freerock.config.uncertainty import LaserUncertainty
-from freerock.config.values import Direction, Invalid, Number, Section, Unit, check_inside
+from freerock.config.values import (
+    Direction,
+    Invalid,
+    NotNegative,
+    Number,
+    Place,
+    Positive,
+    Section,
+    Unit,
+    check_inside,
+    key,
+)
 from freerock.units import CHANNEL_UNITS
 
 
 class LaserSection(Section):
     """A displacement sensor: where its beam meets the block, and its output."""
 
-    units: Unit = Field(
+    units: Unit = key(
+        "the unit of the channel: of the output, the displacement or the rotation; by default as the file "
+        "states it",
         "",
-        description="the unit of the channel: of the output, the displacement or the rotation; by default as "
-        "the file states it",
     )
-    beam: Literal["horizontal", "vertical"] | None = Field(
+    beam: Literal["horizontal", "vertical"] | None = key(
+        "horizontal (meets a side face) or vertical (meets the top); compulsory unless units are those of a "
+        "rotation",
         None,
         validate_default=True,
-        description="horizontal (meets a side face) or vertical (meets the top); compulsory unless units "
-        "are those of a rotation",
     )
-    position_m: Number | None = Field(
+    position_m: Place | None = key(
+        "the height of a horizontal beam, or distance of a vertical beam right of centre, in metres; "
+        "compulsory with beam",
         None,
-        ge=-100,
-        le=100,
         validate_default=True,
-        description="the height of a horizontal beam, or distance of a vertical beam right of centre, "
-        "in metres; compulsory with beam",
     )
-    range_m: Number | None = Field(None, gt=0, description="the measuring range in metres")
-    sensitivity_per_mm: Number | None = Field(
-        None, gt=0, description="the output per millimetre in V or mA, in place of range_m"
+    range_m: Positive | None = key("the measuring range in metres", None)
+    sensitivity_per_mm: Positive | None = key(
+        "the output per millimetre in V or mA, in place of range_m", None
     )
-    calibration: str | None = Field(
-        None,
-        description=(
-            "a CSV file in the raw folder, with output and distance headed as V,mm; in place of range_m"
-        ),
+    calibration: str | None = key(
+        "a CSV file in the raw folder, with output and distance headed as V,mm; in place of range_m", None
     )
-    face: Literal["left", "right"] = Field("left", description="the face met by a horizontal beam")
-    sign: Direction = Field(1, description="1 if the output grows with the distance, -1 if it falls")
-    release_side: Literal["positive", "negative"] = Field(
-        "positive",
-        description="the sign of the first swing after a rest; needed for a vertical beam between corners",
+    face: Literal["left", "right"] = key("the face met by a horizontal beam", "left")
+    sign: Direction = key("1 if the output grows with the distance, -1 if it falls", 1)
+    release_side: Literal["positive", "negative"] = key(
+        "the sign of the first swing after a rest; needed for a vertical beam between corners", "positive"
     )
-    response_ms: Number = Field(
+    response_ms: Number = key(
+        "the time over which the sensor averages, or the time constant of its low pass, in milliseconds",
         0.0,
         ge=0,
         le=100,
-        description=(
-            "the time over which the sensor averages, or the time constant of its low pass, in milliseconds"
-        ),
     )
-    response: Literal["average", "low_pass"] = Field(
+    response: Literal["average", "low_pass"] = key(
+        "average (as in triangulation lasers) or low_pass (first order; 159 ms over its bandwidth in Hz)",
         "average",
-        description=(
-            "average (as in triangulation lasers) or low_pass (first order; 159 ms over its bandwidth in Hz)"
-        ),
     )
-    volts_at_start: Number = Field(0.0, description="the volts at the start of the measuring range")
-    volts_at_end: Number = Field(
-        10.0, validate_default=True, description="the volts at the end of the measuring range"
+    volts_at_start: Number = key("the volts at the start of the measuring range", 0.0)
+    volts_at_end: Number = key("the volts at the end of the measuring range", 10.0, validate_default=True)
+    valid_low_v: Number = key("the lowest valid output in volts", -0.1)
+    valid_high_v: Number = key("the highest valid output in volts", 10.1)
+    error_level_v: Number = key("the output in volts if the beam meets no target", 10.2)
+    error_tolerance_v: NotNegative = key("the tolerance of the error level in volts", 0.01)
+    milliamps_at_start: Number = key("the milliamperes at the start of the measuring range", 4.0)
+    milliamps_at_end: Number = key(
+        "the milliamperes at the end of the measuring range", 20.0, validate_default=True
     )
-    valid_low_v: Number = Field(-0.1, description="the lowest valid output in volts")
-    valid_high_v: Number = Field(10.1, description="the highest valid output in volts")
-    error_level_v: Number = Field(10.2, description="the output in volts if the beam meets no target")
-    error_tolerance_v: Number = Field(0.01, ge=0, description="the tolerance of the error level in volts")
-    milliamps_at_start: Number = Field(
-        4.0, description="the milliamperes at the start of the measuring range"
-    )
-    milliamps_at_end: Number = Field(
-        20.0, validate_default=True, description="the milliamperes at the end of the measuring range"
-    )
-    valid_low_ma: Number = Field(3.84, description="the lowest valid output in milliamperes")
-    valid_high_ma: Number = Field(20.16, description="the highest valid output in milliamperes")
-    error_level_ma: Number = Field(3.75, description="the output in milliamperes if the beam meets no target")
-    error_tolerance_ma: Number = Field(
-        0.01, ge=0, description="the tolerance of the error level in milliamperes"
-    )
-    uncertainty: LaserUncertainty = Field(
-        LaserUncertainty(), description="the standard uncertainties of its keys"
-    )
+    valid_low_ma: Number = key("the lowest valid output in milliamperes", 3.84)
+    valid_high_ma: Number = key("the highest valid output in milliamperes", 20.16)
+    error_level_ma: Number = key("the output in milliamperes if the beam meets no target", 3.75)
+    error_tolerance_ma: NotNegative = key("the tolerance of the error level in milliamperes", 0.01)
+    uncertainty: LaserUncertainty = key("the standard uncertainties of its keys", LaserUncertainty())
 
     @field_validator("uncertainty")
     @classmethod

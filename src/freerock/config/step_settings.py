@@ -70,16 +70,9 @@ def laboratory(campaign: Campaign, record: Record) -> Settings:
 def attributes(campaign: Campaign, record: Record) -> Settings:
     """What identifies a record in its datasets."""
     block = campaign.blocks[record.block]
-    found = {
-        "campaign": campaign.name,
-        "test": record.test,
-        "block": record.block,
-        "foundation": record.foundation,
-        "origin": campaign.origin,
-        "block_height_m": block.height_m,
-        "block_width_m": block.width_m,
-        "block_mass_kg": block.mass_kg,
-    }
+    found = {"campaign": campaign.name, "test": record.test, "block": record.block}
+    found |= {"foundation": record.foundation, "origin": campaign.origin}
+    found |= {f"block_{name}": getattr(block, name) for name in ("height_m", "width_m", "mass_kg")}
     further = ("contact_width_m", "com_height_m", "com_offset_m", "inertia_kg_m2")
     return found | {f"block_{name}": getattr(block, name) for name in further if getattr(block, name)}
 
@@ -137,14 +130,8 @@ def record_settings(
 
 def fit_settings(campaign: Campaign, records: Sequence[Record]) -> tuple[Settings, Settings]:
     """What `freerock.jobs.fit.make_fits` needs: of each record by its test, and of all alike."""
-    own = {
-        record.test: {
-            "attributes": attributes(campaign, record),
-            "block": geometry(campaign, record),
-            "laboratory": laboratory(campaign, record),
-        }
-        for record in records
-    }
+    made = {"attributes": attributes, "block": geometry, "laboratory": laboratory}
+    own = {each.test: {name: of(campaign, each) for name, of in made.items()} for each in records}
     return own, {
         "models": list(campaign.fits.models),
         "kinematics": list(campaign.fits.rivals),

@@ -10,17 +10,11 @@ effect of a sensor's response grows with the square of its time; its mean over a
 
 from typing import Any
 
-from pydantic import Field
-
-from freerock.config.values import Number, Section
+from freerock.config.values import NotNegative, Number, Section, key
 
 DEFAULTS = {
-    "height_m": 3e-4,
-    "width_m": 3e-4,
-    "contact_width_m": 3e-4,
+    **dict.fromkeys(["height_m", "width_m", "contact_width_m", "com_height_m", "com_offset_m"], 3e-4),
     "mass_fraction": 1e-3,
-    "com_height_m": 3e-4,
-    "com_offset_m": 3e-4,
     "inertia_fraction": 5e-3,
     "position_m": 6e-4,
     "scale_fraction": 1e-3,
@@ -35,10 +29,10 @@ def response_u_ms(response_ms: float) -> float:
     return DEFAULTS["response_fraction"] * response_ms or DEFAULTS["response_ms"]
 
 
-def _known(of: str, key: str, instrument: str, lt: float | None = None) -> Any:
+def _known(of: str, name: str, instrument: str, lt: float | None = None) -> Any:
     """A field with an uncertainty of something, its default and the instrument that this is of."""
-    text = f"the uncertainty of {of}; by default {DEFAULTS[key]:g} ({instrument})"
-    return Field(None, ge=0, lt=lt, description=text)
+    text = f"the uncertainty of {of}; by default {DEFAULTS[name]:g} ({instrument})"
+    return key(text, None, ge=0, lt=lt)
 
 
 class BlockUncertainty(Section):
@@ -49,26 +43,23 @@ class BlockUncertainty(Section):
     contact_width_m: Number | None = _known(
         "its contact width in metres, if stated", "contact_width_m", "a rule, 1 mm/√12"
     )
-    mass_kg: Number | None = Field(
-        None,
-        ge=0,
-        description="the uncertainty of its mass in kilograms; by default "
+    mass_kg: NotNegative | None = key(
+        "the uncertainty of its mass in kilograms; by default "
         f"{100 * DEFAULTS['mass_fraction']:g} % of it (10 g of some kilograms)",
+        None,
     )
     com_height_m: Number | None = _known(
         "the height of its centre of mass in metres", "com_height_m", "a rule, 1 mm/√12"
     )
-    com_offset_m: Number | None = Field(
-        None,
-        ge=0,
-        description="the uncertainty of its com_offset_m in metres; by default "
+    com_offset_m: NotNegative | None = key(
+        "the uncertainty of its com_offset_m in metres; by default "
         f"{DEFAULTS['com_offset_m']:g} (a rule, 1 mm/√12) if com_offset_m is stated",
-    )
-    inertia_kg_m2: Number | None = Field(
         None,
-        ge=0,
-        description="the uncertainty of its moment of inertia in kg m²; by default "
+    )
+    inertia_kg_m2: NotNegative | None = key(
+        "the uncertainty of its moment of inertia in kg m²; by default "
         f"{100 * DEFAULTS['inertia_fraction']:g} % of it (some grams glued on)",
+        None,
     )
 
 
@@ -79,22 +70,16 @@ class LaserUncertainty(Section):
         "the position of the beam in metres", "position_m", "read to ±1 mm, over √3"
     )
     scale_fraction: Number | None = _known(
-        "its scale, as a share",
-        "scale_fraction",
-        "linear to ±0.18 % of the range, over √3",
-        lt=1,
+        "its scale, as a share", "scale_fraction", "linear to ±0.18 % of the range, over √3", lt=1
     )
     sampling_rate_fraction: Number | None = _known(
-        "the sampling rate, as a share",
-        "sampling_rate_fraction",
-        "a quartz of ±100 ppm, over √3",
-        lt=1,
+        "the sampling rate, as a share", "sampling_rate_fraction", "a quartz of ±100 ppm, over √3", lt=1
     )
-    response_ms: Number | None = Field(
+    response_ms: Number | None = key(
+        "the uncertainty of its response_ms; by default "
+        f"{DEFAULTS['response_ms']:g} (up to 5 ms, over √3), or "
+        f"{100 * DEFAULTS['response_fraction']:g} % of a stated one",
         None,
         ge=0,
         le=100,
-        description="the uncertainty of its response_ms; by default "
-        f"{DEFAULTS['response_ms']:g} (up to 5 ms, over √3), or "
-        f"{100 * DEFAULTS['response_fraction']:g} % of a stated one",
     )

@@ -47,10 +47,7 @@ def _in_one_line(value: Any) -> Any:
 
 def _of_this_world(value: float) -> float:
     if value and not bounds.LEAST_SI <= abs(value) <= bounds.MOST_SI:
-        raise Invalid(
-            f"{value:.6g} is out of range",
-            f"give 0, or {bounds.LEAST_SI:g} to {bounds.MOST_SI:g}",
-        )
+        raise Invalid(f"{value:.6g} is out of range", f"give 0, or {bounds.LEAST_SI:g} to {bounds.MOST_SI:g}")
     return value
 
 
@@ -58,6 +55,9 @@ Number = Annotated[float, BeforeValidator(_not_a_switch), AfterValidator(_of_thi
 Whole = Annotated[int, BeforeValidator(_not_a_switch), AfterValidator(_of_this_world)]
 Direction = Annotated[Literal[1, -1], BeforeValidator(_not_a_switch)]
 Positive = Annotated[Number, Field(gt=0)]
+NotNegative = Annotated[Number, Field(ge=0)]
+Length = Annotated[Number, Field(gt=0, le=100)]  # of a block or above its base [m]
+Place = Annotated[Number, Field(ge=-100, le=100)]  # right of its middle, or of a beam [m]
 Name = Annotated[str, StringConstraints(pattern=NAME, max_length=bounds.NAME_CHARACTERS)]
 Label = Annotated[str, BeforeValidator(_in_one_line), Field(max_length=100)]
 Text = Annotated[str, BeforeValidator(_in_one_line), Field(max_length=2000)]
@@ -73,6 +73,11 @@ else:
     Candidate = Literal[*CANDIDATES]
     Debonding = Literal[*DEBONDING]
     Kinematics = Literal[*KINEMATICS]
+
+
+def key(meaning: str, default: Any = ..., **bounds: Any) -> Any:
+    """A key of a section: what its value is, its default where it is not compulsory, pydantic's bounds."""
+    return Field(default, description=meaning, **bounds)
 
 
 class Section(BaseModel):
@@ -149,3 +154,21 @@ def check_braces(path: str) -> str:
     if re.search("[{}]", path):
         raise Invalid(f"{path!r} has braces, which Snakemake takes for wildcards", "rename it")
     return path
+
+
+def _once(names: Any) -> Any:
+    for name in names:
+        if names.count(name) > 1:
+            raise Invalid(f"{name} is given twice", "keep one")
+    return names
+
+
+def _one_or_more(values: Any) -> Any:
+    if not values:
+        raise Invalid("is empty", "give one or more numbers, or leave it out")
+    return values
+
+
+Once, OneOrMore = AfterValidator(_once), AfterValidator(_one_or_more)  # of lists
+Folder = Annotated[str, AfterValidator(check_braces)]
+Inside = Annotated[str, Field(min_length=1, max_length=1000), AfterValidator(check_inside)]  # the raw folder

@@ -7,22 +7,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import (
-    Axes,
-    Labels,
-    Style,
-    as_text,
-    footer,
-    gathered,
-    label,
-    legend_on_top,
-    nothing_drawn,
-    panel,
-    printed,
-    size,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
-from freerock.populations.means import LAW
+from freerock.populations.inputs import LAW
 from freerock.tables.candidates import named_by
 from freerock.tables.text import INPUT_LABELS
 
@@ -58,9 +46,7 @@ SHOWN = 1.0  # per cent of a square, from which an input is named
 
 
 @printed
-def draw(
-    budget: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+def draw(budget: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """Share of each input in the square of the total uncertainty, for the law that most runs name.
 
     Parameters
@@ -78,19 +64,19 @@ def draw(
     data = budget[(budget["level"] != "campaign") & (budget["model"] == (models[0] if models else ""))]
     data = data[data["parameter"].isin(MODELS[models[0]] if models else ())]
     if data.empty:
-        return nothing_drawn("no mean has a budget", origin), data
+        return style.nothing_drawn("no mean has a budget", origin), data
     names = [name for name in MODELS[models[0]] if name in set(data["parameter"])]
     keys = [*data[OF_MEAN].fillna("").drop_duplicates().to_numpy()][:MOST_ROWS]
     shares = data.groupby([*OF_MEAN, "parameter", "input"], dropna=False)["share_percent"].sum()
     largest = shares.groupby("input").max()
     named = [name for name in LOOKS if largest.get(name, 0.0) >= SHOWN]
-    beside = len(names) if size(1)[0] > NARROWEST_IN * (1 + len(names)) else 1
+    beside = len(names) if style.size(1)[0] > NARROWEST_IN * (1 + len(names)) else 1
     below = len(names) // beside
-    figure = Figure(figsize=size(0.4 + below * (0.6 + 0.22 * max(3, len(keys)))))
+    figure = Figure(figsize=style.size(0.4 + below * (0.6 + 0.22 * max(3, len(keys)))))
     axes = figure.subplots(below, beside, squeeze=False, sharey=True, sharex=True)
     parts = []
     for i, (ax, name) in enumerate(zip(axes.ravel(), names, strict=True)):
-        ax.set_title(panel(i, len(names), f"{SYMBOLS[name]}, {MODEL_LABELS[models[0]]}"), loc="left")
+        ax.set_title(style.panel(i, len(names), f"{SYMBOLS[name]}, {MODEL_LABELS[models[0]]}"), loc="left")
         for place, key in enumerate(keys):
             row = data[(data["parameter"] == name)]
             row = row[(row[OF_MEAN].fillna("") == key).all(axis=1)]
@@ -102,9 +88,8 @@ def draw(
         ax.set_xlabel("share of u² / %")
     axes[0, 0].set_yticks(range(len(keys)), _names(labels, keys))
     axes[0, 0].set_ylim(len(keys) - 0.4, -0.6)
-    legend_on_top(figure)
-    footer(figure, origin)
-    return figure, gathered(parts, budget.columns).assign(named_by=named_by(models[0], choice))
+    style.finish(figure, origin)
+    return figure, style.gathered(parts, budget.columns).assign(named_by=named_by(models[0], choice))
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
@@ -141,8 +126,8 @@ def _names(labels: Labels, keys: Sequence[Sequence[str]]) -> list[str]:
     names = []
     for level, test, block, foundation in keys:
         if level == "foundation":
-            names.append(f"{label(labels, foundation)}, all records")
+            names.append(f"{style.label(labels, foundation)}, all records")
         else:
-            name = f"{label(labels, block)}, {label(labels, foundation)}"
-            names.append(f"{name}: {as_text(test)}" if records[block, foundation] > 1 else name)
+            name = style.label(labels, block, foundation)
+            names.append(f"{name}: {style.as_text(test)}" if records[block, foundation] > 1 else name)
     return names

@@ -8,24 +8,11 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
-from freerock.figures.style import (
-    FOUNDATION_STYLES,
-    Axes,
-    Labels,
-    Style,
-    footer,
-    label,
-    legend_on_top,
-    number_of,
-    of_scene,
-    panel,
-    recorded,
-    scaled,
-    size,
-    wrapped,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
+from freerock.tables.swings import named_swings
 
 MARKERS = "osD^v"  # of the foundations
 NARROWEST_IN = 2.1  # of a panel
@@ -45,61 +32,70 @@ class Shown(NamedTuple):
 
 def foundation_looks(table: pd.DataFrame) -> dict[str, Style]:
     """Colour, line and marker of each foundation of a table."""
-    looks = zip(cycle(FOUNDATION_STYLES), cycle(MARKERS))
+    looks = zip(cycle(style.FOUNDATION_STYLES), cycle(MARKERS))
     names = dict.fromkeys(table["foundation"])
     return {name: {**look, "marker": marker} for name, (look, marker) in zip(names, looks, strict=False)}
 
 
-def draw_by_block(
+def by_block(
     shown: Shown,
-    data: pd.DataFrame,
-    runs: pd.DataFrame,
-    blocks: Mapping[str, Block],
-    origin: str,
-    labels: Labels,
-) -> Figure:
-    """Impacts of all runs as signs, those of the selected law of the first run of each scene as lines.
+    rows: Callable[[pd.DataFrame], pd.DataFrame] = lambda swings: swings,
+    finish: Callable[[Figure, pd.DataFrame], None] = lambda figure, data: None,
+) -> Callable[..., Drawing]:
+    """The function `draw` of a figure of impacts: all runs, and the law of the first of each scene.
 
     Parameters
     ----------
     shown : Shown
-    data : pandas.DataFrame
-        From `freerock.tables.swings.named_swings`.
-    runs : pandas.DataFrame
-        Tidy table.
-    blocks : mapping of str to freerock.models.block.Block
-        The blocks by name.
+    rows : callable
+        The swings (`freerock.tables.swings.named_swings`) that are drawn, which become the figure's numbers.
+    finish : callable
+        Limits and scales of the axes, by figure and numbers.
     """
-    names = list(dict.fromkeys(runs["block"]))
-    looks = foundation_looks(runs)
-    beside = max(1, min(len(names), int(size(1)[0] / NARROWEST_IN)))
-    rows = -(-len(names) // beside)
-    figure = Figure(figsize=size(0.5 + HIGH_IN * rows))
-    axes = figure.subplots(rows, beside, squeeze=False)
-    for i, (name, ax) in enumerate(zip(names, axes.ravel(), strict=False)):
-        own = data[data["block"] == name]
-        x, y = shown.rigid(blocks[name], own[own["source"] == "experiment"])
-        ax.plot(x, y, color="0.45", linestyle=":", label="rigid block (Housner 1963)")
-        for foundation, look in looks.items():
-            _draw(ax, shown, of_scene(own, name, foundation), look, label(labels, foundation), origin)
-        ax.set_title(wrapped(panel(i, len(names), label(labels, name)), 0.8 / beside), loc="left")
-        ax.margins(x=0.04)
-        if i + beside >= len(names):
-            ax.set_xlabel(wrapped(shown.x_label, 0.9 / beside))
-        if i % beside == 0:
-            ax.set_ylabel(shown.y_label)
-    for ax in axes.ravel()[len(names) :]:
-        ax.set_axis_off()
-    legend_on_top(figure)
-    footer(figure, origin)
-    return figure
+
+    @printed
+    def draw(
+        runs: pd.DataFrame,
+        restitution: pd.DataFrame,
+        epsilon: pd.DataFrame,
+        blocks: Mapping[str, Block],
+        origin: str,
+        labels: Labels = None,
+    ) -> Drawing:
+        data = rows(named_swings(runs, restitution, epsilon, blocks))
+        names = list(dict.fromkeys(runs["block"]))
+        looks = foundation_looks(runs)
+        beside = max(1, min(len(names), int(style.size(1)[0] / NARROWEST_IN)))
+        below = -(-len(names) // beside)
+        figure = Figure(figsize=style.size(0.5 + HIGH_IN * below))
+        axes = figure.subplots(below, beside, squeeze=False)
+        for i, (name, ax) in enumerate(zip(names, axes.ravel(), strict=False)):
+            own = data[data["block"] == name]
+            x, y = shown.rigid(blocks[name], own[own["source"] == "experiment"])
+            ax.plot(x, y, color="0.45", linestyle=":", label="rigid block (Housner 1963)")
+            for foundation, look in looks.items():
+                scene = style.of_scene(own, name, foundation)
+                _draw(ax, shown, scene, look, style.label(labels, foundation), origin)
+            style.entitle(ax, i, len(names), style.label(labels, name), 0.8 / beside)
+            ax.margins(x=0.04)
+            if i + beside >= len(names):
+                ax.set_xlabel(style.wrapped(shown.x_label, 0.9 / beside))
+            if i % beside == 0:
+                ax.set_ylabel(shown.y_label)
+        for ax in axes.ravel()[len(names) :]:
+            ax.set_axis_off()
+        style.finish(figure, origin)
+        finish(figure, data)
+        return figure, data
+
+    return draw
 
 
-def caption_of(data: pd.DataFrame) -> str:
+def caption_of(data: pd.DataFrame, labels: Labels = None) -> str:
     """How many impacts and runs are drawn, and the law of each line."""
     seen = data[data["source"] == "experiment"]
     n = len(seen[["test", "run"]].drop_duplicates())
-    told = f"{number_of(len(seen), 'impact').capitalize()} of {number_of(n, 'run')}."
+    told = f"{style.number_of(len(seen), 'impact').capitalize()} of {style.number_of(n, 'run')}."
     models = data[data["source"] != "experiment"].drop_duplicates("test")
     of_law = {MODEL_LABELS[model]: ", ".join(own["test"]) for model, own in models.groupby("source")}
     if not of_law:
@@ -111,13 +107,13 @@ def caption_of(data: pd.DataFrame) -> str:
 def _draw(ax: Axes, shown: Shown, scene: pd.DataFrame, look: Style, name: str, origin: str) -> None:
     """A foundation: signs of what was recorded, a line of the law."""
     seen, law = (scene[(scene["source"] == "experiment") == own] for own in (True, False))
-    points = look | {"linestyle": "", "markerfacecolor": "none", "markersize": scaled(3.5)}
-    points |= {"markeredgewidth": scaled(0.8), "label": f"{name}, {recorded(origin)['label']}"}
+    points = look | {"linestyle": "", "markerfacecolor": "none", "markersize": style.scaled(3.5)}
+    points |= {"markeredgewidth": style.scaled(0.8), "label": f"{name}, {style.recorded(origin)['label']}"}
     if len(seen):
         ax.plot(seen[shown.x], seen[shown.y], **points)
         if shown.y_stderr:
-            bars = {"fmt": "none", "ecolor": look["color"], "elinewidth": scaled(0.8)}
+            bars = {"fmt": "none", "ecolor": look["color"], "elinewidth": style.scaled(0.8)}
             ax.errorbar(seen[shown.x], seen[shown.y], yerr=seen[shown.y_stderr], **bars)
     if len(law):
-        line = look | {"marker": "", "linewidth": scaled(1.1), "label": f"{name}, selected law"}
+        line = look | {"marker": "", "linewidth": style.scaled(1.1), "label": f"{name}, selected law"}
         ax.plot(law[shown.x], law[shown.y], **line)

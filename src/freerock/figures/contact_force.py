@@ -5,20 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 
-from freerock.figures.style import (
-    Axes,
-    Labels,
-    drawn_runs,
-    footer,
-    gathered,
-    legend_on_top,
-    nothing_drawn,
-    panels_per_scene,
-    printed,
-    scaled,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.block import GRAVITY, Block
 from freerock.models.corners import corners_over_time
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, law_of
@@ -40,17 +29,8 @@ FIGURE = {
 OF_FITS = (*ESTIMATED, "impact_time")  # shown
 SWINGS, N_SAMPLES = 3, 1500
 LONGEST_S = 2.0
-COLUMNS = [
-    "test",
-    "run",
-    "block",
-    "foundation",
-    "model",
-    "time_s",
-    "left_mm",
-    "right_mm",
-    "force_over_weight",
-]
+OF_ESTIMATE = ["test", "run", "block", "foundation", "model"]
+COLUMNS = [*OF_ESTIMATE, "time_s", "left_mm", "right_mm", "force_over_weight"]
 
 
 @printed
@@ -60,7 +40,7 @@ def draw(
     debonding: str,
     origin: str,
     labels: Labels = None,
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """Depth of the corners and force over weight up to the third impact, of the first run of each scene.
 
     Parameters
@@ -80,24 +60,23 @@ def draw(
     found = [(tree, estimate) for tree in fits if (estimate := _first(tree))]
     if not found:
         why = "no law of a compliant foundation is selected"
-        return nothing_drawn(why, origin), pd.DataFrame(columns=COLUMNS)
+        return style.nothing_drawn(why, origin), pd.DataFrame(columns=COLUMNS)
     scenes = [(estimate.block, estimate.foundation) for _, estimate in found]
-    figure, panels = panels_per_scene(scenes, labels, 2.1, (1.0, 1.0))
+    figure, panels = style.panels_per_scene(scenes, labels, 2.1, (1.0, 1.0))
     parts = []
     for scene, (tree, estimate) in zip(scenes, found, strict=True):
         own = _over_time(tree, estimate, estimate.block_of(blocks[scene[0]]), debonding)
         parts.append(own)
         depth, force = panels[scene]
         _draw(depth, force, own)
-    legend_on_top(figure)
-    footer(figure, origin)
-    return figure, gathered(parts, COLUMNS)
+    style.finish(figure, origin)
+    return figure, style.gathered(parts, COLUMNS)
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """Which runs and laws are drawn."""
     named = [MODEL_LABELS[model] for model in CANDIDATES if model in set(data["model"])]
-    return f"{drawn_runs(data)} {'Law' if len(named) == 1 else 'Laws'}: {'; '.join(named) or 'none'}."
+    return f"{style.drawn_runs(data)} {'Law' if len(named) == 1 else 'Laws'}: {'; '.join(named) or 'none'}."
 
 
 def _first(tree: xr.DataTree) -> Estimate | None:
@@ -113,12 +92,7 @@ def _over_time(tree: xr.DataTree, estimate: Estimate, block: Block, debonding: s
     end = impacts[min(SWINGS, len(impacts)) - 1] if len(impacts) else LONGEST_S
     time_s = np.linspace(0.0, 1.03 * end, N_SAMPLES)
     left, right, force = corners_over_time(estimate.model, block, estimate.values, time_s, debonding)
-    columns = {
-        "test": estimate.test,
-        "run": estimate.run,
-        "block": estimate.block,
-        "foundation": estimate.foundation,
-        "model": estimate.model,
+    columns = {name: getattr(estimate, name) for name in OF_ESTIMATE} | {
         "time_s": time_s,
         "left_mm": 1e3 * left,
         "right_mm": 1e3 * right,
@@ -131,8 +105,8 @@ def _draw(depth: Axes, force: Axes, own: pd.DataFrame) -> None:
     sides = (("left_mm", "left corner", "#b34700", "--"), ("right_mm", "right corner", "#0a5bd3", "-"))
     for column, name, color, line in sides:
         below = own[column].clip(lower=0.0)
-        depth.plot(own["time_s"], below, color=color, linestyle=line, label=name, linewidth=scaled(1.0))
-    force.plot(own["time_s"], own["force_over_weight"], color="black", linewidth=scaled(0.8))
+        depth.plot(own["time_s"], below, color=color, linestyle=line, label=name, linewidth=style.scaled(1.0))
+    force.plot(own["time_s"], own["force_over_weight"], color="black", linewidth=style.scaled(0.8))
     force.axhline(1.0, color="0.45", linestyle=":", label="weight")
     for ax, text in ((depth, "depth / mm"), (force, "force / weight")):
         ax.set_ylim(bottom=0)

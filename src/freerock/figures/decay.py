@@ -1,16 +1,13 @@
 """Decay of the amplitude from swing to swing."""
 
-from collections.abc import Mapping
-
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
-from freerock.figures.by_block import Shown, caption_of, draw_by_block
-from freerock.figures.style import Labels, printed, whole_decades
+from freerock.figures import style
+from freerock.figures.by_block import Shown, by_block, caption_of
 from freerock.models.block import Block
-from freerock.tables.swings import named_swings
 
 FIGURE = {
     "title": "Decay of the amplitude",
@@ -24,44 +21,6 @@ FIGURE = {
 }
 
 
-@printed
-def draw(
-    runs: pd.DataFrame,
-    restitution: pd.DataFrame,
-    epsilon: pd.DataFrame,
-    blocks: Mapping[str, Block],
-    origin: str,
-    labels: Labels = None,
-) -> tuple[Figure, pd.DataFrame]:
-    """|θ_n|/α against n of all runs, and of the law selected for the first run of each scene.
-
-    Parameters
-    ----------
-    runs, restitution, epsilon : pandas.DataFrame
-        Tidy tables.
-    blocks : mapping of str to freerock.models.block.Block
-        The blocks by name.
-
-    Returns
-    -------
-    figure, data : Figure, pandas.DataFrame
-        Columns of `freerock.tables.swings.swings`, and swing.
-    """
-    data = named_swings(runs, restitution, epsilon, blocks)
-    data = data.assign(swing=data["impact"].astype(float) - 1)
-    shown = Shown("swing", "amplitude", "number n of the swing", "amplitude $|θ_n|/α$", _rigid)
-    figure = draw_by_block(shown, data, runs, blocks, origin, labels)
-    for ax, (_, own) in zip(figure.axes, data.groupby("block", sort=False), strict=False):
-        ax.set(yscale="log", ylim=(0.7 * own["amplitude"].min(), 1.0))
-        whole_decades(ax.yaxis)
-    return figure, data
-
-
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """How many impacts and runs are drawn, and the law of each line."""
-    return caption_of(data)
-
-
 def _rigid(block: Block, seen: pd.DataFrame) -> tuple[Floats, Floats]:
     """A rigid block's amplitudes: cos(α - |θ_n|) - cos α, its energy, times r² from one to the next."""
     if seen.empty or not seen["amplitude"].max() < 1:
@@ -71,3 +30,17 @@ def _rigid(block: Block, seen: pd.DataFrame) -> tuple[Floats, Floats]:
     released = np.cos(critical * (1 - seen["amplitude"].max())) - np.cos(critical)
     energy = released * block.restitution_housner ** (2 * swing)
     return swing, 1 - np.arccos(energy + np.cos(critical)) / critical
+
+
+def _logarithmic(figure: Figure, data: pd.DataFrame) -> None:
+    for ax, (_, own) in zip(figure.axes, data.groupby("block", sort=False), strict=False):
+        ax.set(yscale="log", ylim=(0.7 * own["amplitude"].min(), 1.0))
+        style.whole_decades(ax.yaxis)
+
+
+draw = by_block(
+    Shown("swing", "amplitude", "number n of the swing", "amplitude $|θ_n|/α$", _rigid),
+    lambda swings: swings.assign(swing=swings["impact"].astype(float) - 1),
+    _logarithmic,
+)
+caption = caption_of

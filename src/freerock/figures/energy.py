@@ -6,22 +6,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from freerock.figures import style
 from freerock.figures.by_block import foundation_looks
-from freerock.figures.style import (
-    Axes,
-    Labels,
-    drawn_runs,
-    footer,
-    label,
-    legend_on_top,
-    of_scene,
-    panel,
-    printed,
-    recorded,
-    scaled,
-    size,
-    wrapped,
-)
+from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.swings import first_runs, named_swings
@@ -43,7 +30,7 @@ def draw(
     blocks: Mapping[str, Block],
     origin: str,
     labels: Labels = None,
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """Energy between impacts over time, and its loss by each impact, of the first run on each foundation.
 
     Parameters
@@ -60,15 +47,14 @@ def draw(
     """
     data = first_runs(named_swings(runs, restitution, epsilon, blocks))
     above, looks = list(dict.fromkeys(runs["block"])), foundation_looks(runs)
-    figure = Figure(figsize=size(0.5 + 2.0 * len(above)))
+    figure = Figure(figsize=style.size(0.5 + 2.0 * len(above)))
     axes = figure.subplots(len(above), 2, squeeze=False, sharex="col")
     for i, block in enumerate(above):
         for foundation, look in looks.items():
-            scene = of_scene(data, block, foundation)
-            name = label(labels, foundation)
-            _curves(axes[i], scene, look, name, str(recorded(origin)["label"]))
-        title = wrapped(panel(i, len(above), label(labels, block)), 0.45)
-        axes[i, 0].set_title(title, loc="left")
+            scene = style.of_scene(data, block, foundation)
+            name = style.label(labels, foundation)
+            _curves(axes[i], scene, look, name, str(style.recorded(origin)["label"]))
+        style.entitle(axes[i, 0], i, len(above), style.label(labels, block), 0.45)
         axes[i, 0].set(yscale="log", ylabel="energy / J")
         axes[i, 1].set_ylabel("loss 1 − r² / %")
         axes[i, 1].xaxis.set_major_locator(MaxNLocator(6, integer=True))
@@ -76,8 +62,7 @@ def draw(
             ax.margins(x=0.03)
     axes[-1, 0].set_xlabel("time since release / s")
     axes[-1, 1].set_xlabel("number of the impact")
-    legend_on_top(figure)
-    footer(figure, origin)
+    style.finish(figure, origin)
     return figure, data
 
 
@@ -87,18 +72,18 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     told = [f"{MODEL_LABELS[model]} ({', '.join(own['test'])})" for model, own in models.groupby("source")]
     if len(told) == 1:
         told = [MODEL_LABELS[models["source"].iloc[0]]]
-    return " ".join([drawn_runs(data), f"Model: {'; '.join(told)}." if told else ""]).rstrip()
+    return " ".join([style.drawn_runs(data), f"Model: {'; '.join(told)}." if told else ""]).rstrip()
 
 
 def _curves(axes: Axes, scene: pd.DataFrame, look: dict[str, object], name: str, record: str) -> None:
     """Energy and loss of a run and its model, in the look of its foundation."""
     seen, modelled = (scene[(scene["source"] == "experiment") == own] for own in (True, False))
-    points = look | {"linestyle": "", "markersize": scaled(4), "markerfacecolor": "none"}
+    points = look | {"linestyle": "", "markersize": style.scaled(4), "markerfacecolor": "none"}
     if len(modelled):
-        line = look | {"marker": "", "linewidth": scaled(0.9)}
+        line = look | {"marker": "", "linewidth": style.scaled(0.9)}
         axes[0].plot(modelled["time_s"], modelled["energy_j"], drawstyle="steps-pre", **line)
         axes[1].plot(modelled["impact"], 100 * modelled["loss"], **line, label=f"{name}, model")
     if len(seen):
         axes[0].plot(seen["time_s"], seen["energy_j"], **points)
-        bars = {"yerr": 100 * seen["loss_stderr"], "elinewidth": scaled(0.8)}
+        bars = {"yerr": 100 * seen["loss_stderr"], "elinewidth": style.scaled(0.8)}
         axes[1].errorbar(seen["impact"], 100 * seen["loss"], **bars, **points, label=f"{name}, {record}")

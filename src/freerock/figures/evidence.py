@@ -1,23 +1,9 @@
 """Evidence for each candidate: residual over the noise at rest, and status in the choice."""
 
 import pandas as pd
-from matplotlib.figure import Figure
 
-from freerock.figures.style import (
-    Axes,
-    Labels,
-    Style,
-    footer,
-    legend_on_top,
-    nothing_drawn,
-    of_scene,
-    outer_labels,
-    panel_per_scene,
-    printed,
-    runs_counted,
-    scaled,
-    scenes_in,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.laws import CANDIDATES, MODEL_LABELS
 
 FIGURE = {
@@ -27,22 +13,18 @@ FIGURE = {
     "reads": ["choice"],
 }
 
+HOLLOW: Style = {"markerfacecolor": "none"}
 LOOKS: dict[str, Style] = {
     "selected": {"marker": "o", "color": "black", "markersize": 5, "label": "named"},
-    "also_possible": {
-        "marker": "s",
-        "color": "#0072b2",
-        "markersize": 4.5,
-        "markerfacecolor": "none",
-        "label": "also possible",
-    },
+    "also_possible": {"marker": "s", "color": "#0072b2", "markersize": 4.5, "label": "also possible"}
+    | HOLLOW,
     "rejected": {"marker": "x", "color": "#d55e00", "markersize": 4.5, "label": "rejected"},
 }
-NEAREST: Style = {"marker": "o", "color": "black", "markersize": 5, "markerfacecolor": "none"}
+NEAREST = LOOKS["selected"] | HOLLOW | {"label": "nearest, explains no run"}
 
 
 @printed
-def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """Power of the residual over that of the noise at rest, run by run and candidate by candidate.
 
     Parameters
@@ -57,36 +39,33 @@ def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figu
     """
     data = choice[choice["noise_ratio"].notna() & choice["status"].isin(LOOKS)]
     if data.empty:
-        return nothing_drawn("no candidate was fitted", origin), data
+        return style.nothing_drawn("no candidate was fitted", origin), data
     shown = [model for model in CANDIDATES if model in set(data["model"])]
-    figure, panels = panel_per_scene(
-        scenes_in(data), labels, 0.9 + 0.22 * max(3, len(shown)), sharex=True, sharey=True
+    figure, panels = style.panel_per_scene(
+        style.scenes_in(data), labels, 0.9 + 0.22 * max(3, len(shown)), sharex=True, sharey=True
     )
     for (block, foundation), ax in panels.items():
-        scene = of_scene(data, block, foundation)
+        scene = style.of_scene(data, block, foundation)
         ax.axvline(1, color="0.3", linestyle=":", label="as the noise at rest")
         for status, look in LOOKS.items():
             own = scene[scene["status"] == status]
             _dots(ax, own[own["explains"].astype(bool) | (status != "selected")], shown, look)
         nearest = scene[(scene["status"] == "selected") & ~scene["explains"].astype(bool)]
-        _dots(ax, nearest, shown, NEAREST | {"label": "nearest, explains no run"})
+        _dots(ax, nearest, shown, NEAREST)
         ax.margins(x=0.05)
     first = next(iter(panels.values()))
     first.set(xscale="log", ylim=(len(shown) - 0.5, -0.5))
     first.set_yticks(range(len(shown)), [MODEL_LABELS[model] for model in shown])
-    outer_labels(panels, "power of the residual over that at rest / 1", "")
-    legend_on_top(figure)
-    footer(figure, origin)
+    style.outer_labels(panels, "power of the residual over that at rest / 1", "")
+    style.finish(figure, origin)
     return figure, data
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """How many runs are drawn."""
-    return runs_counted(data)
+caption = style.runs_counted
 
 
 def _dots(ax: Axes, rows: pd.DataFrame, shown: list[str], look: Style) -> None:
     if len(rows):
         places = [shown.index(model) for model in rows["model"]]
-        sized = look | {"markersize": scaled(look["markersize"]), "linestyle": ""}
+        sized = look | {"markersize": style.scaled(look["markersize"]), "linestyle": ""}
         ax.plot(rows["noise_ratio"], places, **sized)

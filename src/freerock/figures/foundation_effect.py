@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures import style
-from freerock.figures.style import Labels, printed
+from freerock.figures.style import Drawing, Labels, printed
 from freerock.products.groups import usable_runs
 
 FIGURE = {
@@ -24,7 +24,7 @@ OF_RECORDS = ("time", "theta", "release", "end")  # shown
 
 
 @printed
-def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> Drawing:
     """θ(t) of the first usable run on each foundation, one panel per block.
 
     Parameters
@@ -38,9 +38,8 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
         Columns block, foundation, test, run, time_s (since the release), theta_deg.
     """
     blocks = list(dict.fromkeys(tree.attrs["block"] for tree in records))
-    looks = dict(
-        zip(dict.fromkeys(tree.attrs["foundation"] for tree in records), cycle(style.FOUNDATION_STYLES))
-    )
+    foundations = dict.fromkeys(tree.attrs["foundation"] for tree in records)
+    looks = dict(zip(foundations, cycle(style.FOUNDATION_STYLES)))
     curves: dict[tuple[str, str], pd.DataFrame] = {}
     for tree in records:
         for number, run in list(usable_runs(tree).items())[:1]:
@@ -55,22 +54,18 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
             if (block, foundation) in curves:
                 curve = curves[block, foundation]
                 ax.plot(curve["time_s"], curve["theta_deg"], **look)
-        title = style.panel(i, len(blocks), style.label(labels, block))
-        ax.set_title(style.wrapped(title, 0.9), loc="left")
+        style.entitle(ax, i, len(blocks), style.label(labels, block), 0.9)
         ax.set_ylabel("θ / °")
         ax.set_xlim(left=0)
     axes[-1].set_xlabel("time since release / s")
-    style.legend_above(
-        axes[0], [Line2D([], [], **look, label=style.label(labels, name)) for name, look in looks.items()]
-    )
+    lines = [Line2D([], [], **look, label=style.label(labels, name)) for name, look in looks.items()]
+    style.legend_above(axes[0], lines)
     style.footer(figure, origin)
     columns = ["block", "foundation", "test", "run", "time_s", "theta_deg"]
     return figure, style.gathered(curves.values(), columns)
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """Which runs are drawn."""
-    return style.drawn_runs(data)
+caption = style.drawn_runs
 
 
 def _curve(tree: xr.DataTree, number: int, run: xr.DataTree) -> pd.DataFrame:
@@ -80,9 +75,7 @@ def _curve(tree: xr.DataTree, number: int, run: xr.DataTree) -> pd.DataFrame:
     during = during[style.thin(len(during))]
     return pd.DataFrame(
         {
-            "block": tree.attrs["block"],
-            "foundation": tree.attrs["foundation"],
-            "test": tree.attrs["test"],
+            **{name: tree.attrs[name] for name in ("block", "foundation", "test")},
             "run": number,
             "time_s": time[during] - release,
             "theta_deg": np.degrees(tree.dataset["theta"].values[during]),

@@ -1,6 +1,8 @@
 """How the lines of measured runs and of models look, on paper and on the screen; drawn elsewhere."""
 
+from importlib.util import find_spec
 from itertools import cycle
+from pathlib import Path
 from typing import Any
 
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
@@ -31,11 +33,8 @@ def _look(model: str) -> Style:
         moves = candidate.kinematics != LAWS[candidate.law].kinematics[0]
         dots = 1 + candidate.width + 2 * moves
         dash = 3.0 + 2.0 * list(LAWS).index(candidate.law)
-        style |= {
-            "color": RIVAL,
-            "linestyle": (0, (dash, 1.0, *(0.8, 1.0) * dots)),
-            "markerfacecolor": "none",
-        }
+        dashes = (0, (dash, 1.0, *(0.8, 1.0) * dots))
+        style |= {"color": RIVAL, "linestyle": dashes, "markerfacecolor": "none"}
     return style
 
 
@@ -43,6 +42,14 @@ MODEL_STYLES: dict[str, Style] = {model: _look(model) for model in CANDIDATES}
 MODEL_MARKERS = {model: _BY_LAW[each.law][2] for model, each in CANDIDATES.items()}
 DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # on the screen
 MARKERS = {"": "diamond", "s": "square", "^": "triangle", "v": "inverted_triangle", "D": "hex", "P": "cross"}
+
+
+def scripts_folder() -> Path:
+    """BokehJS as it comes with the Python package, which need not be imported for it."""
+    found = find_spec("bokeh")
+    if found is None or found.origin is None:
+        raise ModuleNotFoundError("No module named 'bokeh'", name="bokeh")
+    return Path(found.origin).parent / "server/static/js"
 
 
 def on_screen() -> dict[str, dict[str, Any]]:

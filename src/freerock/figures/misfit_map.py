@@ -9,24 +9,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import (
-    FAILED,
-    Axes,
-    Labels,
-    Style,
-    axis_of,
-    drawn_runs,
-    footer,
-    gathered,
-    label,
-    legend_columns,
-    number_ticks,
-    panel,
-    printed,
-    scaled,
-    size,
-    wrapped,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.misfit_maps import RecordMap, open_misfit_maps
 from freerock.tables.candidates import accepted_fits
@@ -54,9 +38,7 @@ def read(path: str) -> list[RecordMap]:
 
 
 @printed
-def draw(
-    maps: Sequence[RecordMap], choice: pd.DataFrame, origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+def draw(maps: Sequence[RecordMap], choice: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """Contours of ε_θ over stiffness and damping of the first run of each record, and what all runs gave.
 
     Angle and instant of release are those identified on the run; their own part is in the covariances of the
@@ -76,44 +58,42 @@ def draw(
         correlation of ln k and ln λ; SI units.
     """
     accepted = accepted_fits(choice)
-    width, _ = size(1)
-    beside = 2 if len(maps) > 1 and width > 2 * NARROWEST_IN else 1
+    beside = 2 if len(maps) > 1 and style.size(1)[0] > 2 * NARROWEST_IN else 1
     rows = max(1, math.ceil(len(maps) / beside))
-    figure = Figure(figsize=size(2.5 * rows + 0.4))
+    figure = Figure(figsize=style.size(2.5 * rows + 0.4))
     axes = figure.subplots(rows, beside, squeeze=False).ravel()
     for i, (ax, each) in enumerate(zip(axes, maps, strict=False)):
         _panel(ax, each)
         if (each.test, str(each.identified[0].run), each.model) not in accepted:
-            style: Style = {"fontsize": "small", "color": FAILED, "zorder": 4, "ha": "right"}
+            look: Style = {"fontsize": "small", "color": style.FAILED, "zorder": 4, "ha": "right"}
             box = {"facecolor": "white", "edgecolor": "none", "pad": 1}
-            ax.text(0.98, 0.03, "law rejected", transform=ax.transAxes, bbox=box, **style)
-        block, foundation = label(labels, each.block), label(labels, each.foundation)
-        title = panel(i, len(maps), f"{block}, {foundation}: {MODEL_LABELS[each.model]}")
-        ax.set_title(wrapped(title, 0.8 / beside), loc="left")
+            ax.text(0.98, 0.03, "law rejected", transform=ax.transAxes, bbox=box, **look)
+        title = f"{style.label(labels, each.block, each.foundation)}: {MODEL_LABELS[each.model]}"
+        style.entitle(ax, i, len(maps), title, 0.8 / beside)
         first, second = each.map.names
-        ax.set(xlabel=axis_of(first), ylabel=axis_of(second))
+        ax.set(xlabel=style.axis_of(first), ylabel=style.axis_of(second))
     for ax in axes[len(maps) :]:
         ax.set_axis_off()
     handles = _handles(maps)
     names = [str(handle.get_label()) for handle in handles]
-    figure.legend(handles=handles, loc="outside upper right", ncols=legend_columns(names))
+    figure.legend(handles=handles, loc="outside upper right", ncols=style.legend_columns(names))
     if maps:
-        footer(figure, origin)
-    return figure, gathered((part for each in maps for part in _numbers(each)), COLUMNS)
+        style.footer(figure, origin)
+    return figure, style.gathered((part for each in maps for part in _numbers(each)), COLUMNS)
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """Which runs the contours are of."""
-    return drawn_runs(data[data["quantity"] == "grid"])
+    return style.drawn_runs(data[data["quantity"] == "grid"])
 
 
 def _handles(maps: Sequence[RecordMap]) -> list[Line2D]:
     handles = [
-        Line2D([], [], color="0.4", linewidth=scaled(0.8), label="$ε_θ$ / %"),
-        Line2D([], [], **OF_DRAWN, markersize=scaled(4), label="identified on that run: the minimum"),
+        Line2D([], [], color="0.4", linewidth=style.scaled(0.8), label="$ε_θ$ / %"),
+        Line2D([], [], **OF_DRAWN, markersize=style.scaled(4), label="identified on that run: the minimum"),
     ]
     if any(len(each.identified) > 1 for each in maps):
-        handles.append(Line2D([], [], **OF_OTHERS, markersize=scaled(4), label="on the other runs"))
+        handles.append(Line2D([], [], **OF_OTHERS, markersize=style.scaled(4), label="on the other runs"))
     return handles
 
 
@@ -122,23 +102,18 @@ def _panel(ax: Axes, record: RecordMap) -> None:
     found_map = record.map
     k, damping = found_map.first, found_map.second
     # √ε_θ is nearly linear on the slopes: smoother contours
-    lines = ax.contour(
-        found_map.first_finer,
-        found_map.second_finer,
-        np.sqrt(100 * found_map.epsilon_finer),
-        levels=np.sqrt(LEVELS_PERCENT),
-        colors="0.4",
-        linewidths=scaled(0.7),
-    )
+    slopes = (found_map.first_finer, found_map.second_finer, np.sqrt(100 * found_map.epsilon_finer))
+    look: Style = {"colors": "0.4", "linewidths": style.scaled(0.7)}
+    lines = ax.contour(*slopes, levels=np.sqrt(LEVELS_PERCENT), **look)
     percent = {level: f"{level**2:.3g}" for level in lines.levels}
     texts = ax.clabel(lines, fmt=percent, fontsize=matplotlib.rcParams["legend.fontsize"], inline=False)
-    for style, found in ((OF_OTHERS, record.identified[1:]), (OF_DRAWN, record.identified[:1])):
+    for look, found in ((OF_OTHERS, record.identified[1:]), (OF_DRAWN, record.identified[:1])):
         for each in found:
-            ax.plot(each.first, each.second, markersize=scaled(4), zorder=3, **style)
+            ax.plot(each.first, each.second, markersize=style.scaled(4), zorder=3, **look)
     ax.set(xscale="log", yscale="log", xlim=(k[0], k[-1]), ylim=(damping[0], damping[-1]))
     ax.minorticks_off()
     for axis, values in ((ax.xaxis, k), (ax.yaxis, damping)):
-        number_ticks(axis, values[0], values[-1])
+        style.number_ticks(axis, values[0], values[-1])
     for text in texts:  # one under a marker cannot be read
         at = np.log(text.get_position()) - np.log([k[0], damping[0]])
         marked = (np.log([each.first / k[0], each.second / damping[0]]) for each in record.identified)
@@ -153,9 +128,8 @@ def _numbers(record: RecordMap) -> Iterator[pd.DataFrame]:
     first, second = record.map.names
     axes = [each.ravel() for each in np.meshgrid(record.map.first, record.map.second)]
     grid = {first: axes[0], second: axes[1], "epsilon_theta": record.map.epsilon_theta.ravel()}
-    yield pd.DataFrame(
-        {**identity, "run": record.identified[0].run, "quantity": "grid", **grid}, columns=COLUMNS
-    )
+    run = record.identified[0].run
+    yield pd.DataFrame({**identity, "run": run, "quantity": "grid", **grid}, columns=COLUMNS)
     found = [
         {"run": each.run, first: each.first, second: each.second, "correlation": each.correlation}
         for each in record.identified

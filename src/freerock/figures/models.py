@@ -5,10 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Labels, printed
+from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.choices import explained_in, named_in
 from freerock.products.groups import runs_of
@@ -34,9 +33,7 @@ INSIDE = 1.96  # σ, between which 95 % of white noise lies
 
 
 @printed
-def draw(
-    fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """θ(t) of all fitted runs of each dataset and the law that the choice names, residuals over σ below.
 
     Parameters
@@ -75,14 +72,11 @@ def draw(
         residual.axhspan(-INSIDE, INSIDE, color="0.85", linewidth=0)
         _scale(residual, max(own["residual_over_sigma"].abs().max() for own in curves.values()))
         motion.set_xlim(left=0)
-    style.legend_on_top(figure)
-    style.footer(figure, origin)
+    style.finish(figure, origin)
     return figure, style.gathered(parts, COLUMNS)
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """Which runs are drawn."""
-    return style.drawn_runs(data)
+caption = style.drawn_runs
 
 
 def _laws(fitted: Mapping[int, xr.DataTree]) -> list[str]:

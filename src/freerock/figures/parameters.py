@@ -8,22 +8,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import (
-    Axes,
-    Labels,
-    Style,
-    axis_of,
-    footer,
-    gathered,
-    label,
-    legend_on_top,
-    nothing_drawn,
-    number_of,
-    number_ticks,
-    printed,
-    scaled,
-    size,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, MODELS, law_of
 from freerock.tables.candidates import named_by
 from freerock.tables.paper import SCATTERS
@@ -48,12 +34,10 @@ MOST_ROWS = 60  # with more there are no rows of runs
 MOST_RECORDS = 36  # without rows of runs, evenly taken of each foundation: they stand on a page
 COLUMNS = ["level", "model", "test", "run", "block", "foundation", "parameter", "value", "low", "high"]
 COLUMNS += ["next_low", "next_high", "tau_text", "rejected", "named_by"]
+OF_RUN: Style = {"fmt": "o", "color": "0.45", "markersize": 3}
 LOOKS: dict[str, tuple[Style, str]] = {
-    "run": ({"fmt": "o", "color": "0.45", "markersize": 3}, "run"),
-    "rejected": (
-        {"fmt": "o", "color": "0.45", "markersize": 3, "markerfacecolor": "white"},
-        "run, law rejected",
-    ),
+    "run": (OF_RUN, "run"),
+    "rejected": (OF_RUN | {"markerfacecolor": "white"}, "run, law rejected"),
     "record": ({"fmt": "D", "color": "0.15", "markersize": 4}, "mean of a record"),
     "foundation": ({"fmt": "s", "color": "#0a5bd3", "markersize": 5}, "mean of the records"),
 }
@@ -75,7 +59,7 @@ def draw(
     choice: pd.DataFrame,
     origin: str,
     labels: Labels = None,
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """Parameters of the law that most runs of a foundation name: a row for each run, record and foundation.
 
     Parameters
@@ -90,12 +74,12 @@ def draw(
     """
     laws = _laws(parameters, choice)
     if not laws:
-        return nothing_drawn("no run has a fit that may be used", origin), pd.DataFrame(columns=COLUMNS)
+        return style.nothing_drawn("no run has a fit that may be used", origin), pd.DataFrame(columns=COLUMNS)
     rows = _rows(parameters, populations, choice, laws, labels)
     groups = [[*own] for _, own in groupby(rows, lambda row: row.numbers["foundation"].iloc[0])]
     names = [_names(own) for own in groups]
     beside = max(map(len, names))
-    beside = beside if size(1)[0] > NARROWEST_IN * (1 + beside) else 1
+    beside = beside if style.size(1)[0] > NARROWEST_IN * (1 + beside) else 1
     panels = [
         (own, names[i][k : k + beside])
         for k in range(0, max(map(len, names)), beside)
@@ -103,12 +87,12 @@ def draw(
         if names[i][k : k + beside]
     ]
     room = [len(own) + 2.0 for own, _ in panels]
-    figure = Figure(figsize=size(0.8 + 0.17 * sum(room)))
+    figure = Figure(figsize=style.size(0.8 + 0.17 * sum(room)))
     axes = figure.subplots(len(panels), beside, squeeze=False, sharey="row", height_ratios=room)
     for line, (own, shown) in zip(axes, panels, strict=True):
         for ax, name in zip(line, shown, strict=False):
             _panel(ax, own, name, 0.5 / beside)
-            ax.set_xlabel(axis_of(name) if name != "r" else "restitution r")
+            ax.set_xlabel(style.axis_of(name) if name != "r" else "restitution r")
             ax.text(1.02, 1.0, "τ", transform=ax.transAxes, va="bottom", fontsize="small")
         for ax in line[len(shown) :]:
             ax.set_axis_off()
@@ -116,9 +100,8 @@ def draw(
         line[0].set_ylim(len(own) - 0.4, -0.6)
         for text, row in zip(line[0].get_yticklabels(), own, strict=True):
             text.set_fontweight("normal" if row.numbers["level"].iloc[0] == "run" else "bold")
-    legend_on_top(figure)
-    footer(figure, origin)
-    return figure, gathered((row.numbers for row in rows), COLUMNS)
+    style.finish(figure, origin)
+    return figure, style.gathered((row.numbers for row in rows), COLUMNS)
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
@@ -131,7 +114,7 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
         several = data["model"].nunique() > 1
         told.append(f"{MODEL_LABELS[model]}{f' ({on})' * several}, named by {named}")
     runs, records = (data[data["level"] == level] for level in ("run", "record"))
-    drawn = number_of(records["test"].nunique(), "record")
+    drawn = style.number_of(records["test"].nunique(), "record")
     means = f"Drawn: means of {drawn}." if runs.empty else f"Runs of {drawn}."
     return f"Law{'s' * (len(told) > 1)}: {'; '.join(told)}. {means}"
 
@@ -183,7 +166,7 @@ def _rows(
         if not with_runs:
             of_foundation = _evenly(of_foundation, max(1, MOST_RECORDS // records["foundation"].nunique()))
         for test, record in of_foundation.groupby("test", sort=False):
-            scene = f"{label(labels, record['block'].iloc[0])}, {label(labels, str(foundation))}"
+            scene = style.label(labels, record["block"].iloc[0], str(foundation))
             name = f"{scene}: {test}" if several[record["block"].iloc[0]] > 1 else scene
             own = runs[runs["test"] == test]
             if with_runs and (own["run"].nunique() > 1 or str(test) in {each for each, _ in no}):
@@ -191,7 +174,7 @@ def _rows(
             rows.append(_Row(name, _numbers("record", record)))
         of_records = found[(found["level"] == "foundation") & (found["foundation"] == foundation)]
         if len(of_records):
-            name = f"{label(labels, str(foundation))}, {of_records['n_records'].iloc[0]} records"
+            name = f"{style.label(labels, str(foundation))}, {of_records['n_records'].iloc[0]} records"
             rows.append(_Row(name, _numbers("foundation", of_records)))
     by = {law: named_by(law, named[named["model"] == law]) for law in set(laws.values())}
     rows = [_Row(row.name, row.numbers.assign(named_by=row.numbers["model"].map(by))) for row in rows]
@@ -250,7 +233,7 @@ def _panel(ax: Axes, rows: list[_Row], name: str, room: float) -> None:
     ax.grid(axis="y", visible=False)
     low, high = ax.get_xlim()
     if low > 0:
-        number_ticks(ax.xaxis, low, high, 2, room)
+        style.number_ticks(ax.xaxis, low, high, 2, room)
     ax.set_xlim(low, high)
 
 
@@ -259,20 +242,16 @@ def _mark(ax: Axes, kind: str, marked: list[tuple[int, Any]]) -> None:
     look, text = LOOKS[kind]
     places = np.array([place for place, _ in marked], float)
     value, low, high = np.array([(row.value, row.low, row.high) for _, row in marked], float).T
-    sized = look | {"markersize": scaled(look["markersize"]), "elinewidth": scaled(1.2)}
+    sized = look | {"markersize": style.scaled(look["markersize"]), "elinewidth": style.scaled(1.2)}
     bars = np.abs([value - low, high - value])
     ax.errorbar(value, places, xerr=bars, capsize=0, zorder=3, **sized, label=text)
     if kind not in NEXT:
         return
     spans = np.array([(row.next_low, row.next_high, np.nan) for _, row in marked], float)
     if np.isfinite(spans[:, 0]).any():
-        bar = {
-            "color": look["color"],
-            "alpha": 0.25,
-            "linewidth": scaled(HIGH[kind]),
-            "solid_capstyle": "butt",
-        }
-        ax.plot(spans.ravel(), np.repeat(places, 3), **bar, label=NEXT[kind])
+        bar = {"alpha": 0.25, "linewidth": style.scaled(HIGH[kind]), "solid_capstyle": "butt"}
+        places = np.repeat(places, 3)
+        ax.plot(spans.ravel(), places, color=look["color"], **bar, label=NEXT[kind])
     small = {"va": "center", "fontsize": "small"}
     for place, row in marked:
         ax.text(1.02, place, row.tau_text, transform=ax.get_yaxis_transform(), **small)

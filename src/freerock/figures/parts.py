@@ -1,23 +1,9 @@
 """Parameters of each part of a run: whether a law holds throughout the run."""
 
 import pandas as pd
-from matplotlib.figure import Figure
 
-from freerock.figures.style import (
-    Axes,
-    Labels,
-    Style,
-    footer,
-    legend_on_top,
-    nothing_drawn,
-    of_scene,
-    outer_labels,
-    panel_per_scene,
-    printed,
-    runs_counted,
-    scaled,
-    scenes_in,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.identification.levels import NORMAL_95
 from freerock.models.laws import SYMBOLS
 
@@ -45,7 +31,7 @@ FIT = ["test", "run", "model"]
 @printed
 def draw(
     parts: pd.DataFrame, parameters: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """Parameters of the selected law from each part of a run, over those of the whole run.
 
     Parameters
@@ -68,19 +54,16 @@ def draw(
     data["change_percent"] = 100 * (data["value"] / data["whole"] - 1)
     data["change_stderr_percent"] = 100 * data["stderr"] / data["whole"]
     if data.empty:
-        return nothing_drawn("no run has a fit that may be used", origin), data
-    figure, panels = panel_per_scene(scenes_in(data), labels, 2.0)
+        return style.nothing_drawn("no run has a fit that may be used", origin), data
+    figure, panels = style.panel_per_scene(style.scenes_in(data), labels, 2.0)
     for (block, foundation), ax in panels.items():
-        _panel(ax, of_scene(data, block, foundation))
-    outer_labels(panels, "time since release / s", "part over whole / %")
-    legend_on_top(figure)
-    footer(figure, origin)
+        _panel(ax, style.of_scene(data, block, foundation))
+    style.outer_labels(panels, "time since release / s", "part over whole / %")
+    style.finish(figure, origin)
     return figure, data
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """How many runs are drawn."""
-    return runs_counted(data)
+caption = style.runs_counted
 
 
 def _panel(ax: Axes, scene: pd.DataFrame) -> None:
@@ -90,15 +73,8 @@ def _panel(ax: Axes, scene: pd.DataFrame) -> None:
         if own.empty:
             continue
         half = (own["end_s"] - own["start_s"]) / 2
-        ax.errorbar(
-            own["start_s"] + half,
-            own["change_percent"],
-            xerr=half,
-            yerr=NORMAL_95 * own["change_stderr_percent"],
-            linestyle="",
-            markersize=scaled(3.5),
-            elinewidth=scaled(0.8),
-            label=SYMBOLS[parameter],
-            **look,
-        )
+        bars = {"xerr": half, "yerr": NORMAL_95 * own["change_stderr_percent"], "linestyle": ""}
+        sizes = {"markersize": style.scaled(3.5), "elinewidth": style.scaled(0.8)}
+        at = own["start_s"] + half
+        ax.errorbar(at, own["change_percent"], **bars, **sizes, label=SYMBOLS[parameter], **look)
     ax.margins(x=0.02)

@@ -5,23 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
-from freerock.figures.style import (
-    MODEL_STYLES,
-    Labels,
-    drawn_runs,
-    footer,
-    gathered,
-    legend_on_top,
-    outer_labels,
-    panel_per_scene,
-    printed,
-    recorded,
-    scaled,
-    thin,
-)
+from freerock.figures import style
+from freerock.figures.style import Drawing, Labels, printed
 from freerock.products.groups import runs_of
 from freerock.runs.angular_rate import angular_rate
 from freerock.tables.swings import named_models
@@ -38,9 +25,7 @@ COLUMNS = ["test", "run", "source", "time_s", "theta_deg", "rate_deg_s"]
 
 
 @printed
-def draw(
-    fits: Sequence[xr.DataTree], epsilon: pd.DataFrame, origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+def draw(fits: Sequence[xr.DataTree], epsilon: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """θ̇ against θ of the first fitted run of each dataset, one panel per block and foundation.
 
     Parameters
@@ -56,7 +41,7 @@ def draw(
         Columns `COLUMNS`: source is "measured" or a model, time_s since the release.
     """
     scenes = [(tree.attrs["block"], tree.attrs["foundation"]) for tree in fits]
-    figure, panels = panel_per_scene(scenes, labels, 2.3)
+    figure, panels = style.panel_per_scene(scenes, labels, 2.3)
     named = named_models(epsilon)
     parts = []
     for scene, tree in zip(scenes, fits, strict=True):
@@ -71,27 +56,23 @@ def draw(
             curves[model] = run.children[model].dataset["theta_model"].values
         for source, theta in curves.items():
             own = _curve(time_s, theta).assign(test=tree.attrs["test"], run=number, source=source)
-            look = recorded(origin) if source == "measured" else MODEL_STYLES[source]
-            width = {"linewidth": scaled(2.2 if source == "measured" else 0.8)}
+            look = style.recorded(origin) if source == "measured" else style.MODEL_STYLES[source]
+            width = {"linewidth": style.scaled(2.2 if source == "measured" else 0.8)}
             panels[scene].plot(own["theta_deg"], own["rate_deg_s"], **look | width)
             parts.append(own[COLUMNS])
     for ax in panels.values():
         ax.margins(x=0.03)
-    outer_labels(panels, "θ / °", "angular rate / (°/s)")
-    legend_on_top(figure)
-    footer(figure, origin)
-    return figure, gathered(parts, COLUMNS)
+    style.outer_labels(panels, "θ / °", "angular rate / (°/s)")
+    style.finish(figure, origin)
+    return figure, style.gathered(parts, COLUMNS)
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """Which runs are drawn."""
-    return drawn_runs(data)
+caption = style.drawn_runs
 
 
 def _curve(time_s: Floats, theta: Floats) -> pd.DataFrame:
     """Rotation and angular rate of some samples."""
-    kept = thin(len(time_s), 2000)
+    kept = style.thin(len(time_s), 2000)
     rate = np.degrees(angular_rate(time_s, theta))
-    return pd.DataFrame(
-        {"time_s": time_s[kept], "theta_deg": np.degrees(theta[kept]), "rate_deg_s": rate[kept]}
-    )
+    shown = {"theta_deg": np.degrees(theta[kept]), "rate_deg_s": rate[kept]}
+    return pd.DataFrame({"time_s": time_s[kept], **shown})

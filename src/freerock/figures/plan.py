@@ -1,5 +1,6 @@
 """The plan of a campaign: predicted standard errors, and differences between rivals."""
 
+from collections.abc import Mapping, Sequence
 from itertools import cycle
 
 import numpy as np
@@ -8,7 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, ScalarFormatter
 
-from freerock.figures.style import Labels, Style, label, styled
+from freerock.figures import style
+from freerock.figures.style import Labels, Style, styled
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
 from freerock.tables.plan import best_known
 
@@ -73,11 +75,19 @@ def _page(frame: pd.DataFrame, rows: pd.DataFrame, title: str, labels: Labels) -
             for (block, _, rate), curve in one.groupby(["block", "laser", "sampling_rate_hz"]):
                 ax.plot(curve["release_angle_deg"], curve["percent"], linestyle=rates[rate], **blocks[block])
             if j == 0:
-                ax.set_ylabel(f"{label(labels, foundation)}\nstandard error / %")
+                ax.set_ylabel(f"{style.label(labels, foundation)}\nstandard error / %")
             if all(j >= len(others) for others in shown[i + 1 :]):
                 ax.set_xlabel("release angle / °")
-    handles = [Line2D([], [], **style, label=label(labels, name)) for name, style in blocks.items()]
-    handles += [Line2D([], [], color="0.3", linestyle=s, label=f"{rate:g} Hz") for rate, s in rates.items()]
+    more = [{"linestyle": line, "label": f"{rate:g} Hz"} for rate, line in rates.items()]
+    return _headed(figure, title, blocks, labels, more)
+
+
+def _headed(
+    figure: Figure, title: str, blocks: Mapping[str, Style], labels: Labels, more: Sequence[Style]
+) -> Figure:
+    """A page with its title, and a legend of the blocks and of further lines."""
+    handles = [Line2D([], [], **look, label=style.label(labels, name)) for name, look in blocks.items()]
+    handles += [Line2D([], [], color="0.3", **look) for look in more]
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
     figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
     return figure
@@ -117,24 +127,18 @@ def _rivals_page(frame: pd.DataFrame, rows: pd.DataFrame, labels: Labels) -> Fig
         for ax, foundation in zip(column, foundations, strict=True):
             chosen = measured[(measured["rival"] == rival) & (measured["foundation"] == foundation)]
             for block, some in chosen.groupby("block", sort=False):
-                curve = some.groupby("release_angle_deg").agg(
-                    {"epsilon_percent": "first", "told_apart": "all"}
-                )
+                of_angle = {"epsilon_percent": "first", "told_apart": "all"}
+                curve = some.groupby("release_angle_deg").agg(of_angle)
                 (line,) = ax.plot(curve["epsilon_percent"], **blocks[block])
                 hidden = curve["epsilon_percent"][~curve["told_apart"]]
                 ax.plot(hidden, **blocks[block] | {"linestyle": "", "markerfacecolor": "white"}, zorder=3)
                 line.set_zorder(2)
     axes[0, 0].set(yscale="log", xlim=(0, 1.1 * frame["release_angle_deg"].max()))
     for ax, foundation in zip(axes[:, 0], foundations, strict=True):
-        ax.set_ylabel(f"{label(labels, foundation)}\n$ε_θ$ / %")
-    handles = [Line2D([], [], **style, label=label(labels, name)) for name, style in blocks.items()]
-    handles.append(
-        Line2D([], [], color="0.3", marker="o", markerfacecolor="white", linestyle="", label="not told apart")
-    )
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
+        ax.set_ylabel(f"{style.label(labels, foundation)}\n$ε_θ$ / %")
+    hollow = {"marker": "o", "markerfacecolor": "white", "linestyle": "", "label": "not told apart"}
     title = f"{MODEL_LABELS[rows['model'].iloc[0]]} expected: its rivals at their best"
-    figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
-    return figure
+    return _headed(figure, title, blocks, labels, [hollow])
 
 
 @styled()
@@ -154,9 +158,8 @@ def draw_totals(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure
         The rows drawn, each in the case that knows best, with both in per cent of the value.
     """
     best = best_known(frame)
-    best = best.assign(
-        u_total_percent=100 * best["u_total"] / best["value"], inputs_percent=100 * best["inputs_fraction"]
-    )
+    best = best.assign(u_total_percent=100 * best["u_total"] / best["value"])
+    best = best.assign(inputs_percent=100 * best["inputs_fraction"])
     blocks = dict(zip(frame["block"].unique(), cycle(BLOCK_STYLES)))
     expected = {
         name: list(dict.fromkeys(zip(own["model"], own["parameter"], strict=True)))
@@ -180,11 +183,8 @@ def draw_totals(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure
             ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             ax.yaxis.set_minor_locator(NullLocator())
             if j == 0:
-                ax.set_ylabel(f"{label(labels, foundation)}\n$u$ / %")
+                ax.set_ylabel(f"{style.label(labels, foundation)}\n$u$ / %")
             if i == len(expected) - 1:
                 ax.set_xlabel("runs per block")
-    handles = [Line2D([], [], **style, label=label(labels, name)) for name, style in blocks.items()]
-    handles.append(Line2D([], [], color="0.3", linestyle=":", linewidth=0.8, label="inputs alone"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
-    figure.suptitle("Total uncertainty predicted for a mean", x=0.01, ha="left", fontsize=9, weight="bold")
-    return [figure], best
+    alone = {"linestyle": ":", "linewidth": 0.8, "label": "inputs alone"}
+    return [_headed(figure, "Total uncertainty predicted for a mean", blocks, labels, [alone])], best

@@ -8,22 +8,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import (
-    FAILED,
-    Axes,
-    Labels,
-    Style,
-    footer,
-    gathered,
-    label,
-    legend_columns,
-    nothing_drawn,
-    panel,
-    printed,
-    runs_counted,
-    scaled,
-    size,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.laws import MODEL_LABELS, MODELS
 
 FIGURE = {
@@ -49,9 +35,7 @@ NARROWEST_IN = 2.2  # of a panel
 
 
 @printed
-def draw(
-    predictions: pd.DataFrame, epsilon: pd.DataFrame, origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+def draw(predictions: pd.DataFrame, epsilon: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """ε_θ of each run with its own parameters, those of the record's other runs, and those of other blocks.
 
     Parameters
@@ -70,69 +54,60 @@ def draw(
     epsilon, predictions = (table.merge(named[SCENE].drop_duplicates()) for table in (epsilon, predictions))
     laws = set(epsilon["model"])
     own = epsilon[epsilon["success"]].assign(basis=OWN, n_runs=1)[predictions.columns]
-    data = gathered([each for each in (own, predictions) if len(each)], predictions.columns)
+    data = style.gathered([each for each in (own, predictions) if len(each)], predictions.columns)
     if data.empty:
-        return nothing_drawn("nothing to predict: no run has a fit that may be used", origin), data
+        return style.nothing_drawn("nothing to predict: no run has a fit that may be used", origin), data
     shown = [model for model in MODELS if model in laws]
     scenes = list(dict.fromkeys(zip(epsilon["block"], epsilon["foundation"], strict=True)))
-    beside = max(1, min(len(shown), int(size(1)[0] / NARROWEST_IN)))
+    beside = max(1, min(len(shown), int(style.size(1)[0] / NARROWEST_IN)))
     below = -(-len(shown) // beside)
-    figure = Figure(figsize=size(below * (0.8 + 0.33 * max(5, len(scenes)))))
+    figure = Figure(figsize=style.size(below * (0.8 + 0.33 * max(5, len(scenes)))))
     axes = figure.subplots(below, beside, squeeze=False, sharex=True, sharey=True)
-    kinds = {kind: style for kind, style in MARKERS.items() if kind in set(data["basis"].map(_kind))}
+    kinds = {kind: look for kind, look in MARKERS.items() if kind in set(data["basis"].map(_kind))}
     for i, (ax, model) in enumerate(zip(axes.ravel(), shown, strict=False)):
-        ax.set_title(panel(i, len(shown), MODEL_LABELS[model]), loc="left")
+        ax.set_title(style.panel(i, len(shown), MODEL_LABELS[model]), loc="left")
         _panel(ax, data[data["model"] == model], scenes, kinds)
         _mark_failed(ax, epsilon[epsilon["model"] == model], scenes)
     for ax in axes.ravel()[len(shown) :]:
         ax.set_axis_off()
-    names = [f"{label(labels, block)}, {label(labels, foundation)}" for block, foundation in scenes]
-    axes[0, 0].set(
-        xscale="log", yticks=range(len(scenes)), yticklabels=names, ylim=(max(1, len(scenes)) - 0.5, -0.5)
-    )
+    axes[0, 0].set(xscale="log", ylim=(max(1, len(scenes)) - 0.5, -0.5))
+    axes[0, 0].set_yticks(range(len(scenes)), [style.label(labels, *scene) for scene in scenes])
     for i, ax in enumerate(axes.ravel()[: len(shown)]):
         ax.tick_params(labelbottom=True)  # of all panels, also above an empty place
         if i + beside >= len(shown):
             ax.set_xlabel("$ε_θ$ / %")
     texts = {OTHER_RUNS: "predicted from the other runs", "another block": "predicted from another block"}
-    handles = [
-        Line2D([], [], linestyle="", **_sized(style), label=texts.get(kind, kind))
-        for kind, style in kinds.items()
-    ]
-    named = [str(handle.get_label()) for handle in handles]
-    figure.legend(handles=handles, loc="outside upper right", ncols=legend_columns(named))
-    footer(figure, origin)
+    named = [texts.get(kind, kind) for kind in kinds]
+    looks = zip(named, kinds.values(), strict=True)
+    handles = [Line2D([], [], linestyle="", **_sized(look), label=text) for text, look in looks]
+    figure.legend(handles=handles, loc="outside upper right", ncols=style.legend_columns(named))
+    style.footer(figure, origin)
     return figure, data
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """How many runs are drawn."""
-    return runs_counted(data)
+caption = style.runs_counted
 
 
 def _panel(ax: Axes, data: pd.DataFrame, scenes: list[tuple[str, str]], kinds: Mapping[str, Style]) -> None:
     ax.margins(x=0.05)
-    for basis, style in kinds.items():
+    for basis, look in kinds.items():
         rows = data[data["basis"].map(_kind) == basis]
         level = [scenes.index(scene) for scene in zip(rows["block"], rows["foundation"], strict=True)]
         shift = 0.22 * (list(MARKERS).index(basis) - 1)
-        ax.plot(100 * rows["epsilon_theta"], np.array(level, float) + shift, linestyle="", **_sized(style))
+        ax.plot(100 * rows["epsilon_theta"], np.array(level, float) + shift, linestyle="", **_sized(look))
 
 
-def _sized(style: Style) -> Style:
-    return style | {"markersize": scaled(style["markersize"])}
+def _sized(look: Style) -> Style:
+    return look | {"markersize": style.scaled(look["markersize"])}
 
 
 def _mark_failed(ax: Axes, fits: pd.DataFrame, scenes: list[tuple[str, str]]) -> None:
     for scene, own in fits.groupby(["block", "foundation"], sort=False):
         if n := int((~own["success"]).sum()):
             text = "failed fit" if n == 1 else f"{n} failed fits"
-            style = {
-                "fontsize": 0.85 * matplotlib.rcParams["legend.fontsize"],
-                "color": FAILED,
-                "va": "center",
-            }
-            ax.text(0.01, scenes.index(scene) + 0.3, text, transform=ax.get_yaxis_transform(), **style)
+            look = {"fontsize": 0.85 * matplotlib.rcParams["legend.fontsize"], "color": style.FAILED}
+            at = ax.get_yaxis_transform()
+            ax.text(0.01, scenes.index(scene) + 0.3, text, transform=at, va="center", **look)
 
 
 def _kind(basis: str) -> str:

@@ -4,17 +4,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import (
-    Axes,
-    Labels,
-    footer,
-    label,
-    legend_on_top,
-    nothing_drawn,
-    panel,
-    printed,
-    size,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.laws import SYMBOLS
 from freerock.tables.text import INPUT_LABELS
 
@@ -36,9 +27,7 @@ SHADES = ((2.0, "0.94"), (1.0, "0.86"))
 
 
 @printed
-def draw(
-    pulls: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+def draw(pulls: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """Shift of each input by the fit of each run, and the shift of the parameters by what remains of it.
 
     Parameters
@@ -54,7 +43,7 @@ def draw(
     named = choice.loc[choice["status"] == "selected", FIT].astype(str)
     data = pulls.astype({"run": str}).merge(named, on=FIT)
     if data.empty:
-        return nothing_drawn("no run moved its inputs", origin), data
+        return style.nothing_drawn("no run moved its inputs", origin), data
     names = [name for name in HATCHES if _impact(name) in data and data[_impact(name)].notna().any()]
     largest = data[[_impact(name) for name in names]].abs().max(axis=1)
     order = largest.groupby([data[name] for name in OF_INPUT]).max().sort_values(ascending=False)
@@ -63,7 +52,7 @@ def draw(
     data = data[[each in places for each in zip(*(data[name] for name in OF_INPUT), strict=True)]]
     of_row = [places[each] for each in zip(*(data[name] for name in OF_INPUT), strict=True)]
     data = data.iloc[np.argsort(of_row, kind="stable")].reset_index(drop=True)
-    figure = Figure(figsize=size(0.9 + 0.26 * max(3, len(rows))))
+    figure = Figure(figsize=style.size(0.9 + 0.26 * max(3, len(rows))))
     left, right = figure.subplots(1, 2, sharey=True)
     for row, place in places.items():
         own = data[(data[OF_INPUT[0]] == row[0]) & (data[OF_INPUT[1]] == row[1])]
@@ -76,14 +65,13 @@ def draw(
     left.set_xlabel("shift by the fit / u of the input")
     right.set_xlabel("impact on the parameter / %")
     right.locator_params(axis="x", nbins=5)
-    left.set_title(panel(0, 2, "inputs"), loc="left")
-    right.set_title(panel(1, 2, "impacts"), loc="left")
+    left.set_title(style.panel(0, 2, "inputs"), loc="left")
+    right.set_title(style.panel(1, 2, "impacts"), loc="left")
     left.set_yticks(range(len(rows)), [_name(row, labels) for row in rows])
     left.set_ylim(len(rows) - 0.4, -0.6)
     for ax in (left, right):
         ax.grid(axis="y", visible=False)
-    legend_on_top(figure)
-    footer(figure, origin)
+    style.finish(figure, origin)
     return figure, data
 
 
@@ -110,17 +98,9 @@ def _pulls(ax: Axes, place: int, rows: pd.DataFrame) -> None:
     for which, face, text in ((known, "black", "run"), (~known, "white", "run that does not see the input")):
         if which.any():
             own = rows[which]
-            ax.errorbar(
-                own["input_moved"],
-                at[which],
-                xerr=own["input_remaining"],
-                fmt="o",
-                markersize=3,
-                color="black",
-                markerfacecolor=face,
-                elinewidth=0.7,
-                label=text,
-            )
+            dots = {"fmt": "o", "markersize": 3, "color": "black", "markerfacecolor": face}
+            bars = {"xerr": own["input_remaining"], "elinewidth": 0.7}
+            ax.errorbar(own["input_moved"], at[which], **bars, **dots, label=text)
 
 
 def _impacts(ax: Axes, place: int, rows: pd.DataFrame, names: list[str]) -> None:
@@ -141,4 +121,4 @@ def _impact(name: str) -> str:
 def _name(row: tuple[str, str], labels: Labels) -> str:
     """The input, and the block, laser or foundation that has it."""
     owner, name = row
-    return f"{INPUT_LABELS.get(name, name)}, {label(labels, owner)}"
+    return f"{INPUT_LABELS.get(name, name)}, {style.label(labels, owner)}"

@@ -11,17 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 
 from freerock.arrays import Floats, extremes
-from freerock.figures.style import (
-    MODEL_STYLES,
-    Axes,
-    Labels,
-    Style,
-    footer,
-    label,
-    legend_above,
-    styled,
-    thin,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Labels, Style, styled
 from freerock.figures.ticks import lighten
 from freerock.models.laws import MODEL_LABELS, MODELS, OF_RECORD, SYMBOLS
 from freerock.products.choices import choices_of
@@ -32,6 +23,8 @@ from freerock.runs.verdict import in_one_line
 from freerock.tables.text import quantity, unit_text
 from freerock.units import BASE
 
+Pages = tuple[list[Figure], pd.DataFrame]
+"""Pages of a record, and the numbers drawn."""
 PAGE: Style = {"dpi": 110, "layout": "none"}
 WIDTH_IN, HEIGHT_IN = 7.0, 8.4
 LINEAR = 3.0  # standard deviations up to which the residual is drawn to an even scale
@@ -43,7 +36,7 @@ VERDICT_COLOURS = {"ok": "#00643c", "warn": "#8a5a00", "fail": "#b00020", "exclu
 
 
 @styled()
-def draw(record: xr.DataTree, fits: xr.DataTree, labels: Labels = None) -> tuple[list[Figure], pd.DataFrame]:
+def draw(record: xr.DataTree, fits: xr.DataTree, labels: Labels = None) -> Pages:
     """Pages of quality control of one record.
 
     Parameters
@@ -80,19 +73,17 @@ def draw(record: xr.DataTree, fits: xr.DataTree, labels: Labels = None) -> tuple
     return pages, pd.concat(parts, ignore_index=True)
 
 
-def failed(
-    record: xr.DataTree, labels: Labels, reasons: str, verdict: str = "fail"
-) -> tuple[list[Figure], pd.DataFrame]:
+def failed(record: xr.DataTree, labels: Labels, reasons: str, verdict: str = "fail") -> Pages:
     """The page of a record without runs, or one that can't be drawn: what and why; returns as `draw`."""
     figure = Figure(figsize=(7.0, 2.0), **PAGE)
     _header(figure, _title(record, labels), {"verdict": verdict, "reasons": reasons})
-    footer(figure, record.attrs["origin"])
+    style.footer(figure, record.attrs["origin"])
     return [figure], pd.DataFrame(columns=COLUMNS)
 
 
 def _title(record: xr.DataTree, labels: Labels) -> str:
-    names = [label(labels, record.attrs[key]) for key in ("block", "foundation")]
-    return f"{record.attrs['test']}: {', '.join(names)}"
+    names = style.label(labels, record.attrs["block"], record.attrs["foundation"])
+    return f"{record.attrs['test']}: {names}"
 
 
 def _series(run: Any, series: str, time_s: Floats, value: Floats, unit: str) -> pd.DataFrame:
@@ -101,12 +92,8 @@ def _series(run: Any, series: str, time_s: Floats, value: Floats, unit: str) -> 
 
 def _recorded(record: xr.DataTree) -> dict[str, str]:
     """Name and unit of each channel as recorded: volts, mostly."""
-    return {
-        f"{quantity}{suffix}": unit
-        for quantity, unit in BASE.items()
-        for suffix in ("", "_2")
-        if f"{quantity}{suffix}" in record.data_vars
-    }
+    names = {f"{name}{suffix}": unit for name, unit in BASE.items() for suffix in ("", "_2")}
+    return {name: unit for name, unit in names.items() if name in record.data_vars}
 
 
 def _record_series(record: xr.DataTree) -> pd.DataFrame:
@@ -125,7 +112,7 @@ def _record_series(record: xr.DataTree) -> pd.DataFrame:
     values = record.dataset[first].values
     for mask, meaning in zip(masks, meanings, strict=True):
         flagged = np.flatnonzero(flags & mask)
-        flagged = flagged[thin(len(flagged), 300)]
+        flagged = flagged[style.thin(len(flagged), 300)]
         parts.append(_series(pd.NA, meaning, time[flagged], values[flagged], unit))
     return pd.concat(parts)
 
@@ -134,7 +121,7 @@ def _run_series(record: xr.DataTree, number: int, run: xr.DataTree, fit: xr.Data
     release, end = run.dataset["release"].item(), run.dataset["end"].item()
     time, theta = record.dataset["time"].values, np.degrees(record.dataset["theta"].values)
     during = np.flatnonzero((time >= release - 0.1) & (time <= end))
-    during = during[thin(len(during))]
+    during = during[style.thin(len(during))]
     parts = [_series(number, "theta", time[during] - release, theta[during], "degree")]
     if run.sizes.get("impact", 0):
         impacts = run.dataset["impact_time"].values - release
@@ -155,17 +142,10 @@ def _page(
     sigma_deg = float(np.degrees(run.dataset["sigma_theta"].item()))
     figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN), **PAGE)
     band = _header(figure, title, attrs, _facts(run, sigma_deg), _faults(record))
-    motion, residual, angle, volts = figure.subplots(
-        4,
-        height_ratios=[1.5, 1.2, 1, 1],
-        gridspec_kw={
-            "left": 0.6 / WIDTH_IN,
-            "right": 1 - 0.12 / WIDTH_IN,
-            "bottom": 0.55 / HEIGHT_IN,
-            "top": 1 - (band + 0.25) / HEIGHT_IN,
-            "hspace": 0.45,
-        },
-    )
+    sides = {"left": 0.6 / WIDTH_IN, "right": 1 - 0.12 / WIDTH_IN, "bottom": 0.55 / HEIGHT_IN, "hspace": 0.45}
+    sides["top"] = 1 - (band + 0.25) / HEIGHT_IN
+    heights = [1.5, 1.2, 1, 1]
+    motion, residual, angle, volts = figure.subplots(4, height_ratios=heights, gridspec_kw=sides)
     for ax in (volts, angle, motion):
         ax.locator_params(axis="y", nbins=5)  # half of the time to draw a page goes into ticks
     for ax in (volts, angle, motion, residual):
@@ -173,7 +153,7 @@ def _page(
     _draw_run(motion, residual, own, sigma_deg, record.attrs["origin"])
     if own["series"].str.startswith("residual").any():
         _draw_noise(residual, sigma_deg)
-        legend_above(residual)
+        style.legend_above(residual)
     else:
         residual.text(0.5, 0.5, "not fitted", transform=residual.transAxes, ha="center", va="center")
         residual.set(yticks=[], ylabel="residual / σ")
@@ -184,7 +164,7 @@ def _page(
         ax.yaxis.set_label_coords(-0.45 / WIDTH_IN / (1 - 0.72 / WIDTH_IN), 0.5)
         ax.xaxis.set_label_coords(0.5, -0.25 / HEIGHT_IN / ax.get_position().height)
     lighten(figure)
-    footer(figure, record.attrs["origin"])
+    style.footer(figure, record.attrs["origin"])
     return figure
 
 
@@ -212,11 +192,10 @@ def _draw_record(
     angle.set_ylabel("θ / °")
     for instant, text, align in zip(span, ("release ", " rest"), ("right", "left"), strict=True):
         angle.axvline(instant, color="#0a5bd3", linewidth=0.8)
-        angle.text(
-            instant, 1.0, text, transform=angle.get_xaxis_transform(), ha=align, va="bottom", fontsize=7
-        )
+        above = {"transform": angle.get_xaxis_transform(), "va": "bottom", "fontsize": 7}
+        angle.text(instant, 1.0, text, ha=align, **above)
     if volts.get_legend_handles_labels()[0]:
-        legend_above(volts)
+        style.legend_above(volts)
 
 
 def _draw_run(motion: Axes, residual: Axes, own: pd.DataFrame, sigma_deg: float, origin: str) -> None:
@@ -228,8 +207,8 @@ def _draw_run(motion: Axes, residual: Axes, own: pd.DataFrame, sigma_deg: float,
             motion.plot(part["time_s"], part["value"], "o", color="#d55e00", markersize=4, label="impact")
         else:
             model = str(series).removeprefix("residual_")
-            residual.plot(part["time_s"], part["value"] / (sigma_deg or 1.0), **MODEL_STYLES[model])
-    legend_above(motion)
+            residual.plot(part["time_s"], part["value"] / (sigma_deg or 1.0), **style.MODEL_STYLES[model])
+    style.legend_above(motion)
     motion.set_ylabel("θ / °")
     motion.tick_params(labelbottom=False)  # as of the residuals below; texts take most of the time
 
@@ -255,20 +234,17 @@ def _found(number: int, fits: xr.DataTree) -> str:
             model = choice.attrs["selected"]
             fit = runs_of(fits)[number].children[model].dataset
             sure = "u_total" if "u_total" in fit else "stderr"
+            columns = (fit[key].values.tolist() for key in ("parameter", "value", sure, "unit"))
             told = [
                 f"{SYMBOLS[name]} = {quantity(value, u)} {unit_text(unit)}".rstrip()
-                for name, value, u, unit in zip(
-                    *(fit[key].values.tolist() for key in ("parameter", "value", sure, "unit")),
-                    strict=True,
-                )
+                for name, value, u, unit in zip(*columns, strict=True)
                 if name in MODELS[model] or name in OF_RECORD
             ]
             what = "explains the run" if choice.attrs["explained"] else "comes nearest, none explains the run"
             told.append(f"ε_θ = {quantity(100 * fit['epsilon_theta'].item())} %")
             told.append("± total uncertainty" if sure == "u_total" else "± noise alone")
-            return f"Found: {MODEL_LABELS[model]} {what}: " + ", ".join(
-                each.replace(" ", "\N{NO-BREAK SPACE}") for each in told
-            )
+            whole = ", ".join(each.replace(" ", "\N{NO-BREAK SPACE}") for each in told)
+            return f"Found: {MODEL_LABELS[model]} {what}: {whole}"
     return "Found: no model that may be named" if number in runs_of(fits) else "Found: not fitted"
 
 
@@ -301,14 +277,12 @@ def _header(figure: Figure, title: str, attrs: Mapping[Any, Any], facts: str = "
     verdict = attrs["verdict"] + (", excluded" if attrs.get("excluded") else "")
     colour = VERDICT_COLOURS["excluded" if attrs.get("excluded") else attrs["verdict"]]
     doubtful = f"Doubtful: {attrs['reasons']}" if attrs["reasons"] else "Doubtful: nothing that a check found"
-    lines = [(line, "black") for line in textwrap.wrap(attrs.get("found", ""), 115)]
-    lines += [(line, "black") for line in textwrap.wrap(facts, 115)]
-    lines += [(line, colour) for line in textwrap.wrap(doubtful, 115)]
-    lines += [(line, "0.3") for line in textwrap.wrap(faults, 115)]
+    told = ((attrs.get("found", ""), "black"), (facts, "black"), (doubtful, colour), (faults, "0.3"))
+    lines = [(line, shade) for text, shade in told for line in textwrap.wrap(text, 115)]
     height = figure.get_figheight()
 
-    def write(x: float, inches: float, text: str, **style: Any) -> None:
-        figure.text(x, 1 - inches / height, text.replace("$", r"\$"), va="top", **style)
+    def write(x: float, inches: float, text: str, **look: Any) -> None:
+        figure.text(x, 1 - inches / height, text.replace("$", r"\$"), va="top", **look)
 
     write(0.01, 0.05, title, fontsize=11)
     write(0.99, 0.05, verdict, fontsize=11, ha="right", color=colour)

@@ -5,23 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
-from freerock.figures.style import (
-    MODEL_STYLES,
-    Labels,
-    Style,
-    drawn_runs,
-    footer,
-    gathered,
-    legend_on_top,
-    outer_labels,
-    panel_per_scene,
-    printed,
-    scaled,
-    whole_decades,
-)
+from freerock.figures import style
+from freerock.figures.style import Drawing, Labels, Style, printed
 from freerock.products.choices import named_in
 from freerock.products.groups import runs_of
 from freerock.products.runs import OVER_TIME, measured_in
@@ -49,7 +36,7 @@ OF_REST: Style = {"color": "0.72", "linewidth": 2.6, "linestyle": "-", "label": 
 @printed
 def draw(
     fits: Sequence[xr.DataTree], records: Sequence[xr.DataTree], origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """Spectrum of the residual of all fitted runs of each dataset, and of the noise at rest.
 
     Parameters
@@ -65,7 +52,7 @@ def draw(
     """
     by_test = {tree.attrs["test"]: tree for tree in records}
     scenes = [(tree.attrs["block"], tree.attrs["foundation"]) for tree in fits]
-    figure, panels = panel_per_scene(scenes, labels, 1.9, sharex=True)
+    figure, panels = style.panel_per_scene(scenes, labels, 1.9, sharex=True)
     parts = []
     for scene, tree in zip(scenes, fits, strict=True):
         ax, runs = panels[scene], runs_of(tree)
@@ -75,19 +62,17 @@ def draw(
         own = _of_record(by_test.get(tree.attrs["test"]), runs).assign(test=tree.attrs["test"])
         parts.append(own)
         for (source, _), rows in own.groupby(["source", "run"], sort=False):
-            look = OF_REST if source == REST else MODEL_STYLES[source] | {"linewidth": 0.8, "linestyle": "-"}
-            ax.plot(rows["at"], rows["value"], **look | {"linewidth": scaled(look["linewidth"])})
+            of_law = {"linewidth": 0.8, "linestyle": "-"}
+            look = OF_REST if source == REST else style.MODEL_STYLES[source] | of_law
+            ax.plot(rows["at"], rows["value"], **look | {"linewidth": style.scaled(look["linewidth"])})
         ax.set(xscale="log", yscale="log")
-        whole_decades(ax.yaxis)
-    outer_labels(panels, "frequency / Hz", "density / (deg²/Hz)")
-    legend_on_top(figure)
-    footer(figure, origin)
-    return figure, gathered(parts, COLUMNS)[COLUMNS]
+        style.whole_decades(ax.yaxis)
+    style.outer_labels(panels, "frequency / Hz", "density / (deg²/Hz)")
+    style.finish(figure, origin)
+    return figure, style.gathered(parts, COLUMNS)[COLUMNS]
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """Which runs are drawn."""
-    return drawn_runs(data)
+caption = style.drawn_runs
 
 
 def _of_record(record: xr.DataTree | None, runs: dict[int, xr.DataTree]) -> pd.DataFrame:
@@ -109,7 +94,7 @@ def _of_record(record: xr.DataTree | None, runs: dict[int, xr.DataTree]) -> pd.D
             at = frequencies(len(residual)) * rate_hz / m
             power = _density(tapered_power(residual), rate_hz)
             parts.append(_series(model, *_means(at, power)).assign(run=number))
-    return gathered(parts, COLUMNS[1:])
+    return style.gathered(parts, COLUMNS[1:])
 
 
 def _at_rest(noise: Noise, n: int, rate_hz: float) -> tuple[Floats, Floats]:

@@ -8,7 +8,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Rectangle
 
-from freerock.figures.style import Axes, Labels, Style, footer, label, panel, printed, scaled, size, wrapped
+from freerock.figures import style
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.block import Block
 
 FIGURE = {
@@ -29,11 +30,8 @@ MOST_BESIDE = 4
 
 @printed
 def draw(
-    blocks: Mapping[str, Block],
-    set_ups: Mapping[str, Mapping[str, Any]],
-    origin: str,
-    labels: Labels = None,
-) -> tuple[Figure, pd.DataFrame]:
+    blocks: Mapping[str, Block], set_ups: Mapping[str, Mapping[str, Any]], origin: str, labels: Labels = None
+) -> Drawing:
     """A panel for each block, with the beams that meet it and the foundations it stands on.
 
     Parameters
@@ -49,27 +47,25 @@ def draw(
     figure, data : Figure, pandas.DataFrame
         Columns `COLUMNS`, a row per block and laser.
     """
-    most = max(1, min(len(set_ups), MOST_BESIDE, int(size(1)[0] / 1.7)))
+    most = max(1, min(len(set_ups), MOST_BESIDE, int(style.size(1)[0] / 1.7)))
     rows = -(-len(set_ups) // most)
     beside = -(-len(set_ups) // rows)
     shown = {name: blocks[name] for name in set_ups}
-    tallest, widest = (
-        max(getattr(each, f"{way}_m") for each in shown.values()) for way in ("height", "width")
-    )
     heights = [each.height_m for each in shown.values()]
+    tallest, widest = max(heights), max(each.width_m for each in shown.values())
     low = 0.2 * tallest
     high = [1.12 * max(heights[i * beside : (i + 1) * beside]) for i in range(rows)]
     room = [(low + each) / (1.32 * tallest) for each in high]
-    figure = Figure(figsize=size(0.2 + 0.3 * rows + 2.3 * sum(room)))
+    figure = Figure(figsize=style.size(0.2 + 0.3 * rows + 2.3 * sum(room)))
     axes = figure.subplots(rows, beside, squeeze=False, height_ratios=room)  # one scale for all
     for i, (ax, (name, block)) in enumerate(zip(axes.ravel(), shown.items(), strict=False)):
         _panel(ax, block, set_ups[name], labels)
         half = max(1.6 * widest, 0.42 * tallest)
         ax.set(xlim=(-half, half), ylim=(-low, high[i // beside]), aspect="equal")
-        ax.set_title(wrapped(panel(i, len(shown), label(labels, name)), 0.8 / beside), loc="left")
+        style.entitle(ax, i, len(shown), style.label(labels, name), 0.8 / beside)
     for ax in axes.ravel():
         ax.set_axis_off()
-    footer(figure, origin)
+    style.footer(figure, origin)
     return figure, pd.DataFrame(_rows(shown, set_ups), columns=COLUMNS)
 
 
@@ -86,19 +82,18 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
 
 def _panel(ax: Axes, block: Block, set_up: Mapping[str, Any], labels: Labels) -> None:
     b, h, height = block.width_m / 2, block.h, block.height_m
-    ax.add_patch(
-        Rectangle((-b, 0), 2 * b, height, facecolor="0.93", edgecolor="black", linewidth=scaled(0.9))
-    )
+    outline: Style = {"facecolor": "0.93", "edgecolor": "black", "linewidth": style.scaled(0.9)}
+    ax.add_patch(Rectangle((-b, 0), 2 * b, height, **outline))
     ground: Style = {"facecolor": "none", "edgecolor": "0.55", "hatch": "////", "linewidth": 0}
     left, right = -2.4 * b, 2.4 * b
     depth = 0.25 * b + 0.02 * height
     ax.add_patch(Rectangle((left, -depth), right - left, depth, **ground))
-    ax.plot([left, right], [0, 0], color="black", linewidth=scaled(0.9))
-    ax.plot(block.e, h, "+", color="black", markersize=scaled(6))
+    ax.plot([left, right], [0, 0], color="black", linewidth=style.scaled(0.9))
+    ax.plot(block.e, h, "+", color="black", markersize=style.scaled(6))
     side = -1 if block.e < 0 else 1  # of the corner nearer to the centre of mass
     corner = side * block.b
-    ax.plot([block.e, corner], [h, 0], color="#0a5bd3", linewidth=scaled(0.8))
-    ax.plot([corner] * 2, [0, 1.05 * h], color="#0a5bd3", linewidth=scaled(0.6), linestyle=":")
+    ax.plot([block.e, corner], [h, 0], color="#0a5bd3", linewidth=style.scaled(0.8))
+    ax.plot([corner] * 2, [0, 1.05 * h], color="#0a5bd3", linewidth=style.scaled(0.6), linestyle=":")
     turn = degrees(block.theta_cr)
     span = (90, 90 + turn) if side > 0 else (90 - turn, 90)
     ax.add_patch(Arc((corner, 0), 1.3 * h, 1.3 * h, theta1=span[0], theta2=span[1], color="#0a5bd3"))
@@ -106,7 +101,7 @@ def _panel(ax: Axes, block: Block, set_up: Mapping[str, Any], labels: Labels) ->
     ax.text(corner + side * 0.12 * b, 0.62 * h, "α", ha="left" if side > 0 else "right", **small)
     ax.text(block.e - side * 0.1 * b, 0.62 * h, "R", ha="right" if side > 0 else "left", **small)
     size_mm = f"{1e3 * block.width_m:.4g} × {1e3 * height:.4g} mm"
-    stands = ", ".join(label(labels, each) for each in set_up["foundations"])
+    stands = style.label(labels, *set_up["foundations"])
     ax.text(0, -1.3 * depth, f"{size_mm}\non {stands}", ha="center", va="top", fontsize="small")
     for laser in set_up["lasers"]:
         _beam(ax, block, laser)
@@ -121,14 +116,8 @@ def _beam(ax: Axes, block: Block, laser: Mapping[str, Any]) -> None:
     if laser["beam"] == "horizontal":
         side = -1 if laser["face"] == "left" else 1
         ax.annotate("", (side * b, at), (side * 2.6 * b, at), arrowprops=BEAM)
-        ax.text(
-            side * 1.2 * b,
-            at + 0.1 * b,
-            text,
-            va="bottom",
-            ha="right" if side < 0 else "left",
-            fontsize="small",
-        )
+        towards = "right" if side < 0 else "left"
+        ax.text(side * 1.2 * b, at + 0.1 * b, text, va="bottom", ha=towards, fontsize="small")
     else:
         top = block.height_m
         ax.annotate("", (at, top), (at, 1.1 * top), arrowprops=BEAM)

@@ -28,12 +28,15 @@ from freerock.figures.looks import Style as Style
 from freerock.files import atomic
 from freerock.models.laws import PARAMETERS, SYMBOLS, unit_of
 from freerock.tables.csvfile import write_csv
-from freerock.tables.text import quantity, with_unit
+from freerock.tables.text import in_words, quantity, with_unit
+from freerock.tables.text import number_of as number_of
 
 Axes = Any
 """Axes of Matplotlib: its hints do not say what an array of them holds."""
 Labels = Mapping[str, str] | None
 """Printed names of blocks and foundations, where they have any."""
+Drawing = tuple[Figure, pd.DataFrame]
+"""A figure and the numbers drawn."""
 Drawn = TypeVar("Drawn", covariant=True)
 
 FAILED = "#b00020"  # colour of what is said of failed fits
@@ -115,9 +118,9 @@ CHARACTER = 0.56  # width of a character over the size of its font, as a rule
 FOOTER = "simulated record – not the laboratory's data"
 
 
-def label(labels: Labels, name: str) -> str:
-    """Printed name of a block or foundation, to be drawn; the name itself where none is given."""
-    return as_text((labels or {}).get(name) or name)
+def label(labels: Labels, *names: str) -> str:
+    """Printed names of a block, a foundation or both, to be drawn; the name itself where none is given."""
+    return ", ".join(as_text((labels or {}).get(name) or name) for name in names)
 
 
 def as_text(text: str) -> str:
@@ -147,6 +150,11 @@ def panel(index: int, n_panels: int, text: str) -> str:
     return f"({letter(index)}) {text}" if n_panels > 1 else text
 
 
+def entitle(ax: Axes, index: int, n_panels: int, text: str, room: float) -> None:
+    """Give a panel its letter and title, in so much of the figure's width."""
+    ax.set_title(wrapped(panel(index, n_panels, text), room), loc="left")
+
+
 def recorded(origin: str) -> Style:
     """Look and label of a record, measured or simulated, for what is drawn now."""
     label = "simulated record" if origin == "simulated" else origin
@@ -160,28 +168,19 @@ def runs_told(data: pd.DataFrame) -> str:
     for test, own in runs.groupby("test", sort=False)["run"]:
         of_runs.setdefault(tuple(own), []).append(str(test))
     named = [
-        f"run{'s' * (len(each) > 1)}\N{NO-BREAK SPACE}{_listed(each)} of {_listed(tests)}"
+        f"run{'s' * (len(each) > 1)}\N{NO-BREAK SPACE}{in_words(each)} of {in_words(tests)}"
         for each, tests in of_runs.items()
     ]
     return "; ".join(named)
 
 
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
-
-
-def drawn_runs(data: pd.DataFrame) -> str:
+def drawn_runs(data: pd.DataFrame, labels: Labels = None) -> str:
     """Sentence of a caption about the runs drawn; what to say where there is none."""
     told = runs_told(data)
     return f"Drawn: {told}." if told else "No run can be drawn."
 
 
-def number_of(n: int, thing: str) -> str:
-    """A number of things in words: "1 run", "3 runs"."""
-    return f"{n} {thing}{'' if n == 1 else 's'}"
-
-
-def runs_counted(data: pd.DataFrame) -> str:
+def runs_counted(data: pd.DataFrame, labels: Labels = None) -> str:
     """Sentence of a caption: of how many runs the numbers are."""
     n = len(data[["test", "run"]].astype(str).drop_duplicates())
     return f"{number_of(n, 'run').capitalize()} of {number_of(data['test'].nunique(), 'record')}."
@@ -313,8 +312,7 @@ def panels_per_scene(
         for ax in own[:-1]:
             own[-1].sharex(ax)
             ax.tick_params(labelbottom=False)
-        title = panel(len(panels), len(places), ", ".join(label(labels, name) for name in scene))
-        own[0].set_title(wrapped(title, 0.8 / beside), loc="left")
+        entitle(own[0], len(panels), len(places), label(labels, *scene), 0.8 / beside)
         panels[scene] = (*own,)
     shown = {(n * i + k, j) for i, j in places.values() for k in range(n)}
     for at, ax in np.ndenumerate(axes):
@@ -347,14 +345,15 @@ def outer_labels(panels: Mapping[Scene, Axes], x: str, y: str) -> None:
             ax.set_ylabel(y)
 
 
-def legend_on_top(figure: Figure) -> None:
-    """One legend of all panels above them, each label once."""
+def finish(figure: Figure, origin: str) -> None:
+    """One legend of all panels above them, each label once, and the footer."""
     found = [ax.get_legend_handles_labels() for ax in figure.axes]
     handles = {name: handle for each in found for handle, name in zip(*each, strict=True)}
     if handles:
         figure.legend(
             handles.values(), handles, loc="outside upper center", ncols=legend_columns(list(handles))
         )
+    footer(figure, origin)
 
 
 def number_ticks(axis: Any, low: float, high: float, n: int = 4, room: float = 1.0) -> None:

@@ -34,8 +34,8 @@ def lighten(figure: Figure) -> None:
             marks += [*np.stack([near, outside], axis=1)]
     thin: Style = {"color": looks["grid.color"], "linewidth": looks["grid.linewidth"], "zorder": -1}
     dark: Style = {"color": looks["xtick.color"], "linewidth": looks["xtick.major.width"]}
-    for lines, style in ((grid, thin), (marks, dark)):
-        figure.add_artist(LineCollection(lines, transform=inches, **style))
+    for lines, look in ((grid, thin), (marks, dark)):
+        figure.add_artist(LineCollection(lines, transform=inches, **look))
 
 
 def _numbered(ax: Axes, name: str) -> Floats:
@@ -53,9 +53,9 @@ def _numbered(ax: Axes, name: str) -> Floats:
         looks: Any = matplotlib.rcParams
         pad = looks[f"{name}tick.major.size"] + looks[f"{name}tick.major.pad"]
         place, vertical, horizontal = getattr(ax, f"get_{name}axis_text1_transform")(pad)
-        style: Style = {"va": vertical, "ha": horizontal, "fontsize": looks[f"{name}tick.labelsize"]}
+        look: Style = {"va": vertical, "ha": horizontal, "fontsize": looks[f"{name}tick.labelsize"]}
         for tick, number in zip(ticks, numbers, strict=True):
-            ax.text(*((tick, 0) if name == "x" else (0, tick)), number, transform=place, **style)
+            ax.text(*((tick, 0) if name == "x" else (0, tick)), number, transform=place, **look)
     axis.set_major_locator(NullLocator())
     axis.set_minor_locator(NullLocator())
     return ticks

@@ -160,6 +160,14 @@ class Fit:
         """The freed numbers by name [SI]."""
         return dict(zip(self.parameters, self.value.tolist(), strict=True))
 
+    @property
+    def u_total(self) -> Floats:
+        """Standard uncertainty of each by noise, law and, where they are known, inputs [SI]."""
+        known = self.contributions
+        if known is None:
+            return np.hypot(self.stderr, self.discrepancy)
+        return known.total(self.stderr, self.discrepancy)
+
 
 def fit_run(model: str, block: Block, motion: Motion, settings: FitSettings | None = None) -> Fit:
     """Identify a model on one run.

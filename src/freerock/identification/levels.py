@@ -55,6 +55,10 @@ WARNS = (
     5e-3  # chance of so large a pull of any input, from which the note is a warning: one of 200 clean runs
 )
 
+TELLS = 10.0  # difference of the BIC from which the data tell two candidates apart
+# ε_θ up to which publications take a model for near: table 3 of Spanos et al. 2017 has 1.4 to 4.6 %
+NEAR = 0.05
+
 
 def doubt(chance: float, of: float, blurred: float = 10.0) -> float:
     """How far a test speaks against a law, for its uncertainty: from 0 to 1, half of it at the level.

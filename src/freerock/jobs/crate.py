@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from freerock.config.campaign import Campaign
-from freerock.jobs.metadata import KEYWORDS, SPDX, Metadata, creators_of
+from freerock.jobs.metadata import KEYWORDS, SPDX, Metadata, creators_of, parted
 from freerock.products.netcdf import start_of
 
 NAME = "ro-crate-metadata.json"
@@ -37,6 +37,12 @@ FORMATS = {
 }
 WORKFLOW = "Snakefile"
 Json = dict[str, Any]
+DESCRIPTOR: Json = {
+    "@id": NAME,
+    "@type": "CreativeWork",
+    "about": {"@id": "./"},
+    "conformsTo": [{"@id": "https://w3id.org/ro/crate/1.1"}, {"@id": PROFILES[-1]}],
+}
 
 
 def newest_date(campaign: Campaign) -> str:
@@ -66,11 +72,11 @@ def crate_json(
     read = [campaign.raw, *([campaign.ground_motions.folder] if campaign.ground_motions else []), "config"]
     used = [name for name in sums if name.startswith(tuple(f"{folder}/" for folder in read))]
     creators = [_creator(number, name) for number, name in enumerate(creators_of(campaign), 1)]
-    software = [_software(name, version) for name, version in made_by["software"].items()]
-    root: Json = {
-        "@id": "./",
-        "@type": "Dataset",
-        "name": campaign.title,
+    software = [
+        _entity(f"#{name}", "SoftwareApplication", name, softwareVersion=version)
+        for name, version in made_by["software"].items()
+    ]
+    root: Json = _entity("./", "Dataset", campaign.title) | {
         "description": campaign.summary or campaign.title,
         "keywords": KEYWORDS,
         "creator": _refer(creators),
@@ -86,61 +92,36 @@ def crate_json(
         root["license"] = spdx if SPDX.fullmatch(campaign.license) else campaign.license
     if metadata.paper:
         root["isBasedOn"] = {"@id": f"https://doi.org/{metadata.paper}"}
-    analysis = {
-        "@id": "#analysis",
-        "@type": "CreateAction",
-        "name": f"Analysis of {campaign.name} by freerock {made_by['software']['freerock']}",
+    told = f"Analysis of {campaign.name} by freerock {made_by['software']['freerock']}"
+    analysis = _entity("#analysis", "CreateAction", told) | {
         "instrument": {"@id": WORKFLOW},
         "object": [{"@id": name} for name in used],
         "result": [{"@id": name} for name in made],
     }
-    graph = [_descriptor(), root, *creators, analysis, *_of_workflow(software), *software]
-    graph += [_licence(campaign.license)] if SPDX.fullmatch(campaign.license) else []
-    graph += [_article(metadata.paper)] if metadata.paper else []
-    graph += [_profile(profile) for profile in PROFILES]
+    needs = {"softwareRequirements": _refer(software)}
+    language = _entity(SNAKEMAKE, "ComputerLanguage", "Snakemake") | needs
+    graph = [DESCRIPTOR, root, *creators, analysis, language, *software]
+    if SPDX.fullmatch(name := campaign.license):
+        graph.append(_entity(f"https://spdx.org/licenses/{name}", "CreativeWork", name))
+    if doi := metadata.paper:
+        graph.append(_entity(f"https://doi.org/{doi}", "ScholarlyArticle", f"doi:{doi}"))
+    for profile in PROFILES:
+        name, version = profile.rsplit("/", 2)[1:]
+        graph.append(_entity(profile, "CreativeWork", name, version=version))
     graph += [_file(name, *sums[name]) for name in sums]
     return json.dumps({"@context": CONTEXT, "@graph": graph}, indent=1, ensure_ascii=False) + "\n"
 
 
-def _descriptor() -> Json:
-    conforms = ["https://w3id.org/ro/crate/1.1", "https://w3id.org/workflowhub/workflow-ro-crate/1.0"]
-    return {
-        "@id": NAME,
-        "@type": "CreativeWork",
-        "about": {"@id": "./"},
-        "conformsTo": [{"@id": each} for each in conforms],
-    }
+def _entity(at: str, kind: str, name: str, **more: str) -> Json:
+    return {"@id": at, "@type": kind, "name": name, **more}
 
 
 def _creator(number: int, name: str) -> Json:
-    family, _, given = (part.strip() for part in name.partition(","))
+    family, given = parted(name)
     if not given:
-        return {"@id": f"#creator-{number}", "@type": "Organization", "name": name}
-    plain = {"name": f"{given} {family}", "givenName": given, "familyName": family}
-    return {"@id": f"#creator-{number}", "@type": "Person", **plain}
-
-
-def _software(name: str, version: str) -> Json:
-    return {"@id": f"#{name}", "@type": "SoftwareApplication", "name": name, "softwareVersion": version}
-
-
-def _of_workflow(software: list[Json]) -> list[Json]:
-    """The language of the workflow, and what it requires."""
-    language = {"@id": SNAKEMAKE, "@type": "ComputerLanguage", "name": "Snakemake"}
-    return [{**language, "softwareRequirements": _refer(software)}]
-
-
-def _licence(name: str) -> Json:
-    return {"@id": f"https://spdx.org/licenses/{name}", "@type": "CreativeWork", "name": name}
-
-
-def _article(doi: str) -> Json:
-    return {"@id": f"https://doi.org/{doi}", "@type": "ScholarlyArticle", "name": f"doi:{doi}"}
-
-
-def _profile(address: str) -> Json:
-    name, version = address.rsplit("/", 2)[1:]
-    return {"@id": address, "@type": "CreativeWork", "name": name, "version": version}
+        return _entity(f"#creator-{number}", "Organization", name)
+    whole = f"{given} {family}"
+    return _entity(f"#creator-{number}", "Person", whole, givenName=given, familyName=family)
 
 
 def _file(name: str, sha256: str, n_bytes: int) -> Json:

@@ -29,10 +29,10 @@ def run_starts() -> None:
 
     with suppress(OSError):
         RUNS.parent.mkdir(exist_ok=True)
-        runs = os.open(RUNS, os.O_CREAT | os.O_RDWR, 0o666)
+        runs = _opened(RUNS)
         with suppress(BlockingIOError):  # another run is alive
             fcntl.flock(runs, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            jobs = os.open(JOBS, os.O_CREAT | os.O_RDWR, 0o666)
+            jobs = _opened(JOBS)
             try:
                 fcntl.flock(jobs, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
@@ -54,7 +54,7 @@ def job_runs() -> None:
     import fcntl
 
     with suppress(OSError):  # not below Snakemake
-        jobs = os.open(JOBS, os.O_CREAT | os.O_RDWR, 0o666)
+        jobs = _opened(JOBS)
         fcntl.flock(jobs, fcntl.LOCK_SH)
         os.dup2(jobs, 0)
         os.close(jobs)
@@ -73,11 +73,13 @@ def hold(folder: Path) -> None:
     with suppress(OSError):  # no right to write, of which check_room tells, or no such locks
         folder.mkdir(parents=True, exist_ok=True)
         try:
-            fcntl.flock(
-                os.open(folder / ".lock", os.O_CREAT | os.O_RDWR, 0o666), fcntl.LOCK_EX | fcntl.LOCK_NB
-            )
+            fcntl.flock(_opened(folder / ".lock"), fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise FreerockError(folder, "another run is at work on it", "wait until it has ended") from None
+
+
+def _opened(path: Path) -> int:
+    return os.open(path, os.O_CREAT | os.O_RDWR, 0o666)
 
 
 def check_folder(folder: Path, writable: bool = False) -> None:
@@ -128,11 +130,8 @@ def check_clock(products: Iterable[Path], inputs: Iterable[Path], tolerance_s: f
     for path in inputs:
         if path.exists() and path.stat().st_mtime > now + tolerance_s:
             when = time.strftime("%Y-%m-%d %H:%M", time.localtime(path.stat().st_mtime))
-            raise FreerockError(
-                path,
-                f"was last written on {when}, in the future of this machine's clock",
-                "set the clock right, or touch the file",
-            )
+            what = f"was last written on {when}, in the future of this machine's clock"
+            raise FreerockError(path, what, "set the clock right, or touch the file")
     with suppress(OSError):  # read-only: Snakemake will say so where it wants to write
         for path in products:
             if (seen := look(path)) and seen[1] > (now + tolerance_s) * 1e9:
@@ -157,9 +156,8 @@ def watch_folder(every_s: float = 1.0, misses: int = 3) -> None:
                 missed += 1
             except OSError:  # a share that does not answer
                 continue
-        print(
-            f"{here}: is no longer there; put it back, then run the same command", file=sys.stderr, flush=True
-        )
+        told = f"{here}: is no longer there; put it back, then run the same command"
+        print(told, file=sys.stderr, flush=True)
         os._exit(1)
 
     threading.Thread(target=look, daemon=True).start()

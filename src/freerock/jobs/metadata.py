@@ -4,7 +4,10 @@ import json
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
+
+from jinja2 import Environment, FileSystemLoader
 
 from freerock.config.campaign import Campaign
 from freerock.errors import FreerockError
@@ -12,39 +15,10 @@ from freerock.tables.text import SIMULATED_NOTE
 
 DOI = re.compile(r"\b10\.\d{4,9}/[^\s;,]*[^\s;,.]")
 SPDX = re.compile(r"[A-Za-z0-9][A-Za-z0-9.+-]*-[A-Za-z0-9.+-]+")  # BSD-3-Clause, CC-BY-4.0
-KEYWORDS = [
-    "rocking",
-    "rigid block",
-    "free rocking test",
-    "coefficient of restitution",
-    "system identification",
-]
+KEYWORDS = ["rocking", "rigid block", "free rocking test"]
+KEYWORDS += ["coefficient of restitution", "system identification"]
 SCHEMA = "http://datacite.org/schema/kernel-4"
-FOLDERS = {
-    "results/NAME/report.html": "the report; open it in a browser",
-    "results/NAME/records": "θ(t), runs and impacts of each record, netCDF",
-    "results/NAME/fits": "models fitted to each run, netCDF",
-    "results/NAME/tables": "all numbers, CSV; those of the paper also as LaTeX and Markdown",
-    "results/NAME/figures": "figures as PDF and PNG, the numbers drawn as CSV, captions",
-    "results/NAME/provenance.json": "inputs, settings and versions of the software",
-    "results/NAME/ledger": "what each product was made from and by, with checksums",
-    "RAW": "the record files, and their checksums",
-    "config/campaigns": "blocks, foundations, sensors and records; all settings",
-    "docs/datasets.md": "what every variable and column means, with units",
-    "docs/glossary.md": "the words",
-    "Snakefile, workflow, src": "the code, freerock",
-    "SHA256SUMS": "checksums of all files but the ledger's",
-    "ro-crate-metadata.json": "all of this as a Workflow Run RO-Crate, for repositories and programs",
-}
-AGAIN = """\
-```sh
-sha256sum --check --quiet SHA256SUMS   # every file as it was packed
-make setup
-. .venv/bin/activate
-freerock verify {name}   # every product as a run would make it
-snakemake --forceall   # everything anew, from the records
-sha256sum --check --quiet SHA256SUMS
-```"""
+TEMPLATES = Path(__file__).parent
 
 
 @dataclass(frozen=True)
@@ -80,33 +54,15 @@ def creators_of(campaign: Campaign) -> list[str]:
 
 def citation_cff(campaign: Campaign, metadata: Metadata) -> str:
     """CITATION.cff of the data set, version 1.2.0 of the format; its strings are JSON's, which YAML reads."""
-    article = f" and the article it belongs to, https://doi.org/{metadata.paper}" if metadata.paper else ""
-    message = f"Please cite this data set{article}."
-    lines = ["cff-version: 1.2.0", f"message: {_quoted(message)}", "type: dataset"]
-    lines += [f"title: {_quoted(campaign.title)}"]
-    if campaign.summary:
-        lines.append(f"abstract: {_quoted(campaign.summary)}")
-    lines.append("authors:")
-    for name in creators_of(campaign):
-        family, _, given = name.partition(",")
-        if given:
-            lines += [
-                f"  - family-names: {_quoted(family.strip())}",
-                f"    given-names: {_quoted(given.strip())}",
-            ]
-        else:
-            lines.append(f"  - name: {_quoted(name)}")
-    if SPDX.fullmatch(campaign.license):
-        lines.append(f"license: {campaign.license}")
-    lines += ["keywords:", *(f"  - {word}" for word in KEYWORDS)]
-    return "\n".join([*lines, ""])
+    licensed = bool(SPDX.fullmatch(campaign.license))
+    return _filled("CITATION.cff.j2", campaign, metadata, licensed=licensed, keywords=KEYWORDS)
 
 
 def datacite_json(campaign: Campaign, metadata: Metadata) -> str:
     """Metadata of the data set in DataCite's schema 4; a repository adds DOI and publisher."""
     creators = []
     for name in creators_of(campaign):
-        family, _, given = (part.strip() for part in name.partition(","))
+        family, given = parted(name)
         personal = {"nameType": "Personal", "givenName": given, "familyName": family} if given else {}
         at = [{"name": campaign.institution}] if campaign.institution and given else []
         creators.append({"name": name, **personal} | ({"affiliation": at} if at else {}))
@@ -124,19 +80,17 @@ def datacite_json(campaign: Campaign, metadata: Metadata) -> str:
     if metadata.year:
         found["publicationYear"] = str(metadata.year)
     if campaign.summary or campaign.origin == "simulated":
-        told = " ".join(
-            filter(None, [campaign.summary, SIMULATED_NOTE if campaign.origin == "simulated" else ""])
-        )
-        found["descriptions"] = [{"description": told, "descriptionType": "Abstract"}]
+        told = [campaign.summary, SIMULATED_NOTE if campaign.origin == "simulated" else ""]
+        text = " ".join(filter(None, told))
+        found["descriptions"] = [{"description": text, "descriptionType": "Abstract"}]
     if campaign.license:
         spdx = {"rightsIdentifier": campaign.license, "rightsIdentifierScheme": "SPDX"}
-        found["rightsList"] = [
-            {"rights": campaign.license} | (spdx if SPDX.fullmatch(campaign.license) else {})
-        ]
+        known = spdx if SPDX.fullmatch(campaign.license) else {}
+        found["rightsList"] = [{"rights": campaign.license} | known]
     if related:
+        of_doi = {"relatedIdentifierType": "DOI"}
         found["relatedIdentifiers"] = [
-            {"relatedIdentifier": doi, "relatedIdentifierType": "DOI", "relationType": kind}
-            for doi, kind in related
+            {"relatedIdentifier": doi, **of_doi, "relationType": kind} for doi, kind in related
         ]
     return json.dumps(found, indent=2, ensure_ascii=False) + "\n"
 
@@ -149,35 +103,22 @@ def readme(
     files: Collection[str],
 ) -> str:
     """README.md of the supplement, of these files: what is in it, what made it, how to make it again."""
-    by = ["; ".join(creators_of(campaign)), campaign.institution]
-    licence = f"Data: {campaign.license}. " if campaign.license else ""
-    versions = ", ".join(f"{name} {version}" for name, version in made_by["software"].items())
-    folders = {
-        name.replace("NAME", campaign.name).replace("RAW", campaign.raw): does
-        for name, does in FOLDERS.items()
-        if not name.startswith("docs/") or name in files
-    }
-    parts = [
-        f"# {campaign.title}",
-        f"**{SIMULATED_NOTE}**" if campaign.origin == "simulated" else "",
-        campaign.summary,
-        f"By {', '.join(dict.fromkeys(filter(None, by)))}.",
-        f"Supplement of https://doi.org/{metadata.paper}." if metadata.paper else "",
-        f"{licence}Code: BSD-3-Clause, see LICENSE.",
-        f"## What is here\n\n{len(campaign.records)} records.",
-        "\n".join(["| | |", "|---|---|", *(f"| `{name}` | {does} |" for name, does in folders.items())]),
-        "## Make it again",
-        "Python 3.11 or newer. `make setup` installs the versions of requirements.lock, once.",
-        AGAIN.format(name=campaign.name),
-        "The same versions of the software and the same kind of processor give the same bytes; on another "
-        "processor `freerock compare` shows the differences. "
-        f"Files of `results/{campaign.name}/ledger` tell how files "
-        "looked on the machine that made them; they have no checksum.",
-        f"Made by {versions}; state of the code: {made_by['git']}.",
-        "## Figures",
-        "\n".join(f"{n}. `{name}`: {text}" for n, (name, text) in enumerate(captions.items(), 1)),
-    ]
-    return "\n\n".join(filter(None, parts)) + "\n"
+    known = {"made_by": made_by, "captions": captions, "files": files, "note": SIMULATED_NOTE}
+    return _filled("README.md.j2", campaign, metadata, **known)
+
+
+def _filled(template: str, campaign: Campaign, metadata: Metadata, **known: Any) -> str:
+    """The text of a template about a campaign; `name` parts a name into family and given name."""
+    environment = Environment(loader=FileSystemLoader(TEMPLATES), trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {"quoted": _quoted, "parted": parted}
+    known |= {"campaign": campaign, "metadata": metadata, "creators": creators_of(campaign)}
+    return environment.get_template(template).render(known)
+
+
+def parted(name: str) -> tuple[str, str]:
+    """Family and given name of a person; no given name of anyone else."""
+    family, _, given = (part.strip() for part in name.partition(","))
+    return family, given
 
 
 def _cited(campaign: Campaign) -> list[str]:

@@ -13,7 +13,7 @@ from freerock.populations.misfit import misfit_map
 from freerock.products.choices import named_in
 from freerock.products.estimates import ESTIMATED, estimates_in
 from freerock.products.groups import one_of_each, runs_of
-from freerock.products.misfit_maps import RecordMap, mapped, record_map, write_misfit_maps
+from freerock.products.misfit_maps import mapped, record_map, write_misfit_maps
 from freerock.products.netcdf import open_fits
 from freerock.products.runs import sensors_view
 
@@ -37,7 +37,11 @@ def make_misfit_maps(
     opened = partial(open_fits, only=(*ESTIMATED, "time", "theta"))
     fits = one_of_each(fit_files, scenes, opened, _estimates)
     blocks = {name: Block(**block) for name, block in settings["blocks"].items()}
-    maps = [_map(tree, found, blocks, settings["debonding"]) for tree in fits if (found := _estimates(tree))]
+    known = [(tree, found) for tree in fits if (found := _estimates(tree))]
+    maps = [
+        record_map(map_of_run(tree, found[0], blocks[found[0].block], settings["debonding"]), found)
+        for tree, found in known
+    ]
     attrs = fits[0].attrs
     write_misfit_maps(output, maps, attrs["campaign"], attrs["origin"])
 
@@ -49,13 +53,6 @@ def _estimates(tree: xr.DataTree) -> list[Estimate]:
         if model := mapped(named_in(run), [each.model for each in usable if each.run == number]):
             return [each for each in usable if each.model == model and each.run >= number]
     return []
-
-
-def _map(
-    tree: xr.DataTree, estimates: list[Estimate], blocks: Mapping[str, Block], debonding: str
-) -> RecordMap:
-    first = estimates[0]
-    return record_map(map_of_run(tree, first, blocks[first.block], debonding), estimates)
 
 
 def map_of_run(tree: xr.DataTree, estimate: Estimate, block: Block, debonding: str) -> MisfitMap:

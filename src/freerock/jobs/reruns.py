@@ -84,12 +84,8 @@ def _parts(node: object) -> Iterator[str]:
                 yield " None"
             if value is None or value == [] or name in ("ctx", "kind", "type_comment"):
                 continue
-            if (
-                name == "body"
-                and isinstance(node, SCOPES)
-                and ast.get_docstring(node, clean=False) is not None
-            ):
-                value = value[1:]
+            if name == "body" and isinstance(node, SCOPES):
+                value = value[ast.get_docstring(node, clean=False) is not None :]
             yield f" {name}="
             yield from _parts(value)
         yield ")"

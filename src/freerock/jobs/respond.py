@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, attempt
 from freerock.models.block import Block
 from freerock.models.laws import law_of
 from freerock.response.draws import Known, drawn
 from freerock.response.ensemble import COLUMNS as RESPONSES
 from freerock.response.ensemble import respond
-from freerock.response.fragility import INTENSITIES, fragility
-from freerock.response.motions import Accelerogram, read_motion
+from freerock.response.fragility import fragility
+from freerock.response.motions import INTENSITIES, Accelerogram, read_motion
 from freerock.tables.csvfile import read_csv, write_csv
 
 log = logging.getLogger("freerock")
@@ -126,12 +126,8 @@ def make_fragility(
     write_csv(fragility_table(pd.concat(parts, ignore_index=True), records), output)
 
 
-def fragility_table(
-    responses: pd.DataFrame,
-    records: Iterable[Mapping[str, str]] = (),
-    measures: Sequence[str] = tuple(INTENSITIES),
-) -> pd.DataFrame:
-    """Fragility of each record against each measure: columns `CURVE`, rows of kind fitted and counted.
+def fragility_table(responses: pd.DataFrame, records: Iterable[Mapping[str, str]] = ()) -> pd.DataFrame:
+    """Fragility of each record against each intensity: columns `CURVE`, rows of kind fitted and counted.
 
     A block that always or never falls has one row, with its share and no curve. So has, of kind no_law, each
     of the campaign's records (campaign, test, block, foundation) without responses: no law explains
@@ -141,17 +137,16 @@ def fragility_table(
     for key, own in responses.groupby(SCENE, sort=False):
         scene = dict(zip(SCENE, key, strict=True))
         counts = {"n_motions": own["motion"].nunique(), "n_failed": int(own["overturned"].isna().sum())}
-        for measure in measures:
-            try:
-                found = fragility(own, measure)
-            except FreerockError as error:
-                log.warning("%s: %s", scene["test"], error)
+        for measure in INTENSITIES:
+            found = attempt(fragility, own, measure)
+            if isinstance(found, FreerockError):
+                log.warning("%s: %s", scene["test"], found)
                 share = {"kind": "none", "probability": own["overturned"].mean(), "n": len(own)}
                 tables.append(pd.DataFrame([{**scene, "measure": measure, **share, **counts}]))
                 continue
-            numbers = {"median": found.fitted.median, "median_low": found.median_low}
-            numbers |= {"median_high": found.median_high, "beta": found.fitted.beta}
-            numbers |= {"beta_low": found.beta_low, "beta_high": found.beta_high}
+            numbers = {"median": found.fitted.median, "beta": found.fitted.beta}
+            ends = ("median_low", "median_high", "beta_low", "beta_high")
+            numbers |= {name: getattr(found, name) for name in ends}
             for kind, curve in (("fitted", found.curve), ("counted", found.counted)):
                 tables.append(curve.assign(**scene, measure=measure, kind=kind, **numbers, **counts))
     known = {*responses["test"]}

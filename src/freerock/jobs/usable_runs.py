@@ -27,9 +27,8 @@ def complete(campaign: str, runs: str | Path, output: str | Path) -> None:
     records: dict[str, list[dict[str, str]]] = {}
     for row in rows:
         records.setdefault(row["test"], []).append(row)
-    failed = [
-        f"{campaign}: record {test} failed: {why}" for test, own in records.items() if (why := _failed(own))
-    ]
+    why_failed = {test: _failed(own) for test, own in records.items()}
+    failed = [f"{campaign}: record {test} failed: {why}" for test, why in why_failed.items() if why]
     if failed:
         log.error("\n".join(failed))
         sys.exit(1)

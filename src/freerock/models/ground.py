@@ -19,6 +19,7 @@ from freerock.models.block import GRAVITY
 
 INTERPOLATIONS = ("linear", "cubic")
 PULSES = ("sine", "half_sine", "cosine")
+VARYING = [1, 2, 3, 4, 8, 9, 10, 11]  # coefficients of what changes in time
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,14 @@ class GroundMotion:
 
     breaks: np.ndarray
     coefficients: np.ndarray
+
+    def is_constant(self, time: Floats) -> bool:
+        """Whether the ground is at rest or keeps its acceleration, as on a base that leans, from t = 0 to the
+        last of the instants [s]."""
+        if not len(self.coefficients):
+            return True
+        spans = len(self.coefficients) == 1 and self.breaks[0] <= 0 and self.breaks[1] > time[-1]
+        return bool(spans and not self.coefficients[0, VARYING].any())
 
     def __call__(self, time: ArrayLike) -> Floats:
         """Accelerations ẍ_g and z̈_g [m/s²], shape (2, n_time), at instants [s] of shape (n_time,)."""

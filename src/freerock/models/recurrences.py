@@ -84,8 +84,8 @@ def _written_out(touching: str) -> str:
             f"z{n + 2} = ({gravity}f{n})*(1/{(n + 1) * (n + 2)})",
             f"cw{m} = {_product('c', 'w', m, 1)}",
             f"sw{m} = {_product('s', 'w', m, 1)}",
-            # what acts along sin θ and along cos θ, with ẍ_G but for its newest term
-            f"x{m} = {m}.0*(h*cw{m} + a*sw{m})",
+            # what acts along sin θ and along cos θ, with ẍ_G - ẍ_g but for its newest term
+            f"x{m} = {m}.0*(h*cw{m} + a*sw{m}){' - ground' if n == 0 else ''}",
             f"f{n} = h*f{n} - a*x{m}",
             f"e{n} = e{n} - h*x{m}",
         ]
@@ -101,7 +101,9 @@ def _written_out(touching: str) -> str:
             f"e{n} = e{n} - h*lever*{m}.0*w{m}",
         ]
     lines += [f"z[{n}], t[{n}] = z{n}, t{n}" for n in range(ORDER + 1)]
-    head = f"def _{touching}(z, t, z0, v0, t0, w0, s0, c0, a, law):\n    k, c, lam, b, h, J, g = law\n"
+    head = (
+        f"def _{touching}(z, t, z0, v0, t0, w0, s0, c0, a, law):\n    k, c, lam, b, h, J, g, ground = law\n"
+    )
     return head + "".join(f"    {line}\n" for line in lines)
 
 

@@ -1,11 +1,12 @@
-"""Free rocking by Taylor series in time: a block with sharp edges, the geometric rule of debonding.
+"""Free rocking by Taylor series in time: a block with sharp edges, the geometric rule of debonding, a base that
+is level or leans.
 
 With the depth Z = z_cb - h cosθ of the centre of mass, its place sideways x = h sinθ - a cosθ, and s = sinθ,
 equation (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) divided by the mass reads
 
-    Z̈ = g - F,    J θ̈ = s (h F - a ẍ) - cosθ (M + h ẍ),    J = I_cm/m,
+    Z̈ = g - F,    J θ̈ = s (h F - a X) - cosθ (M + h X),    X = ẍ - ẍ_g,    J = I_cm/m,
 
-with the force F and the moment M cosθ of the foundation about the base centre; a is 0 of a guided block, and
+with ẍ_g = g sinτ and g cosτ in place of g on a base that leans by τ (`ground.tilted`), the force F and the moment M cosθ of the foundation about the base centre; a is 0 of a guided block, and
 of one that pivots b while θ > 0, -b while θ < 0. While one corner is down, of
 depth D, on a length L = D/s, and with A = D L,
 
@@ -46,7 +47,7 @@ FAST = {"contract", "reassoc", "nsz"}  # of floating-point arithmetic; NaN and i
 # fmt: off
 @compiled(fastmath=FAST, forceinline=True)
 def _corner(z, t, z0, v0, t0, w0, s0, c0, a, law):
-    k, c, lam, b, h, J, g = law
+    k, c, lam, b, h, J, g, ground = law
     z1, t1 = v0, w0
     lever = h*c0 + a*s0
     by_inertia = 1 / (J + lever*lever)
@@ -68,7 +69,7 @@ def _corner(z, t, z0, v0, t0, w0, s0, c0, a, law):
     z2 = (g - f0)*(1/2)
     cw1 = c1*w0
     sw1 = s1*w0
-    x1 = 1.0*(h*cw1 + a*sw1)
+    x1 = 1.0*(h*cw1 + a*sw1) - ground
     f0 = h*f0 - a*x1
     e0 = e0 - h*x1
     w1 = (s0*f0 + c0*e0)*(by_inertia*(1/1))
@@ -250,7 +251,7 @@ def _corner(z, t, z0, v0, t0, w0, s0, c0, a, law):
 
 @compiled(fastmath=FAST, forceinline=True)
 def _whole(z, t, z0, v0, t0, w0, s0, c0, a, law):
-    k, c, lam, b, h, J, g = law
+    k, c, lam, b, h, J, g, ground = law
     z1, t1 = v0, w0
     lever = h*c0 + a*s0
     by_inertia = 1 / (J + lever*lever)
@@ -267,7 +268,7 @@ def _whole(z, t, z0, v0, t0, w0, s0, c0, a, law):
     z2 = (g - f0)*(1/2)
     cw1 = c1*w0
     sw1 = s1*w0
-    x1 = 1.0*(h*cw1 + a*sw1)
+    x1 = 1.0*(h*cw1 + a*sw1) - ground
     f0 = h*f0 - a*x1
     e0 = e0 - h*x1
     w1 = (s0*f0 + c0*e0)*(by_inertia*(1/1))
@@ -433,7 +434,7 @@ def _whole(z, t, z0, v0, t0, w0, s0, c0, a, law):
 
 @compiled(fastmath=FAST, forceinline=True)
 def _air(z, t, z0, v0, t0, w0, s0, c0, a, law):
-    k, c, lam, b, h, J, g = law
+    k, c, lam, b, h, J, g, ground = law
     z1, t1 = v0, w0
     lever = h*c0 + a*s0
     by_inertia = 1 / (J + lever*lever)
@@ -444,7 +445,7 @@ def _air(z, t, z0, v0, t0, w0, s0, c0, a, law):
     z2 = (g - f0)*(1/2)
     cw1 = c1*w0
     sw1 = s1*w0
-    x1 = 1.0*(h*cw1 + a*sw1)
+    x1 = 1.0*(h*cw1 + a*sw1) - ground
     f0 = h*f0 - a*x1
     e0 = e0 - h*x1
     w1 = (s0*f0 + c0*e0)*(by_inertia*(1/1))
@@ -704,7 +705,7 @@ def _length_of_step(z, t, by_width, allowed):
 @compiled(fastmath=FAST, forceinline=True)
 def _fastest(length, depth, law):
     """Square of the fastest rate of a contact, about: of its oscillation, or of its decay."""
-    k, c, lam, b, _, J, _ = law
+    k, c, lam, b, _, J, _, _ = law
     share = length * (1 + b * b / J)
     decay = share * (c + lam * depth)
     return max(share * k, decay * decay)
@@ -712,7 +713,7 @@ def _fastest(length, depth, law):
 
 @compiled(fastmath=FAST)
 def _rock(law, corner, state, time, tolerance, allowed, max_steps, theta, rates):
-    k, c, lam, b, h, J, g = law
+    k, c, lam, b, h, J, g, ground = law
     p = math.sqrt(g * math.sqrt(b * b + h * h) / (J + h * h + b * b))
     theta_cr = math.atan2(b, h)
     record = rates.size > 0
@@ -721,7 +722,8 @@ def _rock(law, corner, state, time, tolerance, allowed, max_steps, theta, rates)
     # stiffness of the upright block against turning, and the energy below which it is at rest
     flat = g / (2 * b * k)
     turning = (2 / 3) * k * b * b * b - g * h
-    rest = 0.5 * turning * (0.03 * tolerance) ** 2 if c > 0 or lam > 0 else -1.0
+    rest = 0.5 * turning * (0.03 * tolerance) ** 2 if (c > 0 or lam > 0) and ground == 0 else -1.0
+    farthest = theta_cr if ground == 0 else 0.5 * math.pi
     within = 1e-3 * allowed * b
     # where the block changes its corner, θ̈ jumps by w² times this; a step must make more of it to count
     kick, least = 2 * corner * h / (J + h * h), 0.01 * tolerance * p
@@ -746,6 +748,7 @@ def _rock(law, corner, state, time, tolerance, allowed, max_steps, theta, rates)
             break
         if left and not right:
             sign, angle, w, s = -sign, -angle, -w, -s
+            law = (k, c, lam, b, h, J, g, sign * ground)
             right, left = True, False
         a = corner if angle > 0 or (angle == 0 and w > 0) else -corner
         if right and left:
@@ -815,7 +818,7 @@ def _rock(law, corner, state, time, tolerance, allowed, max_steps, theta, rates)
             n_impacts += 1
         clock, depth, v, angle, w, s, cos = end, depth1, v1, angle1, w1, s1, cos1
         steps += 1
-        if abs(angle) > theta_cr and angle * w >= 0:
+        if abs(angle) > farthest and angle * w >= 0:
             outcome = OVERTURNED
             break
         if right and left and turning > 0:
@@ -840,18 +843,21 @@ def integrate(
     law: tuple[float, ...],
     state: tuple[float, float, float, float],
     time: Floats,
+    breaks: Floats,
+    coefficients: Floats,
     tolerance: float,
     max_steps: int,
     theta: Floats,
     rates: Floats,
 ) -> tuple[int, int, int, int, int, Floats]:
     """As `kernel.integrate`, with `state` its y and `theta` its out: a block with sharp edges and its centre of
-    mass over the middle, the geometric rule, a ground at rest.
+    mass over the middle, the geometric rule, a ground at rest or one that leans, as `ground.tilted` has it.
 
     Where the law turns out to be stiff, from there on by that. A step counts as one evaluation.
     """
     k, c, lam, b, h, inertia, g, corner, *_ = law
-    scene = (k, c, lam, b, h, inertia - h * h, g), corner, state
+    ground, less = (float(coefficients[0, 0]), float(coefficients[0, 7])) if len(coefficients) else (0.0, 0.0)
+    scene = (k, c, lam, b, h, inertia - h * h, g + less, ground), corner, state
     accuracy = tolerance, SHARPER * tolerance, max_steps
     outcome, steps, n, clock, there, impacts = _rock(*scene, time, *accuracy, theta, rates)
     if outcome != STIFF:
@@ -862,8 +868,8 @@ def integrate(
         False,
         there,
         time[n:] - clock,
-        np.empty(0),
-        np.empty((0, 14)),
+        breaks - clock,
+        coefficients,
         tolerance,
         max_steps - steps,
         theta[n:],

@@ -333,21 +333,12 @@ class _Scene:
         # Housner's block always turns about its corners
         constants = foundation.constants(block, pivots or not is_foundation)
         odd = tensionless or block.edge_radius or block.e or foundation.kappa
-        if is_foundation and not (odd or len(motion.coefficients)):
-            return series.integrate(constants, state, time, tolerance, max_steps, theta, rates)
-        return kernel.integrate(
-            constants,
-            -1.0 if is_foundation else float(self.parameters["r"]),
-            tensionless,
-            state,
-            time,
-            motion.breaks,
-            motion.coefficients,
-            tolerance,
-            max_steps,
-            theta,
-            rates,
-        )
+        on = motion.breaks, motion.coefficients
+        accuracy = tolerance, max_steps
+        if is_foundation and not odd and motion.is_constant(time):
+            return series.integrate(constants, state, time, *on, *accuracy, theta, rates)
+        r = -1.0 if is_foundation else float(self.parameters["r"])
+        return kernel.integrate(constants, r, tensionless, state, time, *on, *accuracy, theta, rates)
 
 
 def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None = None) -> tuple[Floats, str]:

@@ -4,6 +4,7 @@ __all__ = [
     "between_blocks",
     "estimate",
     "impact_energy",
+    "inputs",
     "means",
     "misfit",
     "population",

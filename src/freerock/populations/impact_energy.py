@@ -230,12 +230,17 @@ def _taken(block: Block, theta0: float) -> float:
 def _discrepancy(fit: Fit, gradient: Floats) -> Floats:
     """Standard uncertainty of the restitutions as the law does not explain the run, shape (n_impacts,).
 
+    By the parts of the run, as much of it as the numbers have of theirs.
+
     `gradient` holds their derivatives by the fitted numbers, shape (n_impacts, n_parameters).
     """
     if not np.any(fit.discrepancy > 0):
         return np.zeros(len(gradient))
+    of_numbers = model_discrepancy(fit.value, fit.parts)
+    told = (of_numbers > 0) & np.isfinite(fit.discrepancy)
+    share = float(np.max(fit.discrepancy[told] / of_numbers[told], initial=0.0))
     parts = [part.following(fit.value, gradient) for part in fit.parts]
-    return model_discrepancy(np.zeros(len(gradient)), parts)
+    return min(share, 1.0) * model_discrepancy(np.zeros(len(gradient)), parts)
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.populations.inputs import LAW as LAW
 from freerock.populations.random_effects import Population, common_spread, population, population_of_means
 
-LAW = "law"  # what it does not explain of a run, as an input that its fits share
 Key = tuple[str, str]  # owner and name of an input
 Shifts = Mapping[Key, float]  # of a number for one standard uncertainty of each input
 

@@ -14,17 +14,8 @@ if TYPE_CHECKING:
     import lmfit
 
 # All variables of a fit that are asked for here.
-ESTIMATED = (
-    "parameter",
-    "success",
-    "value",
-    "covariance",
-    "contribution",
-    "input",
-    "input_owner",
-    "input_u",
-    "input_moved",
-)
+ESTIMATED: tuple[str, ...] = ("parameter", "success", "value", "covariance", "contribution")
+ESTIMATED += ("input", "input_owner", "input_u", "input_moved")
 
 
 def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:
@@ -94,9 +85,8 @@ def _moved(fit: xr.Dataset) -> dict[str, float]:
         return {}
     by = fit["input_moved"].values * fit["input_u"].values
     names = fit["input"].values.tolist()
-    return {
-        name: float(each) for name, each in zip(names, by, strict=True) if names.count(name) == 1 and each
-    }
+    moved = zip(names, by.tolist(), strict=True)
+    return {name: each for name, each in moved if names.count(name) == 1 and each}
 
 
 def estimates_of(trees: Iterable[xr.DataTree]) -> list[Estimate]:

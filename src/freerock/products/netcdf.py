@@ -260,7 +260,7 @@ def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr
         names, beside = list(fit.parameters), {}
         if fit.contributions is not None and fit.contributions.inputs:
             inputs = fit.contributions.inputs
-            arrays["u_total"] = ("parameter", fit.contributions.total(fit.stderr, fit.discrepancy))
+            arrays["u_total"] = ("parameter", fit.u_total)
             arrays["contribution"] = (("parameter", "input"), fit.contributions.values)
             arrays["impact_of_input"] = (("parameter", "input"), fit.contributions.impacts)
             beside = {

@@ -89,13 +89,9 @@ def _software() -> dict[str, str]:
 def _git_state() -> str:
     here = Path(__file__).resolve()
     try:
-        for command in (
-            ["ls-files", "--error-unmatch", here.name],
-            ["describe", "--always", "--dirty", "--tags"],
-        ):
-            done = subprocess.run(
-                ["git", *command], cwd=here.parent, capture_output=True, text=True, check=True, timeout=30
-            )
+        for words in (f"ls-files --error-unmatch {here.name}", "describe --always --dirty --tags"):
+            command = ["git", "-C", str(here.parent), *words.split()]
+            done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=30)
     except (OSError, subprocess.SubprocessError):
         return _archived_state(here)
     return done.stdout.strip()

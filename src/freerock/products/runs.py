@@ -66,9 +66,8 @@ class Measured(NamedTuple):
         noise = known_from(self.rests, self.step)
         if noise is None:
             return self.motions
-        return {
-            number: heard(motion, noise.scaled(self.loud[number])) for number, motion in self.motions.items()
-        }
+        levels = {number: noise.scaled(loud) for number, loud in self.loud.items()}
+        return {number: heard(motion, levels[number]) for number, motion in self.motions.items()}
 
 
 def motions_in(record: xr.DataTree, samples: Mapping[str, Floats] | None = None) -> dict[int, Motion]:
@@ -111,10 +110,8 @@ def sensors_view(attrs: Mapping[Any, Any]) -> View | None:
     """What the sensor made of the motion in a dataset of a record or of its fits."""
     if not any(str(key).startswith("sensor_") for key in attrs):
         return None
-    names = [each.name for each in fields(Block)]
-    return view_in(
-        attrs, Block(**{name: attrs[f"block_{name}"] for name in names if f"block_{name}" in attrs})
-    )
+    names = [each.name for each in fields(Block) if f"block_{each.name}" in attrs]
+    return view_in(attrs, Block(**{name: attrs[f"block_{name}"] for name in names}))
 
 
 def impacts_in(group: xr.DataTree) -> Impacts:

@@ -121,9 +121,8 @@ def one_rate(path: object, rates: Mapping[str, Even]) -> Even | None:
     first = next(iter(rates), None)
     for place, even in rates.items():
         if first is not None and differ(even.step_s, rates[first].step_s):
-            hertz = (
-                f"{first} gives {1 / rates[first].step_s:.6g} Hz and {place} gives {1 / even.step_s:.6g} Hz"
-            )
+            one, other = 1 / rates[first].step_s, 1 / even.step_s
+            hertz = f"{first} gives {one:.6g} Hz and {place} gives {other:.6g} Hz"
             raise FreerockError(path, hertz, "correct the one that is wrong, or leave it out")
     return None if first is None else rates[first]
 
@@ -203,7 +202,6 @@ def chosen(path: Path, names: Named, channel: str | None) -> dict[str, Channel]:
         remedy = "correct the channel column of the campaign's CSV"
         raise FreerockError(path, f"no channel {channel!r}; its channels are {listed(names)}", remedy)
     if isinstance(names[name].clock, str):
-        raise FreerockError(
-            path, f"channel {name!r} {names[name].clock}", "name a channel that holds numbers"
-        )
+        what = f"channel {name!r} {names[name].clock}"
+        raise FreerockError(path, what, "name a channel that holds numbers")
     return {name: names[name]}

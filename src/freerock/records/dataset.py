@@ -8,23 +8,8 @@ import numpy as np
 
 from freerock import bounds
 from freerock.errors import FreerockError
-from freerock.records.channels import (
-    AT_ONCE,
-    COPY_AGAIN,
-    SECONDS,
-    Channel,
-    Contents,
-    Even,
-    SampleColumn,
-    Samples,
-    Stamps,
-    by_name,
-    chosen,
-    differ,
-    listed,
-    seconds_in,
-    whole,
-)
+from freerock.records import channels
+from freerock.records.channels import Channel, Contents, Even, SampleColumn, Samples, Stamps
 from freerock.records.timebase import Grid, on_grid, regular_grid, typical_step
 
 if TYPE_CHECKING:
@@ -49,7 +34,7 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
         A missing or empty channel, channels of several time bases, time stamps that no even grid fits, a
         sampling interval that is none, or two that contradict each other.
     """
-    wanted = chosen(path, by_name(path, contents), channel)
+    wanted = channels.chosen(path, channels.by_name(path, contents), channel)
     clocks = list(dict.fromkeys(c.clock for c in wanted.values() if not isinstance(c.clock, str)))
     stamps = [clock for clock in clocks if isinstance(clock, Stamps)]
     others = [clock for c in wanted.values() for clock in c.also if isinstance(clock, Stamps)]
@@ -88,15 +73,14 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
 
 def _check_values(path: Path, name: str, values: Samples) -> None:
     """Refuse a finite sample whose powers no double holds."""
-    for start in range(0, len(values), AT_ONCE):
-        part = values[start : start + AT_ONCE]
+    for start in range(0, len(values), channels.AT_ONCE):
+        part = values[start : start + channels.AT_ONCE]
         if not np.abs(part).max() <= bounds.SAMPLE_UNITS:  # or NaN, or infinite
             beyond = np.flatnonzero(np.isfinite(part) & (np.abs(part) > bounds.SAMPLE_UNITS))
             if beyond.size:
                 n = start + int(beyond[0])
-                what = (
-                    f"channel {name!r} holds {values[n]:.6g} at sample {n}, beyond ±{bounds.SAMPLE_UNITS:g}"
-                )
+                most = bounds.SAMPLE_UNITS
+                what = f"channel {name!r} holds {values[n]:.6g} at sample {n}, beyond ±{most:g}"
                 raise FreerockError(path, what, "export it again, an invalid sample as an empty cell or NaN")
 
 
@@ -110,12 +94,12 @@ def _one_length(
     lengths = {name: len(columns[c.column]) for name, c in wanted.items()}
     for name, length in lengths.items():
         if not length:
-            raise FreerockError(path, f"channel {name!r} is empty", COPY_AGAIN)
+            raise FreerockError(path, f"channel {name!r} is empty", channels.COPY_AGAIN)
     if not _one_clock(clocks, columns):
-        several = f"channels of several time bases: {listed(lengths)}"
+        several = f"channels of several time bases: {channels.listed(lengths)}"
         raise FreerockError(path, several, "name the channel")
     if len(set(lengths.values())) > 1:
-        unequal = listed(f"{name} {n}" for name, n in lengths.items())
+        unequal = channels.listed(f"{name} {n}" for name, n in lengths.items())
         raise FreerockError(path, f"channels of unequal length: {unequal}", "name the channel")
     return next(iter(lengths.values()))
 
@@ -127,9 +111,9 @@ def _one_clock(clocks: Sequence[Even | Stamps], columns: Mapping[Any, SampleColu
     stamps = [clock for clock in clocks if isinstance(clock, Stamps)]
     if len(stamps) < len(clocks):
         return False
-    first = whole(columns[stamps[0].column])
+    first = channels.whole(columns[stamps[0].column])
     return len({clock.unit for clock in stamps}) == 1 and all(
-        np.array_equal(whole(columns[clock.column]), first, equal_nan=True) for clock in stamps[1:]
+        np.array_equal(channels.whole(columns[clock.column]), first, equal_nan=True) for clock in stamps[1:]
     )
 
 
@@ -137,26 +121,29 @@ def _stamped(path: Path, clock: Stamps, column: SampleColumn, length: int) -> tu
     """Grid of a channel's stamps, and how many of its samples have one; empty rows at the end don't count."""
     if len(column) != length:
         what = f"{length} samples but {len(column)} time stamps in {clock.name!r}"
-        raise FreerockError(path, what, COPY_AGAIN)
-    stamps, length = whole(column, seconds_in(path, clock.unit)), 0
-    for start in range(0, stamps.size, AT_ONCE):
-        known = np.flatnonzero(~np.isnan(stamps[start : start + AT_ONCE]))
+        raise FreerockError(path, what, channels.COPY_AGAIN)
+    stamps, length = channels.whole(column, channels.seconds_in(path, clock.unit)), 0
+    for start in range(0, stamps.size, channels.AT_ONCE):
+        known = np.flatnonzero(~np.isnan(stamps[start : start + channels.AT_ONCE]))
         length = start + int(known[-1]) + 1 if known.size else length
     return regular_grid(f"{path}: {clock.name!r}", stamps[:length]), length
 
 
 def _check_other_clocks(
-    path: Path, channels: Iterable[Channel], step_s: float, columns: Mapping[Any, SampleColumn]
+    path: Path, wanted: Iterable[Channel], step_s: float, columns: Mapping[Any, SampleColumn]
 ) -> None:
     """Refuse a second sampling rate that contradicts the first; time without a unit may be in any."""
-    for clock in dict.fromkeys(clock for channel in channels for clock in channel.also):
+    for clock in dict.fromkeys(clock for channel in wanted for clock in channel.also):
         if isinstance(clock, Even):
             steps, where = [clock.step_s], "the file states"
         else:
-            step, units = typical_step(whole(columns[clock.column])), {clock.unit} & SECONDS.keys()
-            steps = [step * SECONDS[unit] for unit in (units - {""} or SECONDS)]
+            step, units = (
+                typical_step(channels.whole(columns[clock.column])),
+                {clock.unit} & channels.SECONDS.keys(),
+            )
+            steps = [step * channels.SECONDS[unit] for unit in (units - {""} or channels.SECONDS)]
             where = f"{clock.name!r} gives"
-        if min(steps) > 0 and all(differ(each, step_s) for each in steps):
+        if min(steps) > 0 and all(channels.differ(each, step_s) for each in steps):
             what = f"one clock gives {1 / step_s:.6g} Hz, and {where} {1 / max(steps):.6g} Hz"
             raise FreerockError(path, what, "correct the one that is wrong, or its unit, or leave it out")
 
@@ -168,7 +155,7 @@ def _placed(path: Path, name: str, grid: Grid, column: SampleColumn, length: int
         if late:
             what = f"{late} samples at the end have no time stamp"
             raise FreerockError(path, what, "export the time column again")
-        column = whole(column)[:length]
+        column = channels.whole(column)[:length]
     samples = on_grid(path, grid, column)
     _check_values(path, name, samples)
     return samples

@@ -116,9 +116,7 @@ def _order(days: Collection[str]) -> str:
     """
     if any("." in day for day in days):
         return "dmy" if all("." in day for day in days) else ""
-    first, second = (
-        {number for number, *_ in numbers} for numbers in (map(_numbers, days), map(_turned, days))
-    )
+    first, second = ({place(day)[0] for day in days} for place in (_numbers, _turned))
     if max(first) > 12 or (len(second) == 1 < len(first)):
         return "dmy"
     return "mdy" if max(second) > 12 or (len(first) == 1 < len(second)) else ""

@@ -146,17 +146,15 @@ def _table(path: Path, sheet: Any) -> Table:
     head = list(islice(rows, HEAD))
     kinds = [[_kind(cell) for cell in row] for row in head]
     begin = next((n for n in range(len(head)) if _is_table(kinds[n : n + ROWS_ALIKE])), len(head))
-    wanted = {
-        i: kind for row in kinds[begin : begin + ROWS_ALIKE] for i, kind in enumerate(row) if kind in WANTED
-    }
+    first_rows = kinds[begin : begin + ROWS_ALIKE]
+    wanted = {i: kind for row in first_rows for i, kind in enumerate(row) if kind in WANTED}
     numbers = {i: array("d") for i in sorted(wanted)}
     first: dict[int, datetime] = {}
     width = 0
     for n, row in enumerate(chain(head[begin:], rows), start=begin + 1):
         if n > bounds.SHEET_ROWS:
-            raise FreerockError(
-                path, f"sheet {sheet.title!r} has more than {bounds.SHEET_ROWS} rows", COPY_AGAIN
-            )
+            what = f"sheet {sheet.title!r} has more than {bounds.SHEET_ROWS} rows"
+            raise FreerockError(path, what, COPY_AGAIN)
         width = max(width, len(row))
         if n * width > bounds.SHEET_CELLS:
             what = f"sheet {sheet.title!r} has more than {bounds.SHEET_CELLS} cells, empty ones included"

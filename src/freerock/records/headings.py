@@ -33,16 +33,8 @@ NEXT_CELL = {  # units that, behind a number, don't begin another statement: Min
 }
 TIMES = {"t", "time", "times", "zeit", "tempo", "temps", "tiempo", "xvalue", "timestamp", "elapsedtime"}
 RATES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplefrequency", "abtastrate"}
-STEPS = {
-    "dt",
-    "ts",
-    "deltat",
-    "deltax",
-    "samplinginterval",
-    "sampleinterval",
-    "samplingperiod",
-    "wfincrement",
-}
+STEPS = {"dt", "ts", "deltat", "deltax", "samplinginterval", "sampleinterval", "samplingperiod"}
+STEPS |= {"wfincrement"}
 
 
 def split_unit(text: str) -> tuple[str, str]:

@@ -20,14 +20,9 @@ READERS = {
     ".tdms": "tdms",
     ".lvm": "lvm",
     ".mat": "mat",
-    ".csv": "text",
-    ".tsv": "text",
-    ".txt": "text",
-    ".xlsx": "excel",
-    ".xlsm": "excel",
-    ".h5": "hdf5",
-    ".hdf5": "hdf5",
-    ".nc": "hdf5",
+    **dict.fromkeys([".csv", ".tsv", ".txt"], "text"),
+    **dict.fromkeys([".xlsx", ".xlsm"], "excel"),
+    **dict.fromkeys([".h5", ".hdf5", ".nc"], "hdf5"),
     ".c3d": "c3d",
 }
 
@@ -92,9 +87,8 @@ def _opened(path: Path) -> Iterator[Contents]:
     if path.exists():
         check_special(path, path.stat().st_mode)
     if not path.is_file():
-        raise FreerockError(
-            path, "no such file", "put it there, or correct the file column of the campaign's CSV"
-        )
+        remedy = "put it there, or correct the file column of the campaign's CSV"
+        raise FreerockError(path, "no such file", remedy)
     if path.suffix.lower() not in READERS:
         raise FreerockError(path, f"unknown format {path.suffix!r}", f"use one of {', '.join(READERS)}")
     if path.stat().st_size == 0:

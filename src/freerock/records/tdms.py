@@ -42,11 +42,8 @@ def contents(path: Path) -> Iterator[Contents]:
         def read(columns: Sequence[tuple[str, str]]) -> dict[tuple[str, str], Samples]:
             return {column: _values(path, found[column], rates.get(column, 1.0)) for column in columns}
 
-        notes = [
-            f"wf_start_offset of {c.name} is no number and is taken for 0"
-            for c in found.values()
-            if not _starts(c)
-        ]
+        unsound = [c.name for c in found.values() if not _starts(c)]
+        notes = [f"wf_start_offset of {name} is no number and is taken for 0" for name in unsound]
         yield Contents(channels, read, {"format": FORMAT} | _start_time(found.values()), notes)
 
 
@@ -100,12 +97,10 @@ def _values(path: Path, channel: TdmsChannel, step: object) -> Samples:
         what = f"the file is truncated: channel {channel.name!r} holds {len(channel)} of {stated} samples"
         raise FreerockError(path, what, COPY_AGAIN)
     if not (isinstance(step, int | float) and bounds.SHORTEST_STEP_S < step < bounds.LONGEST_STEP_S):
-        raise FreerockError(
-            path,
-            f"channel {channel.name!r} gives no sampling rate "
-            f"(wf_increment is {'absent' if step is None else step})",
-            "log it as a waveform, or set its property wf_increment to the sampling interval in seconds",
-        )
+        given = "absent" if step is None else step
+        what = f"channel {channel.name!r} gives no sampling rate (wf_increment is {given})"
+        remedy = "log it as a waveform, or set its property wf_increment to the sampling interval in seconds"
+        raise FreerockError(path, what, remedy)
     check_declared(path, 8 * len(channel))
     values = np.empty(len(channel))
     done, origin = 0, None

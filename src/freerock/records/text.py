@@ -8,21 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from freerock.errors import FreerockError
-from freerock.records import lvm
+from freerock.records import lvm, table
 from freerock.records.channels import Contents, Samples
 from freerock.records.dates import CLOCK, start
 from freerock.records.headings import columns, headed, rises, states_rate
-from freerock.records.table import (
-    DECIMALS,
-    DELIMITERS,
-    HEAD,
-    Layout,
-    cells_of,
-    described,
-    encoding_of,
-    kind_of,
-    tables,
-)
+from freerock.records.table import Layout
 
 FORMAT = "text"
 ROWS_ALIKE = 3  # rows of numbers in a row that begin the table
@@ -37,9 +27,9 @@ def contents(path: Path) -> Iterator[Contents]:
     rate ("sampling rate: 2000 Hz", "dt = 0.0005"), whose unit may stand in the next cell. Of several columns
     of time, each belongs to the columns at its right.
     """
-    encoding = encoding_of(path)
+    encoding = table.encoding_of(path)
     with open(path, encoding=encoding, errors="replace") as file:
-        lines = file.read(HEAD).split("\n")
+        lines = file.read(table.HEAD).split("\n")
         complete = not file.read(1)
     if lines[0].startswith(lvm.MAGIC):
         with lvm.contents(path) as of_labview:
@@ -49,26 +39,26 @@ def contents(path: Path) -> Iterator[Contents]:
         lines.pop()
     layout = _layout(path, lines)
     headings = _headings(lines, layout)
-    sample = [cells_of(line, layout.delimiter) for line in lines[layout.first :] if line.strip()]
+    sample = [table.cells_of(line, layout.delimiter) for line in lines[layout.first :] if line.strip()]
     first = [_number(row[layout.numeric[0]], layout.decimal) for row in sample if len(row) == layout.width]
     stated = _stated(lines[: layout.first])
     channels, notes = columns(path, headings, layout.numeric, layout.clocks, rises(first), stated)
 
     def read(wanted: Sequence[int]) -> dict[int, Samples]:
-        (table,) = tables(path, encoding, [layout])
-        return {i: table[i] for i in wanted}
+        (found,) = table.tables(path, encoding, [layout])
+        return {i: found[i] for i in wanted}
 
     dated = [start(row[i] for row in sample if len(row) == layout.width) for i in layout.clocks]
     begun, of_dates = next((each for each in dated if any(each)), ("", ""))
-    notes = [described(layout, encoding), *notes, *([of_dates] if of_dates else [])]
+    notes = [table.described(layout, encoding), *notes, *([of_dates] if of_dates else [])]
     yield Contents(channels, read, {"format": FORMAT} | ({"start_time": begun} if begun else {}), notes)
 
 
 def _layout(path: Path, lines: Sequence[str]) -> Layout:
     found = [
         layout
-        for delimiter in DELIMITERS
-        for decimal in DECIMALS
+        for delimiter in table.DELIMITERS
+        for decimal in table.DECIMALS
         if delimiter != decimal and (layout := _table(lines, delimiter, decimal))
     ]
     if not found:
@@ -86,7 +76,7 @@ def _refuse_another_mark_above(path: Path, layout: Layout, found: Sequence[Layou
     """Refuse rows of numbers above the table, alike but for their decimal mark: they would be lost."""
     for other in found:
         if other.first < layout.first and (other.delimiter, other.width) == (layout.delimiter, layout.width):
-            marks = f"from decimal {DECIMALS[other.decimal]} to {DECIMALS[layout.decimal]}"
+            marks = f"from decimal {table.DECIMALS[other.decimal]} to {table.DECIMALS[layout.decimal]}"
             what = f"the numbers change {marks} at line {layout.first + 1}"
             raise FreerockError(path, what, "export the file again, in one go")
 
@@ -94,9 +84,9 @@ def _refuse_another_mark_above(path: Path, layout: Layout, found: Sequence[Layou
 def _refuse_ambiguous(path: Path, lines: Sequence[str], layout: Layout) -> None:
     """Refuse whole numbers between commas under half as many headings, or none: maybe decimal commas."""
     row = next(line for line in lines[layout.first :] if line.strip())
-    whole = all(re.fullmatch(r"[-+]?\d*", cell) or _whole_second(cell) for cell in cells_of(row, ","))
+    whole = all(re.fullmatch(r"[-+]?\d*", cell) or _whole_second(cell) for cell in table.cells_of(row, ","))
     above = lines[layout.first - 1] if layout.first else ""
-    headings = len(cells_of(above, ",")) if above.strip() else 0
+    headings = len(table.cells_of(above, ",")) if above.strip() else 0
     if whole and headings in (0, layout.width // 2):
         what = f"line {layout.first + 1} may hold {layout.width} columns, or decimal commas"
         raise FreerockError(path, what, "export with tabs or semicolons between the columns")
@@ -108,8 +98,8 @@ def _whole_second(cell: str) -> bool:
 
 def _table(lines: Sequence[str], delimiter: str, decimal: str) -> Layout | None:
     """Layout of the first rows of numbers alike, if there are any."""
-    rows = [(n, cells_of(line, delimiter)) for n, line in enumerate(lines) if line.strip()]
-    kinds = [[kind_of(cell, decimal) for cell in cells] for _, cells in rows]
+    rows = [(n, table.cells_of(line, delimiter)) for n, line in enumerate(lines) if line.strip()]
+    kinds = [[table.kind_of(cell, decimal) for cell in cells] for _, cells in rows]
     for n, (line, cells) in enumerate(rows):
         here = kinds[n : n + ROWS_ALIKE]
         if not all(_alike(here[0], kind) for kind in here):
@@ -135,7 +125,7 @@ def _alike(first: Sequence[str], other: Sequence[str]) -> bool:
 
 
 def _number(cell: str, decimal: str) -> float:
-    return float(cell.replace(decimal, ".")) if kind_of(cell, decimal) == "n" else np.nan
+    return float(cell.replace(decimal, ".")) if table.kind_of(cell, decimal) == "n" else np.nan
 
 
 def _headings(lines: Sequence[str], layout: Layout) -> list[tuple[str, str]]:
@@ -144,8 +134,8 @@ def _headings(lines: Sequence[str], layout: Layout) -> list[tuple[str, str]]:
     rows: list[list[str]] = []
     while first and lines[first - 1].strip() and (layout.width > 1 or not rows):
         line = lines[first - 1].lstrip("#%/ ")
-        cells = cells_of(line, layout.delimiter)
-        values = any(kind_of(cell, layout.decimal) in ("n", "c") for cell in cells)
+        cells = table.cells_of(line, layout.delimiter)
+        values = any(table.kind_of(cell, layout.decimal) in ("n", "c") for cell in cells)
         if len(cells) != layout.width or values or states_rate(_stated([line])):
             break
         rows.insert(0, cells)

@@ -161,13 +161,10 @@ def _steps(where: object, time: Samples) -> _Steps:
         raise FreerockError(where, what, "export the time column again")
     if backwards:
         two = f"from {time[first_back - 1]:.6g} to {time[first_back]:.6g} s"
-        what = f"time runs backwards {_times(backwards)}, first {two} after sample {first_back - 1}"
+        often = "once" if backwards == 1 else f"{backwards} times"
+        what = f"time runs backwards {often}, first {two} after sample {first_back - 1}"
         raise FreerockError(where, what, SPLIT)
     return _Steps(shortest, longest, float(np.median(typical)) if typical else 0.0, n)
-
-
-def _times(n: int) -> str:
-    return "once" if n == 1 else f"{n} times"
 
 
 def _rounded(time: Samples, seen: _Steps) -> Grid | None:
@@ -238,13 +235,13 @@ def _pieces(where: object, time: Samples, typical: float) -> Grid:
             last_number, last_piece = float(number[-1]), int(piece[-1])
 
     gaps = sum(int(np.count_nonzero(steps > GAP * typical)) for _, steps in _parts(time))
+    told = "1 gap" if gaps == 1 else f"{gaps} gaps"
     line = _line(parts, gaps + 1, typical)
     step, start = line.step, line.start
     deviation = line.off / step
     if not deviation <= MILD_JITTER:
-        what = (
-            f"the time stamps leave an even grid of {step:.6g} s by up to {deviation:.2g} sampling intervals"
-        )
+        far = f"{deviation:.2g} sampling intervals"
+        what = f"the time stamps leave an even grid of {step:.6g} s by up to {far}"
         raise FreerockError(where, what, "export with the logger's own clock, or resample it evenly")
 
     shift = np.rint((start - start[0]) / step)
@@ -257,7 +254,7 @@ def _pieces(where: object, time: Samples, typical: float) -> Grid:
         last, taken, stamps = place[-1], int(number[-1]) + 1, stamps + place.size
     size = int(last) + 1
     if size > 2 * taken:
-        what = f"{size - taken} of {size} samples are missing in {_gaps(gaps)}"
+        what = f"{size - taken} of {size} samples are missing in {told}"
         raise FreerockError(where, what, SPLIT)
 
     faults = []
@@ -270,13 +267,9 @@ def _pieces(where: object, time: Samples, typical: float) -> Grid:
         missing = np.diff(instant) - np.diff(begin)
         longest = int(np.argmax(missing))
         faults.append(
-            f"{size - taken} samples missing in {_gaps(gaps)}, "
+            f"{size - taken} samples missing in {told}, "
             f"the longest of {missing[longest]} after {time[begin[longest + 1] - 1]:.6g} s"
         )
     even = size == time.size and taken == size
     first = time[0] if deviation <= NAMEABLE else start[0]
     return Grid(float(first), step, size, None if even else (begin, instant), tuple(faults))
-
-
-def _gaps(n: int) -> str:
-    return "1 gap" if n == 1 else f"{n} gaps"

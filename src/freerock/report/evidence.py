@@ -69,10 +69,8 @@ def scenes_of(
 
 def explained(scenes: Sequence[Mapping[str, Any]]) -> Sortable:
     """What explains the runs of each scene: a row for each, which leads to its evidence."""
-    rows = [
-        [Cell(scene["name"], anchor=f"evidence-{i}"), *scene["explained"]]
-        for i, scene in enumerate(scenes, 1)
-    ]
+    names = [Cell(scene["name"], anchor=f"evidence-{i}") for i, scene in enumerate(scenes, 1)]
+    rows = [[name, *scene["explained"]] for name, scene in zip(names, scenes, strict=True)]
     used = [i for i in range(len(EXPLAINED)) if any(row[i].text != "–" for row in rows)]
     heads, rows = [EXPLAINED[i] for i in used], [[row[i] for i in used] for row in rows]
     some = any(" (" in cell.text for row in rows for cell in row[2:])

@@ -10,7 +10,7 @@ import pandas as pd
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, OF_RECORD, PAPER_MODELS, SYMBOLS, law_of
 from freerock.populations.between_blocks import TEST
 from freerock.report.limits import limits
-from freerock.report.numbers import KNOWN, NOT, Number, Sentence, Tables, Where, listed
+from freerock.report.numbers import KNOWN, NOT, Number, Sentence, Tables, Where, listed, said
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.paper import Labels
 from freerock.tables.text import LEAST_P, MOST_P, quantity, unit_text
@@ -78,13 +78,13 @@ def laws_of_foundations(choice: pd.DataFrame) -> dict[str, str]:
 def _tested(known: Tables, labels: Labels) -> list[Sentence]:
     n_runs, records = known.count("runs", {"run": KNOWN}), known.count("runs", {}, "test")
     origin = " and ".join(dict.fromkeys(known["runs"]["origin"]))
-    scene = (*_names(known, "block", labels), " on ", *_names(known, "foundation", labels))
+    scene = said("{} on {}", _names(known, "block", labels), _names(known, "foundation", labels))
     if n_runs.text == "0":
-        return [("No run could be used: ", records, f" {origin} record{_s(records)} of ", *scene, ".")]
-    what: Sentence = (n_runs, f" {origin} run{_s(n_runs)} in ", records, f" record{_s(records)}: ", *scene)
+        return [said("No run could be used: {} {} record{} of {}.", records, origin, _s(records), scene)]
+    what = said("{} {} run{} in {} record{}: {}", n_runs, origin, _s(n_runs), records, _s(records), scene)
     if known["table1"]["release_angle_deg"].notna().any():
-        what += (", released at ", *known.ends("table1", "release_angle_deg", {}), "°")
-    return [(*what, "."), *_left_out(known)]
+        what = said("{}, released at {}°", what, known.ends("table1", "release_angle_deg", {}))
+    return [said("{}.", what), *_left_out(known)]
 
 
 def _left_out(known: Tables) -> list[Sentence]:
@@ -111,20 +111,17 @@ def _durations(known: Tables, labels: Labels, longest: Mapping[str, str]) -> lis
     told: list[Sentence] = []
     for block in [each for each in blocks if len(means[each]) > 1][:MOST]:
         ranked = means[block].sort_values(ascending=False, kind="stable")
-        times: list[Sentence] = [
-            (
-                *known.ends("runs", "duration_s", usable | {"block": block, "foundation": each}),
-                " s" if each == ranked.index[0] else f" s on {labels.get(each, each)}",
-            )
-            for each in ranked.index
-        ]
-        first = str(ranked.index[0])
+        first, times = str(ranked.index[0]), list[Sentence]()
+        for each in ranked.index:
+            lasts = known.ends("runs", "duration_s", usable | {"block": block, "foundation": each})
+            times.append(said("{} s{}", lasts, "" if each == first else f" on {labels.get(each, each)}"))
         beside = {first: ", as published"}.get(longest.get(block, ""), "")
         if not beside and longest.get(block) in ranked:
             beside = ", unlike the published block"
         slender = known.value("table1", "slenderness", {"block": block})
-        head: Sentence = (f"{labels.get(block, block)} (h/b = ", slender, ") rocks longest on ")
-        told.append((*head, f"{labels.get(first, first)}{beside}: ", *listed(times), "."))
+        where = f"{labels.get(first, first)}{beside}"
+        name = labels.get(block, block)
+        told.append(said("{} (h/b = {}) rocks longest on {}: {}.", name, slender, where, listed(times)))
     return told
 
 
@@ -138,17 +135,15 @@ def _predicted(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list
         label = labels.get(foundation, foundation)
         if len(known.rows("predictions", from_runs)):
             most = _at_most(known, from_runs)
-            told.append((f"{label}, from the other runs of a record: ε_θ ≤ ", *most, "."))
+            told.append(said("{}, from the other runs of a record: ε_θ ≤ {}.", label, most))
         blocks = list(known.rows("predictions", from_blocks)["block"].unique())
         if blocks:
             most = _at_most(known, from_blocks)
             if len(blocks) <= MOST:
-                of_each: list[Sentence] = [
-                    (*_at_most(known, from_blocks | {"block": each}), f" for {labels.get(each, each)}")
-                    for each in blocks
-                ]
-                most = listed(of_each)
-            told.append((f"{label}, from another block: ε_θ ≤ ", *most, "."))
+                each_most = [_at_most(known, from_blocks | {"block": each}) for each in blocks]
+                names = [labels.get(each, each) for each in blocks]
+                most = listed([said("{} for {}", *pair) for pair in zip(each_most, names, strict=True)])
+            told.append(said("{}, from another block: ε_θ ≤ {}.", label, most))
     return told
 
 
@@ -163,14 +158,14 @@ def _explained(known: Tables) -> list[Sentence]:
         return [("No law was fitted to any run.",)]
     n, told = known.count("choice", {}, "test", "run"), list[Sentence]()
     named = Counter(each.model for each in found if each.explained)
-    counted: list[Sentence] = [
-        (MODEL_LABELS[model], " explains ", *_of(known.count("choice", NAMED | {"model": model}), n))
+    counted = [
+        said("{} explains {}", MODEL_LABELS[model], _of(known.count("choice", NAMED | {"model": model}), n))
         for model, _ in named.most_common(MOST)
     ]
     if counted:
         more = ", further laws some of the others" if len(named) > MOST else ""
         residual = "its residual is" if len(named) == 1 else "their residuals are"
-        told.append((*listed(counted), f"{more}: {residual} the noise of the sensor."))
+        told.append(said("{}{}: {} the noise of the sensor.", listed(counted), more, residual))
         told.append(_as_possible(known, found))
     if lost := [each for each in found if not each.explained]:
         told += _unexplained(lost, n)
@@ -187,9 +182,9 @@ def _as_possible(known: Tables, found: Sequence[Answer]) -> Sentence:
     others: list[Sentence] = []
     for model, times in counted.most_common(MOST):
         n = known.count("choice", {"model": model, "status": "also_possible"})
-        others.append((f"{MODEL_LABELS[model]} in ", n, f" run{'s' * (times > 1)}"))
+        others.append(said("{} in {} run{}", MODEL_LABELS[model], n, "s" * (times > 1)))
     more = " or others" if len(counted) > MOST else ""
-    return ("The data can't tell it from ", *listed(others, "or"), f"{more}.")
+    return said("The data can't tell it from {}{}.", listed(others, "or"), more)
 
 
 def _unexplained(lost: Sequence[Answer], n: Number) -> Iterator[Sentence]:
@@ -216,11 +211,8 @@ def _rejected(known: Tables) -> Iterator[Sentence]:
             yield (f"{MODEL_LABELS[model]} (all fits failed)",)
             continue
         some = "; some fits failed" if n < len(known.rows("table3", {"model": model})) else ""
-        yield (
-            f"{MODEL_LABELS[model]} (ε_θ = ",
-            *known.ends("table3", "epsilon_theta", usable, 100),
-            f" %{some})",
-        )
+        ends = known.ends("table3", "epsilon_theta", usable, 100)
+        yield said("{} (ε_θ = {} %{})", MODEL_LABELS[model], ends, some)
 
 
 def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:
@@ -236,17 +228,12 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
         numbers = listed(
             [_number(known, u, {**rows, "parameter": name}, labels) for name in names if name not in own]
         )
-        of_blocks = [
-            part
-            for name in own
-            for part in (
-                "; of each block its own ",
-                *_of_records(known, u, {**rows, "level": "record", "parameter": name}, labels),
-            )
-        ]
-        told.append(
-            (f"{label}: ", *numbers, f" ({MODEL_LABELS[model]}, ", *_over(known, rows), ")", *of_blocks, ".")
-        )
+        law = said("{}, {}", MODEL_LABELS[model], _over(known, rows))
+        of_foundation = said("{}: {} ({})", label, numbers, law)
+        for name in own:
+            of_records = _of_records(known, u, {**rows, "level": "record", "parameter": name}, labels)
+            of_foundation = said("{}; of each block its own {}", of_foundation, of_records)
+        told.append(said("{}.", of_foundation))
         of_one |= bool((known.rows("populations", rows)["n_runs"] == 1).any())
     if without:
         told.append(("None on ", *listed(without), ": no law explains most of the runs there."))
@@ -284,15 +271,13 @@ def _of_records(known: Tables, u: str, where: Where, labels: Labels) -> Sentence
     """A parameter of each of a few records, or its range over more."""
     own, symbol = known.rows("populations", where), f"{SYMBOLS[str(where['parameter'])]} = "
     if len(own) > MOST:
-        return (
-            symbol,
-            *known.ends("populations", "mean", where),
-            f" {unit_text(own['unit'].iloc[0])}".rstrip(),
-            *_of_width(known, where),
-        )
+        ends, unit = known.ends("populations", "mean", where), f" {unit_text(own['unit'].iloc[0])}".rstrip()
+        return said("{}{}{}{}", symbol, ends, unit, _of_width(known, where))
     names = own["block"] if own["block"].is_unique else own["test"]
-    each: list[Sentence] = [
-        (known.value("populations", "mean", {**where, "test": test}, u), f" ({labels.get(name, name)})")
+    each = [
+        said(
+            "{} ({})", known.value("populations", "mean", {**where, "test": test}, u), labels.get(name, name)
+        )
         for test, name in zip(own["test"], names, strict=True)
     ]
     return symbol, *listed(each), *_of_width(known, where)
@@ -360,40 +345,20 @@ def _agree(known: Tables, label: str, scene: Where) -> Sentence:
     symbols = " and ".join(SYMBOLS[each] for each in names)
 
     def percent(column: str, word: str) -> Sentence:
-        found = [
-            (
-                known.value("foundations", column, {**scene, "parameter": each}, digits=2),
-                f" % in {SYMBOLS[each]}",
-            )
-            for each in names
-        ]
-        return listed(found, word)
+        of = [known.value("foundations", column, {**scene, "parameter": each}, digits=2) for each in names]
+        known_of = zip(of, names, strict=True)
+        return listed([said("{} % in {}", value, SYMBOLS[each]) for value, each in known_of], word)
 
     of_first = {**scene, "parameter": names[0]}
     blocks, chance = known.value("foundations", "n_blocks", of_first), _chance(known, of_first)
     apart = percent("between_blocks_percent", "and")
     if _denied(rows["shared"]).any():
-        return (
-            f"{label}: ",
-            blocks,
-            f" blocks do not share {symbols}",
-            *chance,
-            ": they differ by ",
-            *apart,
-            ".",
-        )
+        told = "{}: {} blocks do not share {}{}: they differ by {}."
+        return said(told, label, blocks, symbols, chance, apart)
     if rows["shared"].isna().any():
-        return f"{label}: too few runs to know whether ", blocks, " blocks share ", f"{symbols}."
-    seen = percent("visible_percent", "or")
-    return (
-        f"{label}: ",
-        blocks,
-        " blocks show no difference",
-        *chance,
-        "; a difference of ",
-        *seen,
-        " would show.",
-    )
+        return said("{}: too few runs to know whether {} blocks share {}.", label, blocks, symbols)
+    told = "{}: {} blocks show no difference{}; a difference of {} would show."
+    return said(told, label, blocks, chance, percent("visible_percent", "or"))
 
 
 def _chance(known: Tables, where: Where) -> Sentence:

@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 import xarray as xr
-from markupsafe import Markup, escape
+from jinja2 import Environment, FileSystemLoader
+from markupsafe import Markup
 
 from freerock.arrays import Floats, extremes
 from freerock.figures.looks import on_screen
@@ -122,22 +124,24 @@ def drawing(theta: Sequence[Curve], residuals: Sequence[Curve]) -> Markup:
         Model minus measured over the standard deviation of the noise.
     """
     end = max(each.time_s[-1] for each in theta)
-    parts = [_time_axis(end)]
     top = max(float(np.nanmax(np.abs(each.values))) for each in theta) * 1.05
-    parts += _panel(PANELS[0], theta, end, (-top, top), _steps(top), "θ / °")
+    panels = [_panel(PANELS[0], theta, end, top, _steps(top), "θ / °")]
     if residuals:
         bent = [each._replace(values=_bend(each.values)) for each in residuals]
         most = max(1.5, *(float(np.nanmax(np.abs(each.values))) for each in bent)) * 1.05
         marks = [0.0, *(s * size for size in (LINEAR, 10.0, 100.0, 1000.0, 1e4) for s in (1, -1))]
         ticks = {float(_bend(np.array(mark))): _tick(mark) for mark in marks}
-        shade = tuple(float(each) for each in _bend(np.array([-NOISE, NOISE])))
-        parts += _panel(PANELS[1], bent, end, (-most, most), ticks, "residual / σ", shade)
-    told = "Rotation as measured and as modelled over time, and residuals over the noise"
-    return Markup(
-        f'<svg class="key" viewBox="0 0 {WIDTH:.0f} {HEIGHT:.0f}" role="img" aria-label="{told}">'
-        + "".join(parts)
-        + "</svg>"
-    )
+        shaded = tuple(float(each) for each in _bend(np.array([NOISE, -NOISE])))
+        panels.append(_panel(PANELS[1], bent, end, most, ticks, "residual / σ", shaded))
+    instants = [
+        (LEFT + value / end * (WIDTH - LEFT - RIGHT), text)
+        for value, text in _steps(end).items()
+        if value >= 0
+    ]
+    environment = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True)
+    sizes = {"width": WIDTH, "height": HEIGHT, "left": LEFT, "right": WIDTH - RIGHT}
+    template = environment.get_template("key_figure.svg.j2")
+    return Markup(template.render(sizes, panels=panels, instants=instants, places=PANELS))
 
 
 def _bend(values: Floats) -> Floats:
@@ -155,51 +159,26 @@ def _panel(
     place: tuple[float, float],
     curves: Sequence[Curve],
     end: float,
-    ends: tuple[float, float],
+    most: float,
     ticks: Mapping[float, str],
     label: str,
-    shade: tuple[float, ...] = (),
-) -> list[str]:
-    """A panel's frame, ticks, shaded band and curves."""
+    shaded: tuple[float, ...] = (),
+) -> dict[str, Any]:
+    """A panel's place and label, ticks, shaded band and curves on the drawing."""
     top, bottom = place
-    low, high = ends
 
     def y(value: Any) -> Any:
-        return bottom - (value - low) / (high - low) * (bottom - top)
+        return bottom - (value + most) / (most + most) * (bottom - top)
 
-    parts = [_text((11, (top + bottom) / 2), label, "middle", ' transform="rotate(-90 11 {1:.1f})"')]
-    if shade:
-        width = WIDTH - LEFT - RIGHT
-        box = f'x="{LEFT}" y="{y(shade[1]):.1f}" width="{width}" height="{y(shade[0]) - y(shade[1]):.1f}"'
-        parts.append(f'<rect {box} fill="#fbeec2"/>')
-    for value, text in ticks.items():
-        if low <= value <= high:
-            parts.append(f'<path d="M{LEFT} {y(value):.1f}H{WIDTH - RIGHT}" stroke="#ddd"/>')
-            parts.append(_text((LEFT - 4, y(value) + 4), text, "end"))
-    looks = on_screen()
+    lines = []
     for source, time_s, values in curves:
         x = LEFT + time_s / end * (WIDTH - LEFT - RIGHT)
-        path = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y(values), strict=True) if math.isfinite(b))
-        style = looks[source]
-        dash = f' stroke-dasharray="{" ".join(map(str, style["dash"]))}"' if style["dash"] else ""
-        line = f'fill="none" stroke="{style["color"]}" stroke-width="{style["width"]}"'
-        parts.append(f'<polyline points="{path}" {line} stroke-linejoin="round"{dash}/>')
-    parts.append(
-        f'<rect x="{LEFT}" y="{top}" width="{WIDTH - LEFT - RIGHT}" height="{bottom - top}" '
-        'fill="none" stroke="#555"/>'
-    )
-    return parts
-
-
-def _time_axis(end: float) -> str:
-    bottom = PANELS[-1][1]
-    texts = [_text(((LEFT + WIDTH - RIGHT) / 2, HEIGHT - 4), "time since the release / s", "middle")]
-    for value, text in _steps(end).items():
-        if value >= 0:
-            x = LEFT + value / end * (WIDTH - LEFT - RIGHT)
-            texts.append(_text((x, bottom + 15), text, "middle"))
-            texts += [f'<path d="M{x:.1f} {place[1]}v-4" stroke="#555"/>' for place in PANELS]
-    return "".join(texts)
+        points = zip(x, y(values), strict=True)
+        path = " ".join(f"{a:.1f},{b:.1f}" for a, b in points if math.isfinite(b))
+        lines.append({"points": path, **on_screen()[source]})
+    known = {y(value): text for value, text in ticks.items() if -most <= value <= most}
+    shade = [y(value) for value in shaded]
+    return {"top": top, "bottom": bottom, "label": label, "ticks": known, "shade": shade, "lines": lines}
 
 
 def _steps(most: float) -> dict[float, str]:
@@ -212,8 +191,3 @@ def _steps(most: float) -> dict[float, str]:
 
 def _tick(value: float) -> str:
     return f"{value:g}".replace("-", "−")
-
-
-def _text(at: tuple[float, float], text: str, anchor: str, more: str = "") -> str:
-    place = f'x="{at[0]:.1f}" y="{at[1]:.1f}" text-anchor="{anchor}"' + more.format(*at)
-    return f"<text {place}>{escape(text)}</text>"

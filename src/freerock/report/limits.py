@@ -76,9 +76,8 @@ def _sideways_open(choice: pd.DataFrame, model: str) -> bool:
     named = choice[(choice["model"] == model) & (choice["status"] == "selected") & choice["explains"]]
     for twin in twins:
         of_twin = choice[choice["model"] == twin]
-        beside = named[["test", "run", "n_freed"]].merge(
-            of_twin, "left", ["test", "run"], suffixes=("_named", "")
-        )
+        mine_of_runs, of_run = named[["test", "run", "n_freed"]], ["test", "run"]
+        beside = mine_of_runs.merge(of_twin, "left", of_run, suffixes=("_named", ""))
         screened = (beside["status"] == "not_fitted") & (beside["n_freed"] <= beside["n_freed_named"])
         if not ((beside["status"] == "rejected") | screened.fillna(False)).all():
             return True

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 from types import MappingProxyType
 from typing import Literal, NamedTuple
 
@@ -62,6 +63,18 @@ def plain(sentence: Sentence) -> str:
     return "".join(part if isinstance(part, str) else part.text for part in sentence)
 
 
+def said(text: str, *parts: Part | Sequence[Part]) -> Sentence:
+    """A sentence from a text, in which each {} stands for a part or a sentence."""
+    found: list[Part] = []
+    for words, part in zip_longest(text.split("{}"), parts, fillvalue=""):
+        for each in (words, *((part,) if isinstance(part, str | Number) else part)):
+            if isinstance(each, str) and found and isinstance(found[-1], str):
+                found[-1] += each
+            elif each:
+                found.append(each)
+    return tuple(found)
+
+
 def listed(items: Sequence[Sentence], word: str = "and") -> Sentence:
     """Items one after the other, the last after a word: "a, b and c"."""
     parts: list[Part] = []
@@ -117,9 +130,8 @@ class Tables:
         """Lowest and highest value of a column, "6 to 20"; one number where they are printed alike."""
         values = self.rows(table, where)[column].dropna().astype(float)
         ends: tuple[tuple[float, How], ...] = ((values.min(), "lowest"), (values.max(), "highest"))
-        low, high = (
-            Number(quantity(factor * value), table, (column,), where, how, factor) for value, how in ends
-        )
+        found = [(quantity(factor * value), how) for value, how in ends]
+        low, high = (Number(text, table, (column,), where, how, factor) for text, how in found)
         return (low,) if low.text == high.text else (low, " to ", high)
 
     def most(self, table: str, column: str, where: Where, factor: float = 1.0, digits: int = 2) -> Number:

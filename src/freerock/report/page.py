@@ -5,7 +5,6 @@ import io
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from markupsafe import Markup, escape
 from PIL import Image
 
 from freerock.config.history import Change
-from freerock.figures.looks import on_screen
+from freerock.figures.looks import on_screen, scripts_folder
 from freerock.files import write_text
 from freerock.models.block import Block
 from freerock.models.laws import MODELS, law_of
@@ -118,7 +117,7 @@ def write_report(
         sections=[each for each in sections if each["test"] in shown.tests],
         n_charted=len(wanted),
         facts=known,
-        scripts=_scripts() if wanted else [],
+        scripts=[(scripts_folder() / name).read_text(encoding="utf-8") for name in BOKEH if wanted],
         by_hand=made.by_hand(changes, provenance["config"], shown.tests),
         looked=made.changes_seen(changes, tables["runs"]),
         own_script=(HERE / "report.js").read_text(encoding="utf-8"),
@@ -137,9 +136,7 @@ def _content(
 ) -> dict[str, Any]:
     """What the page shows of tables, configuration and provenance."""
     config, runs = provenance["config"], tables["runs"]
-    labels = {
-        name: each["label"] for kind in ("blocks", "foundations") for name, each in config[kind].items()
-    }
+    labels = {name: each["label"] for name, each in (config["blocks"] | config["foundations"]).items()}
     simulated = config["origin"] == "simulated"
     doi = config["published"]["doi"] if config["published"] else ""
     rows = {name: shown.rows(table) for name, table in tables.items()}
@@ -204,9 +201,7 @@ def _content(
         "n_runs": int(runs["run"].notna().sum()),
         "settings": settings(config),
         "free": free_besides(config["fits"]),
-        "inputs": provenance["inputs"],
-        "software": provenance["software"],
-        "git": provenance["git"],
+        **{name: provenance[name] for name in ("inputs", "software", "git")},
         "other_software": provenance.get("other_software", ()),
         "styles": {"mark": " – simulated" if simulated else "", "lines": looks},
     }
@@ -274,12 +269,3 @@ def _figure(chapter: str, caption: str, file: Path, folder: Path, n: int) -> dic
         opened.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(small, "png", compress_level=7)
         size = dict(zip(("width", "height"), opened.size, strict=True))
         return image | size | {"data": base64.b64encode(small.getvalue()).decode()}
-
-
-def _scripts() -> list[str]:
-    """BokehJS as it comes with the Python package, which need not be imported for it."""
-    found = find_spec("bokeh")
-    if found is None or found.origin is None:
-        raise ModuleNotFoundError("No module named 'bokeh'", name="bokeh")
-    folder = Path(found.origin).parent / "server/static/js"
-    return [(folder / name).read_text(encoding="utf-8") for name in BOKEH]

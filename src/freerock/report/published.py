@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
-from freerock.report.numbers import Sentence, Tables, Where, listed
+from freerock.report.numbers import Sentence, Tables, Where, listed, said
 from freerock.tables.paper import Labels
 
 TENTH = 0.1  # relative difference up to which values are said to agree, as published ones state no error
@@ -49,45 +49,24 @@ def _parameters(known: Tables, labels: Labels) -> Iterator[Told]:
     near, far, rejected = list[tuple[str, Sentence]](), list[tuple[str, Sentence]](), list[bool]()
     for row in rows.itertuples():
         where = {key: getattr(row, key) for key in KEYS}
-        here, there = (
-            known.value("table2", "mean", where, "u_total"),
-            known.value("table2", "published", where),
-        )
-        on = labels.get(row.foundation, row.foundation)
-        text: Sentence = (
-            f"{MODEL_LABELS[row.model]} {SYMBOLS[row.parameter]} on {on} ",
-            here,
-            " [",
-            there,
-            "]",
-        )
+        of = f"{MODEL_LABELS[row.model]} {SYMBOLS[row.parameter]}"
+        on, here = labels.get(row.foundation, row.foundation), known.value("table2", "mean", where, "u_total")
+        text = said("{} on {} {} [{}]", of, on, here, known.value("table2", "published", where))
         if _differ(row) <= TENTH:
             near.append((row.parameter, text))
         else:
             far.append((row.parameter, text))
             rejected.append(bool(row.rejected))
     if near:
-        yield (
-            True,
-            (
-                f"Within a tenth of the published value{_in_brackets(near)}: ",
-                *listed([text for _, text in near]),
-                ".",
-            ),
-        )
+        told = "Within a tenth of the published value{}: {}."
+        yield True, said(told, _in_brackets(near), listed([text for _, text in near]))
     if far:
+        told = "More than a tenth off the published value{}: {}.{}"
         why = (
             " These laws are rejected here; parameters of a wrong law depend on how much of a run is fitted."
         )
-        yield (
-            False,
-            (
-                f"More than a tenth off the published value{_in_brackets(far)}: ",
-                *listed([text for _, text in far]),
-                ".",
-                *([why] if all(rejected) else []),
-            ),
-        )
+        why = why if all(rejected) else ""
+        yield False, said(told, _in_brackets(far), listed([text for _, text in far]), why)
 
 
 def _in_brackets(told: Sequence[tuple[str, Sentence]]) -> str:
@@ -149,10 +128,8 @@ def _durations(known: Tables, longest: Mapping[str, str], labels: Labels) -> Ite
             yield False, _reversed(known, block, (here, published), labels)
     for foundation, blocks in alike.items():
         verb = "rocks" if len(blocks) == 1 else "rock"
-        yield (
-            True,
-            (*listed(blocks), f" {verb} longest on {labels.get(foundation, foundation)}, as published."),
-        )
+        on = labels.get(foundation, foundation)
+        yield True, said("{} {} longest on {}, as published.", listed(blocks), verb, on)
 
 
 def _reversed(known: Tables, block: str, foundations: tuple[str, str], labels: Labels) -> Sentence:
@@ -162,16 +139,11 @@ def _reversed(known: Tables, block: str, foundations: tuple[str, str], labels: L
         [known.ends(table, column, {"block": block, "foundation": each}) for each in foundations]
         for table, column in (("runs", "duration_s"), ("restitution_comparison", "r_first"))
     )
-    told: Sentence = (
-        f"{labels.get(block, block)} rocks longest on {here} (",
-        *lasts[0],
-        " s; ",
-        *lasts[1],
-        f" s on {there}), in the publication on {there}. The reason here: its first impact keeps r = ",
-        *keeps[0],
-        f" of the angular rate on {here}, ",
-        *keeps[1],
-        f" on {there}.",
+    told = said(
+        "{} rocks longest on {} ({} s; {} s on {}), in the publication on {}. The reason here: its first "
+        "impact keeps r = {} of the angular rate on {}, {} on {}.",
+        *(labels.get(block, block), here, *lasts, there, there),
+        *(keeps[0], here, keeps[1], there),
     )
     simulated = "simulated" in set(known["runs"]["origin"])
     if simulated and (known["foundations"]["shared"] == True).any():  # noqa: E712

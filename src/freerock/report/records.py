@@ -85,9 +85,8 @@ def charted(runs: pd.DataFrame, most: int) -> set[tuple[str, int]]:
         Test and run.
     """
     found = runs.dropna(subset=["run"]).astype({"run": int})
-    ranked = found.assign(rank=-found["verdict"].map(VERDICTS.index)).sort_values(
-        ["rank", "run"], kind="stable"
-    )
+    ranked = found.assign(rank=-found["verdict"].map(VERDICTS.index))
+    ranked = ranked.sort_values(["rank", "run"], kind="stable")
     return {(row.test, row.run) for row in ranked.head(most).itertuples()}
 
 

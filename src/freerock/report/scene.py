@@ -8,11 +8,11 @@ from typing import Any
 
 import pandas as pd
 
+from freerock.identification.levels import NEAR, TELLS
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, PARAMETERS, SYMBOLS, law_of
-from freerock.selection.choice import NEAR, TELLS
 from freerock.tables.candidates import MEDIANS, Answer, answers
-from freerock.tables.text import quantity, unit_text
+from freerock.tables.text import in_words, quantity, unit_text
 
 PIVOTING = [m for m, each in CANDIDATES.items() if each.kinematics == "pivoting" and law_of(m).is_foundation]
 
@@ -117,7 +117,7 @@ def _unexplained(scene: Scene) -> list[str]:
     nearest = [f"{MODEL_LABELS[m]}{_in(counted[m], len(lost))}" for m in CANDIDATES if m in counted]
     if nearest:
         told.append(
-            f"The nearest is {_listed(nearest)}; its parameters depend on how much of a run is fitted, and "
+            f"The nearest is {in_words(nearest)}; its parameters depend on how much of a run is fitted, and "
             "their standard errors don't say how wrong it is."
         )
     if counted[""]:
@@ -132,7 +132,7 @@ def _others(scene: Scene) -> list[str]:
         return []
     names = [f"{MODEL_LABELS[model]}{_in(counted[model], n)}" for model in CANDIDATES if counted[model]]
     if names:
-        return [f"The data can't tell it from {_listed(names, 'or')}."]
+        return [f"The data can't tell it from {in_words(names, 'or')}."]
     return ["No other candidate that was fitted explains as much with as few parameters."]
 
 
@@ -143,8 +143,9 @@ def _rigid_or_compliant(scene: Scene) -> list[str]:
     both = [each for each in scene.explained if len({law_of(m).is_foundation for m in each.possible}) == 2]
     if both:
         corners = " with worn corners" if scene.frees_width(rigid[-1]) else ""
+        runs = _runs(len(both), len(scene.answers))
         return [
-            f"{_capital(_runs(len(both), len(scene.answers)))} can be a rigid block{corners} "
+            f"{runs[:1].upper()}{runs[1:]} can be a rigid block{corners} "
             f"({scene.numbers(rigid[-1])}) as well as a block on a compliant foundation "
             f"({_told(scene, soft[0])}): these data don't tell. Measure the contact width of the corners, "
             "or release from other angles, before you quote k and λ."
@@ -235,11 +236,3 @@ def _runs(count: int, n: int) -> str:
 
 def _in(count: int, n: int) -> str:
     return "" if count == n else f" (in {count} of {n} runs)"
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
-def _listed(names: Sequence[str], word: str = "and") -> str:
-    return f" {word} ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

@@ -1,18 +1,19 @@
 """The tables of the report: heads and cells; each row leads to its run or record."""
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import pandas as pd
 
 from freerock.config.history import LOOKED_AT, Change, looked_at
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
-from freerock.populations.means import LAW
-from freerock.response.fragility import INTENSITIES
+from freerock.populations.inputs import LAW
+from freerock.response.motions import INTENSITIES
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
-from freerock.tables.paper import Cell, Labels, Printed, number
+from freerock.tables.paper import Cell, Column, Labels, Printed, decimals, number, numbers
 from freerock.tables.text import INPUT_LABELS, fixed, quantity, with_unit
 
 SHOWN = 1.0  # per cent of a square of a total uncertainty, from which a contribution is shown
@@ -25,6 +26,24 @@ class Sortable(NamedTuple):
     rows: Sequence[Sequence[Cell]]
     caption: str
     notes: Sequence[str] = ()
+
+
+def _sortable(
+    columns: Sequence[Column], rows: Iterable[Any], caption: str, notes: Sequence[str] = ()
+) -> Sortable:
+    cells = [[column.cell(row) for column in columns] for row in rows]
+    return Sortable([column.head for column in columns], cells, caption, notes)
+
+
+_RECORD = Column("Record", lambda row: Cell(row.test, anchor=f"record-{row.test}"))
+
+
+def _scene(labels: Labels) -> list[Column]:
+    """Block and foundation of a row."""
+    return [
+        Column("Block", lambda row: Cell(labels.get(row.block, row.block))),
+        Column("Foundation", lambda row: Cell(labels.get(row.foundation, row.foundation))),
+    ]
 
 
 def of_blocks(table: Printed, runs: pd.DataFrame, labels: Labels, listed: Collection[str]) -> Sortable:
@@ -42,67 +61,47 @@ def of_blocks(table: Printed, runs: pd.DataFrame, labels: Labels, listed: Collec
         Records that have a section in the page.
     """
 
-    def records(block: str) -> Cell:
-        tests = list(dict.fromkeys(runs[runs["block"] == block]["test"]))
-        if not tests:
-            return Cell("0")
-        first = next((test for test in tests if test in listed), "")
-        if not first:
-            return number(str(len(tests)), len(tests))
-        return Cell(str(len(tests)), len(tests), f"record-{first}")
+    def block(row: Any) -> Cell:
+        return Cell(labels.get(row.block, row.block), anchor=f"config-blocks-{row.block}")
 
-    rows = [
-        [
-            Cell(labels.get(row.block, row.block), anchor=f"config-blocks-{row.block}"),
-            *(column.cell(row) for column in table.columns),
-            records(row.block),
-        ]
-        for row in table.frame.itertuples()
-    ]
-    heads = ["Block", *(column.head for column in table.columns), "Records"]
-    return Sortable(heads, rows, table.caption, table.notes)
+    def records(row: Any) -> Cell:
+        tests = list(dict.fromkeys(runs[runs["block"] == row.block]["test"]))
+        n, first = len(tests), next((f"record-{test}" for test in tests if test in listed), "")
+        return Cell(str(n), n, first) if first else number(str(n), n) if n else Cell("0")
+
+    columns = [Column("Block", block), *table.columns, Column("Records", records)]
+    return _sortable(columns, table.frame.itertuples(), table.caption, table.notes)
 
 
 def of_records(table: Printed, labels: Labels) -> Sortable:
     """A printed table with several rows per record: tables 2 and 3."""
-    rows = [
-        [
-            Cell(row.test, anchor=f"record-{row.test}"),
-            *_scene(row, labels),
-            *(column.cell(row) for column in table.columns),
-        ]
-        for row in table.frame.itertuples()
-    ]
-    heads = ["Record", "Block", "Foundation", *(column.head for column in table.columns)]
-    return Sortable(heads, rows, table.caption, table.notes)
+    columns = [_RECORD, *_scene(labels), *table.columns]
+    return _sortable(columns, table.frame.itertuples(), table.caption, table.notes)
 
 
 def overturning(frame: pd.DataFrame, labels: Labels) -> Sortable:
     """Whether blocks fall under the ground motions of the campaign: a row per record and intensity."""
-    rows = []
-    for row in frame[frame["kind"] != "counted"].drop_duplicates(["test", "model", "measure"]).itertuples():
-        if row.kind == "no_law":
-            unknown = map(Cell, ["no law", "–", "not known", "", "", ""])
-            first = Cell(row.test, anchor=f"record-{row.test}")
-            rows.append([first, *_scene(row, labels), *unknown, number("0", 0)])
-            continue
-        known = [row.median, row.median_low, row.median_high, row.beta]
+
+    def curve(row: Any) -> Sequence[str]:
+        if row.kind == "fitted":
+            return [fixed(each, 3) for each in (row.median, row.median_low, row.median_high, row.beta)]
         without = {0.0: "never", 1.0: "always"}.get(row.probability, "–")  # all failed
-        told = [fixed(each, 3) for each in known] if row.kind == "fitted" else [without, "", "", ""]
-        cells = [
-            Cell(row.test, anchor=f"record-{row.test}"),
-            *_scene(row, labels),
-            Cell(MODEL_LABELS[row.model]),
-        ]
-        rows.append(
-            [
-                *cells,
-                Cell(INTENSITIES[row.measure]),
-                *map(Cell, told),
-                number(str(row.n_motions), row.n_motions),
-            ]
-        )
-    heads = ["Record", "Block", "Foundation", "Law", "Intensity", "Median", "from", "to", "β", "Motions"]
+        return ["not known" if row.kind == "no_law" else without, "", "", ""]
+
+    def known(text: Mapping[str, str], name: str, unknown: str) -> Callable[[Any], Cell]:
+        return lambda row: Cell(unknown if row.kind == "no_law" else text[getattr(row, name)])
+
+    rows = frame[frame["kind"] != "counted"].drop_duplicates(["test", "model", "measure"])
+    columns = [
+        *(_RECORD, *_scene(labels)),
+        Column("Law", known(MODEL_LABELS, "model", "no law")),
+        Column("Intensity", known(INTENSITIES, "measure", "–")),
+        Column("Median", lambda row: Cell(curve(row)[0])),
+        Column("from", lambda row: Cell(curve(row)[1])),
+        Column("to", lambda row: Cell(curve(row)[2])),
+        Column("β", lambda row: Cell(curve(row)[3])),
+        numbers("Motions", "n_motions"),
+    ]
     caption = "Intensity at which half of the responses overturn, with its 95 % interval, and dispersion β"
     notes = ["The law was identified in free rocking; no test here shows that it holds under a shaking base."]
     if (frame["kind"] == "no_law").any():
@@ -110,24 +109,23 @@ def overturning(frame: pd.DataFrame, labels: Labels) -> Sortable:
             "No law: none explains the runs of the record, or no run is usable, so whether its block "
             "overturns is not known."
         )
-    return Sortable(heads, rows, caption, notes)
+    return _sortable(columns, rows.itertuples(), caption, notes)
 
 
 def compared(frame: pd.DataFrame, labels: Labels) -> Sortable:
     """Discrepancies of the laws beside each other, from table 3: a row per record, a column per law."""
-    models = [model for model in MODEL_LABELS if model in set(frame["model"])]
-    rows = []
-    for test, own in frame.groupby("test", sort=False):
-        by_model = {row.model: row for row in own.itertuples()}
-        cells = [_discrepancy(by_model.get(model)) for model in models]
-        scene = _scene(next(iter(by_model.values())), labels)
-        rows.append([Cell(str(test), anchor=f"record-{test}"), *scene, *cells])
-    heads = ["Record", "Block", "Foundation", *(MODEL_LABELS[model] for model in models)]
+    by_law = {(row.test, row.model): row for row in frame.itertuples()}
+
+    def law(model: str) -> Column:
+        return Column(MODEL_LABELS[model], lambda row: _discrepancy(by_law.get((row.test, model))))
+
+    shown = [law(model) for model in MODEL_LABELS if model in set(frame["model"])]
+    columns, rows = [_RECORD, *_scene(labels), *shown], frame.drop_duplicates("test").itertuples()
     note = (
         "†: rejected by most of the runs. Round brackets: a fit that may not be used. All values: appendix."
     )
     note += " Square brackets: as published." if frame["published"].notna().any() else ""
-    return Sortable(heads, rows, "Discrepancy ε_θ of each law in per cent, median of the runs", [note])
+    return _sortable(columns, rows, "Discrepancy ε_θ of each law in per cent, median of the runs", [note])
 
 
 def _discrepancy(row: Any) -> Cell:
@@ -144,79 +142,73 @@ def _discrepancy(row: Any) -> Cell:
 def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortable:
     """Every run with its verdict and the model it needs, from the tidy tables."""
     needed = {(each.test, each.run): each for each in answers(choice)}
-    rows = []
-    for row in runs.itertuples():
-        run = "–" if pd.isna(row.run) else str(row.run)
-        rows.append(
-            [
-                Cell(row.test, anchor=_anchor(row.test, run)),
-                Cell(run),
-                Cell(labels.get(row.block, row.block)),
-                Cell(labels.get(row.foundation, row.foundation)),
-                Cell(
-                    row.verdict,
-                    -VERDICTS.index(row.verdict),
-                    kind="excluded" if row.excluded else row.verdict,
-                ),
-                number(fixed(row.theta0_deg, 3), row.theta0_deg),
-                number(fixed(row.release_s, 3), row.release_s),
-                number(fixed(row.duration_s, 2), row.duration_s),
-                number(str(row.n_impacts), row.n_impacts),
-                number(str(row.n_restitution), row.n_restitution),
-                number(quantity(row.sigma_theta_deg, digits=2), row.sigma_theta_deg),
-                _named(needed.get((row.test, run))),
-            ]
-        )
-    heads = ["Record", "Run", "Block", "Foundation", "Verdict", "θ₀ / °", "Release / s", "Duration / s"]
+
+    def run(row: Any) -> str:
+        return "–" if pd.isna(row.run) else str(row.run)
+
+    def verdict(row: Any) -> Cell:
+        kind = "excluded" if row.excluded else row.verdict
+        return Cell(row.verdict, -VERDICTS.index(row.verdict), kind=kind)
+
+    columns = [
+        Column("Record", lambda row: Cell(row.test, anchor=_anchor(row.test, run(row)))),
+        Column("Run", lambda row: Cell(run(row))),
+        *_scene(labels),
+        Column("Verdict", verdict),
+        numbers("θ₀ / °", "theta0_deg", decimals(3)),
+        numbers("Release / s", "release_s", decimals(3)),
+        numbers("Duration / s", "duration_s", decimals(2)),
+        numbers("Impacts", "n_impacts"),
+        numbers("with r", "n_restitution"),
+        numbers("σ / °", "sigma_theta_deg", partial(quantity, digits=2)),
+        Column("Model", lambda row: _named(needed.get((row.test, run(row))))),
+    ]
     note = "Each row leads to its run. σ: standard deviation of the noise of θ. "
     note += "Impacts: those seen; with r: those of them with a restitution. "
     note += "Model: the one that explains the run with the fewest parameters."
-    return Sortable([*heads, "Impacts", "with r", "σ / °", "Model"], rows, "Runs and verdicts", [note])
+    return _sortable(columns, runs.itertuples(), "Runs and verdicts", [note])
 
 
 def choices(choice: pd.DataFrame, labels: Labels) -> Sortable:
     """Runs that no candidate explains or that several do: what they could be, and why."""
-    scenes = {row.test: _scene(row, labels) for row in choice.itertuples()}
-    rows = [
-        [
-            Cell(each.test, anchor=_anchor(each.test, each.run)),
-            Cell(each.run),
-            *scenes[each.test],
-            _named(each),
-            Cell("; ".join(MODEL_LABELS[model] for model in each.others) or "–"),
-            Cell(each.reason),
-        ]
-        for each in answers(choice)
-        if each.others or not each.explained
+    scenes = {row.test: row for row in choice.itertuples()}
+
+    def of_test(column: Column) -> Column:
+        return Column(column.head, lambda each: column.cell(scenes[each.test]))
+
+    columns = [
+        Column("Record", lambda each: Cell(each.test, anchor=_anchor(each.test, each.run))),
+        Column("Run", lambda each: Cell(each.run)),
+        *map(of_test, _scene(labels)),
+        Column("Model", _named),
+        Column("Also possible", lambda each: Cell("; ".join(MODEL_LABELS[m] for m in each.others) or "–")),
+        Column("Reason", lambda each: Cell(each.reason)),
     ]
-    heads = ["Record", "Run", "Block", "Foundation", "Model", "Also possible", "Reason"]
-    return Sortable(heads, rows, "Runs without a single answer")
+    rows = [each for each in answers(choice) if each.others or not each.explained]
+    return _sortable(columns, rows, "Runs without a single answer")
 
 
 def compared_restitution(compared: pd.DataFrame) -> Sortable:
     """Fitted and per-impact restitution of each record, from the table restitution_comparison."""
-    rows = [
-        [
-            Cell(row.test, anchor=f"record-{row.test}"),
-            number(quantity(row.r_fitted, row.r_fitted_stderr), row.r_fitted),
-            number(fixed(row.r_first, 3), row.r_first),
-            number(fixed(row.r_median, 3), row.r_median),
-            Cell(f"{row.r_low:.3f} to {row.r_high:.3f}"),
-            number(fixed(row.first_impact_s, 4), row.first_impact_s),
-            number(fixed(row.rigid_s, 4), row.rigid_s),
-            number(fixed(row.r_housner, 3), row.r_housner),
-        ]
-        for row in compared.itertuples()
+    columns = [
+        _RECORD,
+        Column(
+            "Housner r, fitted", lambda row: number(quantity(row.r_fitted, row.r_fitted_stderr), row.r_fitted)
+        ),
+        numbers("r, first impact", "r_first", decimals(3)),
+        numbers("r, median of impacts", "r_median", decimals(3)),
+        Column("Range", lambda row: Cell(f"{row.r_low:.3f} to {row.r_high:.3f}")),
+        numbers("First impact / s", "first_impact_s", decimals(4)),
+        numbers("First impact, rigid / s", "rigid_s", decimals(4)),
+        numbers("r, rigid", "r_housner", decimals(3)),
     ]
-    heads = ["Record", "Housner r, fitted", "r, first impact", "r, median of impacts", "Range"]
-    heads += ["First impact / s", "First impact, rigid / s", "r, rigid"]
     caption = "Restitution fitted and of single impacts, and the mean time from release to the first impact"
     note = (
         "±: standard error by the scatter of the runs; total uncertainties are in the table of parameters. "
     )
     note += "r, first impact: mean of the runs. Rigid: Housner’s block, from the same angles; its r is "
     note += "that of a rigid base."
-    return Sortable(heads, rows, caption, [note])
+    return _sortable(columns, compared.itertuples(), caption, [note])
 
 
 def budget(frame: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortable:
@@ -318,8 +310,3 @@ def changes_seen(changes: Sequence[Change], runs: pd.DataFrame) -> str:
 
 def _anchor(test: str, run: str) -> str:
     return f"record-{test}" if run == "–" else f"run-{test}-{run}"
-
-
-def _scene(row: Any, labels: Labels) -> list[Cell]:
-    """Block and foundation of a row."""
-    return [Cell(labels.get(name, name)) for name in (row.block, row.foundation)]

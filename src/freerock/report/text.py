@@ -9,23 +9,19 @@ import pandas as pd
 from freerock.models.block import Block
 from freerock.models.laws import LAWS, MODEL_LABELS, SYMBOLS
 from freerock.tables.summary import largest_shift_m
-from freerock.tables.text import fixed, quantity
+from freerock.tables.text import fixed, number_of, quantity
 
 Pairs = list[tuple[str, str]]
 
 
 def counts(runs: pd.DataFrame) -> str:
     """How many records and runs there are, with what verdicts, from the tidy table."""
-
-    def number(n: int, noun: str) -> str:
-        return f"{n} {noun}{'' if n == 1 else 's'}"
-
     found = runs["run"].notna()
     verdicts = ", ".join(f"{n} {verdict}" for verdict, n in runs["verdict"].value_counts(sort=False).items())
     n_lost = (~found & (runs["verdict"] == "fail")).sum()
-    lost = f" {number(n_lost, 'record')} could not be processed." if n_lost else ""
-    records = number(runs["test"].nunique(), "record")
-    return f"{records} with {number(found.sum(), 'free-rocking run')}; verdicts: {verdicts}.{lost}"
+    lost = f" {number_of(n_lost, 'record')} could not be processed." if n_lost else ""
+    records = number_of(runs["test"].nunique(), "record")
+    return f"{records} with {number_of(found.sum(), 'free-rocking run')}; verdicts: {verdicts}.{lost}"
 
 
 def facts(
@@ -85,9 +81,8 @@ def free_besides(fits: Mapping[str, Any]) -> Pairs:
 def settings(config: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str, Pairs]]]]:
     """Each section of the configuration with (anchor, name, pairs of key and text) of the things in it."""
     sections = {key: value for key, value in config.items() if isinstance(value, Mapping)}
-    plain = {
-        key: value for key, value in config.items() if key not in (*sections, "records", "title", "summary")
-    }
+    told = {*sections, "records", "title", "summary"}
+    plain = {key: value for key, value in config.items() if key not in told}
     return [("campaign", [("", "", list(_flat(plain)))])] + [
         (key, list(_parts(value, f"config-{key}"))) for key, value in sections.items()
     ]

@@ -19,6 +19,7 @@ AT2 = ".at2"
 UNITS = {"g": GRAVITY, "mg": 1e-3 * GRAVITY, "m/s²": 1.0, "m/s2": 1.0, "m/s^2": 1.0}
 UNITS |= {f"{size}/s{square}": by for size, by in (("cm", 1e-2), ("mm", 1e-3)) for square in ("²", "2", "^2")}
 UNITS |= {"gal": 1e-2}
+INTENSITIES = {"pga_g": "PGA / g", "pgv_m_s": "PGV / (m/s)"}  # of a motion
 MOST = 20 * GRAVITY  # m/s²: no ground has moved so; a wrong unit does
 SLOWEST_S = 0.05  # a longer sampling interval shows no ground motion
 

@@ -99,13 +99,8 @@ class Bench:
 
     def process(self, campaign: Campaign, line: Record) -> Analysed:
         """The record without its fits."""
-        from freerock.jobs.record import make_record
-
         with TemporaryDirectory(prefix="freerock-review-") as folder:
-            file = Path(folder, "record.nc")
-            make_record(self.settings(campaign, line)[0], file, self._rotation, packed=False)
-            give_back()
-            return Analysed(open_record(file, samples=False), None)
+            return Analysed(self._record(self.settings(campaign, line)[0], Path(folder, "record.nc")), None)
 
     def analyse(
         self,
@@ -134,7 +129,6 @@ class Bench:
             The machine lacks something, such as space for what is written meanwhile.
         """
         from freerock.jobs.fit import make_fits
-        from freerock.jobs.record import make_record
         from freerock.runs.noise import noise_of
         from freerock.selection.hypothesis_search import identify_runs
 
@@ -154,18 +148,22 @@ class Bench:
         of_record, of_fits = self.settings(campaign, line)
         with TemporaryDirectory(prefix="freerock-review-") as folder:
             record_file, fits_file = Path(folder, "record.nc"), Path(folder, "fits.nc")
-            make_record(of_record, record_file, self._rotation, packed=False)
-            give_back()
-            record = open_record(record_file, samples=False)
-            release = {
-                int(run.attrs["run"]): run.dataset["release"].item() for run in record.children.values()
-            }
+            record = self._record(of_record, record_file)
+            runs = record.children.values()
+            release = {int(run.attrs["run"]): run.dataset["release"].item() for run in runs}
             if not needed():
                 raise Superseded
             identify = all_runs if near_s is None else nearest
             make_fits(of_fits, record_file, fits_file, identify, hear, passing=True)
             give_back()
             return Analysed(record, open_fits(fits_file))
+
+    def _record(self, settings: Mapping[str, Any], file: Path) -> xr.DataTree:
+        from freerock.jobs.record import make_record
+
+        make_record(settings, file, self._rotation, packed=False)
+        give_back()
+        return open_record(file, samples=False)
 
     def _rotation(self, settings: Mapping[str, Any]) -> xr.Dataset:
         from freerock.jobs.record import rotation_of

@@ -16,7 +16,7 @@ from freerock.config.override import (
     written_overrides,
 )
 from freerock.config.record import Record
-from freerock.config.values import Number, Section, Text, Whole
+from freerock.config.values import Number, Section, Text, Whole, key
 from freerock.errors import FreerockError
 
 COLUMNS = ("exclude", "override", "reason", "note")
@@ -36,24 +36,24 @@ class Sent(Section):
 class SentOverride(Sent):
     """A run set by hand."""
 
-    run: Run = Field(description="the number of the run")
-    release_s: Seconds = Field(description="its release in seconds")
-    end_s: Seconds = Field(description="its end in seconds")
-    hold_s: Stretch | None = Field(description="from when to when it is held before, in seconds, or null")
+    run: Run = key("the number of the run")
+    release_s: Seconds = key("its release in seconds")
+    end_s: Seconds = key("its end in seconds")
+    hold_s: Stretch | None = key("from when to when it is held before, in seconds, or null")
 
 
 class Correction(Sent):
     """What is set by hand in a record."""
 
-    overrides: list[SentOverride] = Field(max_length=bounds.CORRECTED_RUNS, description="runs set by hand")
-    exclude: Annotated[list[Run], Field(max_length=bounds.CORRECTED_RUNS)] | Literal["record"] = Field(
-        description='"record" or a list of runs'
+    overrides: list[SentOverride] = key("runs set by hand", max_length=bounds.CORRECTED_RUNS)
+    exclude: Annotated[list[Run], Field(max_length=bounds.CORRECTED_RUNS)] | Literal["record"] = key(
+        '"record" or a list of runs'
     )
-    stretches: Annotated[list[Stretch], Field(max_length=bounds.CORRECTED_RUNS)] = Field(
-        description="stretches left out, from when to when in seconds; of an impact both are its instant"
+    stretches: Annotated[list[Stretch], Field(max_length=bounds.CORRECTED_RUNS)] = key(
+        "stretches left out, from when to when in seconds; of an impact both are its instant"
     )
-    reason: Text = Field(description="why, as a text")
-    note: Text = Field(description="a text")
+    reason: Text = key("why, as a text")
+    note: Text = key("a text")
 
 
 def correction_of(line: Record) -> dict[str, Any]:

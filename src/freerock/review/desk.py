@@ -11,15 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from freerock.config.campaign import Campaign, load_campaign
-from freerock.config.history import (
-    LOOKED_AT,
-    Change,
-    appended,
-    changed,
-    changes_in,
-    log_of,
-    looked_at,
-)
+from freerock.config.history import LOOKED_AT, Change, appended, changed, changes_in, log_of, looked_at
 from freerock.config.record import Record
 from freerock.config.step_settings import geometry, labels
 from freerock.errors import FreerockError

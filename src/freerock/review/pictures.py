@@ -79,9 +79,8 @@ def run_picture(found: Analysed, number: int, block: Block, means: bool = True) 
     group = runs_of(fits).get(number) if fits is not None else None
     release, sigma = run["release"].item(), run["sigma_theta"].item()
     verdict = verdict_of_run(number, run, fits)
-    models = (
-        {} if group is None else {name: group.children[name] for name in MODELS if name in group.children}
-    )
+    fitted = {} if group is None else group.children
+    models = {name: fitted[name] for name in MODELS if name in fitted}
     sources = {"measured": (run.dataset, release)} | {
         model: (fit.dataset, 0.0) for model, fit in models.items() if model in _drawn(group, models)
     }

@@ -7,39 +7,39 @@ from pydantic_core import from_json
 
 from freerock import bounds
 from freerock.config.mistakes import validate
-from freerock.config.values import Section, Text
+from freerock.config.values import Section, Text, key
 from freerock.errors import FreerockError
 from freerock.review.corrections import Correction, Run, Seconds, Sent
 
-Test = Annotated[str, Field(max_length=200, description="the name of a record")]
+Test = Annotated[str, key("the name of a record", max_length=200)]
 
 
 class Refit(Sent):
     """Try a correction."""
 
     test: Test
-    correction: Correction = Field(description="what is set by hand")
-    run: Run | None = Field(description="the number of the run that is shown, or null")
-    near_s: Seconds | None = Field(description="its release in seconds, or null")
-    whole: bool = Field(description="true to fit all runs, else false")
+    correction: Correction = key("what is set by hand")
+    run: Run | None = key("the number of the run that is shown, or null")
+    near_s: Seconds | None = key("its release in seconds, or null")
+    whole: bool = key("true to fit all runs, else false")
 
 
 class Misfit(Sent):
     """Request the misfit map of a run."""
 
     test: Test
-    run: Run = Field(description="the number of the run")
-    correction: Correction = Field(description="what is set by hand")
+    run: Run = key("the number of the run")
+    correction: Correction = key("what is set by hand")
 
 
 class Keep(Sent):
     """Keep corrections."""
 
-    corrections: Annotated[dict[Test, Correction], Field(max_length=bounds.REQUEST_RECORDS)] = Field(
-        description="corrections, each by the name of its record"
+    corrections: Annotated[dict[Test, Correction], Field(max_length=bounds.REQUEST_RECORDS)] = key(
+        "corrections, each by the name of its record"
     )
-    known: str = Field(pattern="^[0-9a-f]{64}$", description="the digest of the CSV as it was listed")
-    why: Text = Field(description="why, as a text")
+    known: str = key("the digest of the CSV as it was listed", pattern="^[0-9a-f]{64}$")
+    why: Text = key("why, as a text")
 
 
 class Undo(Sent):
@@ -50,8 +50,8 @@ class Look(Sent):
     """Note that a run was looked at, or was not."""
 
     test: Test
-    run: Run | None = Field(description="the number of the run, or null")
-    seen: bool = Field(description="true or false")
+    run: Run | None = key("the number of the run, or null")
+    seen: bool = key("true or false")
 
 
 class Asked(Section):
@@ -68,8 +68,8 @@ class OfRecord(Asked):
     """A record and one of its runs."""
 
     test: Test
-    run: Annotated[Run | None, BeforeValidator(lambda text: text or None)] = Field(
-        None, description="the number of the run"
+    run: Annotated[Run | None, BeforeValidator(lambda text: text or None)] = key(
+        "the number of the run", None
     )
 
 
@@ -83,8 +83,8 @@ class Window(Asked):
     """Signals of a record between two instants."""
 
     test: Test
-    from_s: Seconds = Field(description="the first instant in seconds")
-    to_s: Seconds = Field(description="the last instant in seconds")
+    from_s: Seconds = key("the first instant in seconds")
+    to_s: Seconds = key("the last instant in seconds")
 
 
 DONE: dict[str, type[Section]] = {"refit": Refit, "misfit": Misfit, "keep": Keep, "undo": Undo, "look": Look}

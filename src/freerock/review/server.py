@@ -11,7 +11,6 @@ import socket
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from signal import SIGINT, SIGTERM
 from typing import Any
@@ -22,6 +21,7 @@ import tornado.web
 
 from freerock import bounds
 from freerock.errors import FreerockError
+from freerock.figures.looks import on_screen, scripts_folder
 from freerock.review.desk import Desk
 from freerock.review.requests import ASKED, DONE, checked, understood
 
@@ -75,11 +75,8 @@ class Page(tornado.web.RequestHandler):
     def prepare(self) -> None:
         """Refuse what comes without the token, or under another name of this computer."""
         given = self.path_kwargs.pop("token", "")
-        name = self.request.host.rpartition(":")[0]
-        if not secrets.compare_digest(str(given).encode(), self.token.encode()) or name not in (
-            HOST,
-            "localhost",
-        ):
+        known = self.request.host.rpartition(":")[0] in (HOST, "localhost")
+        if not secrets.compare_digest(str(given).encode(), self.token.encode()) or not known:
             raise tornado.web.HTTPError(404)
 
     def write_error(self, status_code: int, **kwargs: Any) -> None:
@@ -144,7 +141,7 @@ class File(Page):
         self.set_header("Content-Type", f"{kinds[name]}; charset=utf-8")
         if name in BOKEH:
             self.set_header("Cache-Control", "private, max-age=86400")
-        self.finish((HERE if name in OWN else _bokeh()).joinpath(name).read_bytes())
+        self.finish((HERE if name in OWN else scripts_folder()).joinpath(name).read_bytes())
 
 
 class Ask(Page):
@@ -157,7 +154,7 @@ class Ask(Page):
         given = {name: self.get_query_argument(name) for name in self.request.arguments}
         if (asked := self.taken(lambda: checked(ASKED[what], given))) is None:
             return
-        ways: dict[str, Callable[..., Any]] = {"list": self.desk.listing, "styles": _styles}
+        ways: dict[str, Callable[..., Any]] = {"list": self.desk.listing, "styles": on_screen}
         await self.answer(partial(ways.get(what) or getattr(self.desk, what), **asked))
         if what == "record" and self.get_status() == 200:
             self.work.long.submit(self.desk.ahead, asked["test"])
@@ -232,17 +229,3 @@ async def _serve(desk: Desk, listening: socket.socket, ready: Callable[[str, str
     for signal in (SIGINT, SIGTERM):  # also where a shell has it run in the background, deaf to Ctrl+C
         asyncio.get_running_loop().add_signal_handler(signal, stopped.set)
     await stopped.wait()
-
-
-def _styles() -> Any:
-    from freerock.figures.looks import on_screen
-
-    return on_screen()
-
-
-def _bokeh() -> Path:
-    """BokehJS as it comes with the Python package, which need not be imported for it."""
-    found = find_spec("bokeh")
-    if found is None or found.origin is None:
-        raise ModuleNotFoundError("No module named 'bokeh'", name="bokeh")
-    return Path(found.origin).parent / "server/static/js"

@@ -11,13 +11,9 @@ from typing import Any, Literal
 import numpy as np
 
 from freerock.identification.fit import Fit
-from freerock.identification.levels import REJECTS, RESIDUAL, TRACE
+from freerock.identification.levels import NEAR, REJECTS, RESIDUAL, TELLS, TRACE
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, law_of
 from freerock.selection.hypotheses import holds
-
-TELLS = 10.0  # difference of the BIC from which the data tell two candidates apart
-# ε_θ up to which publications take a model for near: table 3 of Spanos et al. 2017 has 1.4 to 4.6 %
-NEAR = 0.05
 
 Status = Literal["selected", "also_possible", "rejected", "not_fitted"]
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit, fit_record
-from freerock.identification.levels import REJECTS, TRACE
+from freerock.identification.levels import NEAR, REJECTS, TELLS, TRACE
 from freerock.identification.noise import LOUDNESS, hopeless_from, least_mean_square
 from freerock.identification.nuisances import Posterior, at_end
 from freerock.identification.settings import FitSettings
@@ -27,7 +27,7 @@ from freerock.models.laws import CANDIDATES, LAWS, PER_RUN, law_of
 from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
 from freerock.selection.causes import Cause, required_effect
-from freerock.selection.choice import NEAR, TELLS, Choice, Evidence, choose, evidence, plainly
+from freerock.selection.choice import Choice, Evidence, choose, evidence, plainly
 from freerock.selection.holdout import of_other_runs
 from freerock.selection.hypotheses import Hypotheses, Hypothesis, holds
 from freerock.selection.quick import (
@@ -59,8 +59,9 @@ class Effort:
         Share of its parent's misfit beyond the noise that a hypothesis may leave to be extended: what acts on
         the block explains most of what a law lacks without it.
     rivals : float
-        Times the least misfit under another law of the foundation beside the same kinematics, width and
-        priors, that frees no more numbers, up to which a hypothesis is extended.
+        Times the least misfit of hypotheses that free no more numbers, up to which one is extended. Set on 81
+        truths of the confusion atlas under white noise, on the way to which hypotheses left up to 39 times;
+        on 81 under mains 100 names 78, and 10 names 75.
     widened : int
         Priors besides the contact width: more of them pass for anything.
     edges_m : (float, float)
@@ -75,7 +76,7 @@ class Effort:
     beaten: float = 4.0
     clearly: float = 1e-8
     promises: float = 0.5
-    rivals: float = 10.0
+    rivals: float = 100.0
     widened: int = 2
     edges_m: tuple[float, float] = (5e-4, 2e-3)
     freed: float = 10.0
@@ -348,25 +349,17 @@ class _Search:
         explaining, noise = self.explaining, least_mean_square(self.motion)
         little = (LOUDNESS.louder**2 - 1) * noise
         left = {each: max(self._mean_square(each) - noise, little) for each in {**self.fits, **self.quick}}
+        whole = [each for each in left if each in self.fits or not self.quick[each].given_up]
         kept = []
         for each, own in left.items():
             parents = [left[other] for other in self._parents(each)]
-            beside = [left[other] for other in left if self._is_other_law(other, each)]
+            beside = [left[other] for other in whole if self.rank(other) <= self.rank(each)]
             if each in explaining or (
                 own <= EFFORT.rivals * min(beside, default=math.inf)
                 and own <= max(EFFORT.promises * min(parents, default=math.inf), little)
             ):
                 kept.append(each)
         return kept
-
-    def _is_other_law(self, other: Hypothesis, each: Hypothesis) -> bool:
-        """Whether two hypotheses, looked at as a whole, differ by the law of the foundation alone, and the
-        first frees no more numbers."""
-        one, own = CANDIDATES[other.model], CANDIDATES[each.model]
-        alike = (one.kinematics, one.width, other.widened) == (own.kinematics, own.width, each.widened)
-        whole = other in self.fits or not self.quick[other].given_up
-        foundations = law_of(other.model).is_foundation and law_of(each.model).is_foundation
-        return alike and whole and foundations and self.rank(other) <= self.rank(each)
 
     def _parents(self, each: Hypothesis) -> list[Hypothesis]:
         tried = {*self.fits, *self.quick}

@@ -1,18 +1,18 @@
 """Findings of a fit about base, release and sensor, in words."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from freerock.identification.fit import Fit
-from freerock.identification.levels import EFFECTS, PULLED, SLOWER, WARNS
+from freerock.identification.levels import EFFECTS, NORMAL_95, PULLED, SLOWER, WARNS
 from freerock.identification.nuisances import Posterior
 from freerock.identification.problem import release_bounds
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.runs.evenness import EVEN
 from freerock.runs.motion import Motion
-from freerock.runs.verdict import Reason
+from freerock.runs.verdict import Level, Reason
 from freerock.selection.causes import Cause
 from freerock.selection.hypotheses import Hypothesis
 from freerock.selection.quick import blur_of
@@ -28,8 +28,6 @@ class Telling:
         Least error of a tilt that is reported, as that of the reading at rest is not in its own; of a radius.
     rounded : float
         Of b, radius of edges that is a warning: with sharp ones k would be off by percents.
-    alike : float
-        Relative change of k or r under another hypothesis that explains the run, which is a warning.
     pushed : float
         Share of the release angle from which another one is a warning, as `max_push_fraction`.
     late_ms : float
@@ -41,7 +39,6 @@ class Telling:
     least_deg: float = 1e-3
     least_mm: float = 0.01
     rounded: float = 0.01
-    alike: float = 5e-3
     pushed: float = 0.02
     late_ms: float = 10.0
 
@@ -64,10 +61,11 @@ def notes_on_scene(fit: Fit, block: Block, motion: Motion) -> list[Reason]:
 
 
 def explains_as_well(
-    other: Hypothesis, as_well: Fit, fit: Fit, widened: Sequence[str] = ()
+    other: Hypothesis, as_well: Fit, fit: Fit, possible: Collection[str], widened: Sequence[str] = ()
 ) -> Iterator[Reason]:
-    """A warning where a hypothesis with other priors, or with an input beyond its prior, explains a run as
-    well, with another k or r. Its name is that of what differs.
+    """That a hypothesis with other priors, or with an input beyond its prior, explains a run as well, with
+    another k or r. Its name is that of what differs; a warning where the 95 % interval of the named fit does
+    not contain that k or r, or where its law is none of those that explain the run otherwise.
 
     Parameters
     ----------
@@ -76,12 +74,15 @@ def explains_as_well(
         Under it.
     fit : Fit
         Of the hypothesis that is named.
+    possible : collection of str
+        Candidates that explain the run beside the same priors as it.
     widened : sequence of str
         Priors that the hypotheses of the run widen where they may.
     """
     name, values = fit.parameters[0], as_well.values
     change = values.get(name, math.inf) / fit.values[name] - 1
-    if not abs(change) > TELLING.alike:
+    apart = abs(change * fit.values[name]) / fit.u_total[0]
+    if not apart > 1 and other.model in possible:
         return
     said, reason, freed = list[str](), "", {*values, *fit.values, *widened}
     unlike = {*other.widened} ^ {*widened}
@@ -108,7 +109,8 @@ def explains_as_well(
         reason = _name_of_release(angles[1] > angles[0])
     moved = f"{name} {100 * change:+.2g} %" if math.isfinite(change) else f"no {name}"
     text = f"{MODEL_LABELS[other.model]} with {' and '.join(said) or 'the release as measured'}"
-    yield Reason("warn", reason, f"{text} explains the run as well, with {moved}: measure what differs")
+    verdict: Level = "ok" if apart < NORMAL_95 and other.model in possible else "warn"
+    yield Reason(verdict, reason, f"{text} explains the run as well, with {moved}: measure what differs")
 
 
 def pulled_inputs(fit: Fit) -> Iterator[Reason]:

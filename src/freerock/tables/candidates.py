@@ -7,12 +7,7 @@ import pandas as pd
 from freerock.models.laws import CANDIDATES, LAWS
 
 SCENE = ["campaign", "block", "foundation"]
-COUNTS = {
-    "n_selected": "selected",
-    "n_also_possible": "also_possible",
-    "n_rejected": "rejected",
-    "n_not_fitted": "not_fitted",
-}
+COUNTS = {f"n_{status}": status for status in ("selected", "also_possible", "rejected", "not_fitted")}
 MEDIANS = {
     "r": "r",
     "k_n_m2": "k",

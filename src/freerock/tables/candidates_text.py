@@ -6,7 +6,7 @@ import pandas as pd
 
 from freerock.models.laws import MODEL_LABELS, PARAMETERS, SYMBOLS
 from freerock.tables.candidates import MEDIANS
-from freerock.tables.paper import SIMULATED_NOTE, Cell, Column, Labels, Printed, number
+from freerock.tables.paper import SIMULATED_NOTE, Cell, Column, Labels, Printed, number, numbers
 from freerock.tables.text import quantity, with_unit
 
 NOTE = (
@@ -20,23 +20,15 @@ def _head(name: str) -> str:
     return with_unit(SYMBOLS[MEDIANS[name]], PARAMETERS[MEDIANS[name]].unit)
 
 
-def _median(name: str) -> Column:
-    return Column(_head(name), lambda row: number(quantity(getattr(row, name)), getattr(row, name)))
-
-
-def _count(head: str, name: str) -> Column:
-    return Column(head, lambda row: number(str(getattr(row, name)), getattr(row, name)))
-
-
 PRINTED = (
     Column("Candidate", lambda row: Cell(MODEL_LABELS[row.model])),
-    _count("Freed", "n_freed"),
-    _count("Selected", "n_selected"),
-    _count("Also possible", "n_also_possible"),
-    _count("Rejected", "n_rejected"),
-    _count("Not fitted", "n_not_fitted"),
+    numbers("Freed", "n_freed"),
+    numbers("Selected", "n_selected"),
+    numbers("Also possible", "n_also_possible"),
+    numbers("Rejected", "n_rejected"),
+    numbers("Not fitted", "n_not_fitted"),
     Column("ε_θ / %", lambda row: number(quantity(100 * row.epsilon_theta), row.epsilon_theta)),
-    *map(_median, MEDIANS),
+    *(numbers(_head(name), name, quantity) for name in MEDIANS),
 )
 
 

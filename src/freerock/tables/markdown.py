@@ -4,11 +4,8 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-SIGNS = {ord(sign): f"\\{sign}" for sign in r"\`*[]|~"} | {
-    ord("&"): "&amp;",
-    ord("<"): "&lt;",
-    ord(">"): "&gt;",
-}
+SIGNS = str.maketrans({sign: f"\\{sign}" for sign in r"\`*[]|~"})
+SIGNS |= str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
 
 
 def markdown(text: pd.DataFrame, caption: str, notes: Sequence[str] = ()) -> str:

@@ -5,6 +5,7 @@ Each table has one definition of its columns: Markdown, LaTeX and the report tak
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import pandas as pd
@@ -88,12 +89,18 @@ def number(text: str, value: float) -> Cell:
     return Cell(text, float(value) if math.isfinite(value) else "")
 
 
-def _given(name: str) -> Callable[[Any], Cell]:
-    def cell(row: Any) -> Cell:
-        value = getattr(row, name)
-        return number(f"{value:.4g}" if math.isfinite(value) else "–", value)
+def numbers(head: str, name: str, text: Callable[[Any], str] = str) -> Column:
+    """The column of a head and of the numbers of this name in a frame, each as the text makes it."""
+    return Column(head, lambda row: number(text(getattr(row, name)), getattr(row, name)))
 
-    return cell
+
+def decimals(n: int) -> Callable[[float], str]:
+    """What writes a number with so many decimals."""
+    return partial(fixed, decimals=n)
+
+
+def _four_digits(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else "–"
 
 
 def _failed(row: Any, times: float = 1.0) -> str:
@@ -134,19 +141,19 @@ def _range(row: Any) -> Cell:
 
 _MODEL = Column("Model", lambda row: Cell(MODEL_LABELS[row.model] + _mark(row)))
 PARAMETER = Column("Parameter", lambda row: Cell(with_unit(SYMBOLS[row.parameter], row.unit)))
-_RUNS = Column("Runs", lambda row: number(str(row.n_runs), row.n_runs))
+_RUNS = numbers("Runs", "n_runs")
 _BETWEEN_RUNS = (Column("τ / %", _spread), Column("Next run", _next_run))
 
 TABLE1 = (
-    Column("2h / m", _given("height_m")),
-    Column("2b / m", _given("width_m")),
-    Column("h/b", _given("slenderness")),
-    Column("m / kg", _given("mass_kg")),
-    Column("α / °", _given("alpha_deg")),
-    Column("R / m", _given("R_m")),
-    Column("p / (rad s⁻¹)", _given("p_rad_s")),
-    Column("r (Housner)", _given("r_housner")),
-    Column("θ₀ nominal / °", _given("release_angle_nominal_deg")),
+    numbers("2h / m", "height_m", _four_digits),
+    numbers("2b / m", "width_m", _four_digits),
+    numbers("h/b", "slenderness", _four_digits),
+    numbers("m / kg", "mass_kg", _four_digits),
+    numbers("α / °", "alpha_deg", _four_digits),
+    numbers("R / m", "R_m", _four_digits),
+    numbers("p / (rad s⁻¹)", "p_rad_s", _four_digits),
+    numbers("r (Housner)", "r_housner", _four_digits),
+    numbers("θ₀ nominal / °", "release_angle_nominal_deg", _four_digits),
     Column(
         "θ₀ measured / °",
         lambda row: number(quantity(row.release_angle_deg, row.release_angle_std_deg), row.release_angle_deg),
@@ -159,7 +166,7 @@ TABLE2 = (
     Column("Identified", lambda row: number(quantity(row.mean, row.u_total) + _failed(row), row.mean)),
     *_BETWEEN_RUNS,
     _RUNS,
-    Column(_PUBLISHED, lambda row: number(quantity(row.published), row.published)),
+    numbers(_PUBLISHED, "published", quantity),
 )
 TABLE3 = (
     _MODEL,
@@ -170,16 +177,12 @@ TABLE3 = (
     Column("Range / %", _range),
     _RUNS,
     Column("Published / %", lambda row: number(fixed(100 * row.published, 2), row.published)),
-    Column("t_f / s", lambda row: number(fixed(row.final_time_s, 2), row.final_time_s)),
+    numbers("t_f / s", "final_time_s", decimals(2)),
 )
 
 
 def printed_tables(
-    frames: Mapping[str, pd.DataFrame],
-    origin: str,
-    *,
-    doi: str = "",
-    labels: Labels | None = None,
+    frames: Mapping[str, pd.DataFrame], origin: str, *, doi: str = "", labels: Labels | None = None
 ) -> dict[str, Printed]:
     """Tables 1 to 3 of Spanos et al. 2017 for another campaign.
 

@@ -1,7 +1,7 @@
 """Mean, spread and prediction of parameters over the runs of a record, foundation or campaign."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,23 +15,15 @@ from freerock.tables.candidates import accepted_fits
 
 OF_INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
 
-POPULATIONS = ["campaign", "level", "test", "block", "foundation", "model", "parameter", "unit", "n_runs"]
-POPULATIONS += ["n_records", "mean", "stderr", "ci95_low", "ci95_high"]
+OF_MEAN = ["campaign", "level", "test", "block", "foundation", "model", "parameter", "unit", "n_runs"]
+POPULATIONS = [*OF_MEAN, "n_records", "mean", "stderr", "ci95_low", "ci95_high"]
 POPULATIONS += ["u_total", "total95_low", "total95_high", "tau", "tau_low", "tau_high"]
 POPULATIONS += ["next_low", "next_high", "scatter_p"]
-BUDGET = [
-    "campaign",
-    "level",
-    "test",
-    "block",
-    "foundation",
-    "model",
-    "parameter",
-    "unit",
-    "n_runs",
-    *OF_INPUT,
-]
-BUDGET += ["mean", "u_total", "sensitivity", "contribution", "share_percent"]
+BUDGET = [*OF_MEAN, *OF_INPUT, "mean", "u_total", "sensitivity", "contribution", "share_percent"]
+COMMON = ["campaign", "foundation", "model", "parameter", "unit"]  # of the records of a foundation
+# Column of an end of an interval, and its name in `Population`.
+ENDS = {"ci95_low": "low", "ci95_high": "high", "total95_low": "total_low", "total95_high": "total_high"}
+ENDS |= {"next_low": "next_low", "next_high": "next_high"}
 RECORD = ["campaign", "test", "block", "foundation", "model", "parameter"]
 
 
@@ -55,9 +47,7 @@ def scale_of(parameter: str) -> _Scale:
 
 
 def populations_table(
-    parameters: pd.DataFrame,
-    contributions: pd.DataFrame | None = None,
-    choice: pd.DataFrame | None = None,
+    parameters: pd.DataFrame, contributions: pd.DataFrame | None = None, choice: pd.DataFrame | None = None
 ) -> pd.DataFrame:
     """Random effects of the identified parameters (`populations.random_effects`).
 
@@ -161,14 +151,12 @@ def _records(
         yield scene | {"level": "record", "n_records": 1, "n_runs": member.found.n}, member, any(explained)
 
 
-def _by_foundation(
-    records: Iterable[tuple[dict[str, Any], Mean, bool]],
-) -> dict[tuple[str, ...], list[Mean]]:
+def _by_foundation(records: Iterable[tuple[dict[str, Any], Mean, bool]]) -> dict[tuple[str, ...], list[Mean]]:
     """The records of each parameter on a foundation: those that the law explains, else all."""
     found: dict[tuple[str, ...], list[tuple[Mean, bool]]] = {}
     for scene, member, explained in records:
         if member.found.n:
-            common = tuple(scene[name] for name in ("campaign", "foundation", "model", "parameter", "unit"))
+            common = tuple(scene[name] for name in COMMON)
             found.setdefault(common, []).append((member, explained))
     return {
         common: [member for member, explained in own if explained] or [member for member, _ in own]
@@ -190,15 +178,12 @@ def _member(parameter: str, runs: pd.DataFrame, shifts: list[dict[Key, float]]) 
     return over_runs(there[known], noise, [each for each, one in zip(shifts, known, strict=True) if one])
 
 
-def _foundations(
-    members: Mapping[tuple[str, ...], list[Mean]],
-) -> Iterator[tuple[dict[str, Any], Mean]]:
+def _foundations(members: Mapping[tuple[str, ...], list[Mean]]) -> Iterator[tuple[dict[str, Any], Mean]]:
     """The parameters of each foundation over its records: what they are of, and what the records say."""
-    for (campaign, foundation, model, parameter, unit), records in members.items():
-        if len(records) < 2 or not law_of(model).is_foundation:
-            continue
-        scene = _scene(campaign, "foundation", foundation, model, parameter, unit, records)
-        yield scene, over_records(records)
+    for common, records in members.items():
+        scene = _scene("foundation", common, records)
+        if len(records) > 1 and law_of(scene["model"]).is_foundation:
+            yield scene, over_records(records)
 
 
 def _inputs_by_key(contributions: pd.DataFrame) -> dict[Key, dict[str, object]]:
@@ -221,24 +206,15 @@ def _campaign(members: Mapping[tuple[str, ...], list[Mean]]) -> Iterator[dict[st
             scale = scale_of(parameter)
             mean = float(scale.back(np.mean([each.found.mean for each in records])))
             spread = zip(("tau", "tau_low", "tau_high"), found, strict=True)
-            yield _scene(campaign, "campaign", "", model, parameter, unit, records) | {
+            yield _scene("campaign", (campaign, "", model, parameter, unit), records) | {
                 "mean": mean,
                 **{name: value * scale.slope(mean) for name, value in spread},
             }
 
 
-def _scene(
-    campaign: str,
-    level: str,
-    foundation: str,
-    model: str,
-    parameter: str,
-    unit: str,
-    records: list[Mean],
-) -> dict[str, Any]:
+def _scene(level: str, common: Sequence[str], records: list[Mean]) -> dict[str, Any]:
     """What a row of several records is of."""
-    scene = {"campaign": campaign, "level": level, "test": "", "block": "", "foundation": foundation}
-    scene |= {"model": model, "parameter": parameter, "unit": unit}
+    scene = {"level": level, "test": "", "block": "", **dict(zip(COMMON, common, strict=True))}
     return scene | {"n_records": len(records), "n_runs": sum(each.found.n for each in records)}
 
 
@@ -251,13 +227,8 @@ def _told(parameter: str, found: Population) -> dict[str, Any]:
         "n_runs": found.n,
         "mean": mean,
         "stderr": found.stderr * slope,
-        "ci95_low": float(scale.back(found.low)),
-        "ci95_high": float(scale.back(found.high)),
         "u_total": found.u * slope,
-        "total95_low": float(scale.back(found.total_low)),
-        "total95_high": float(scale.back(found.total_high)),
         **{name: getattr(found, name) * slope for name in ("tau", "tau_low", "tau_high")},
-        "next_low": float(scale.back(found.next_low)),
-        "next_high": float(scale.back(found.next_high)),
+        **{column: float(scale.back(getattr(found, name))) for column, name in ENDS.items()},
         "scatter_p": found.p,
     }

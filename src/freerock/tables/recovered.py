@@ -2,23 +2,24 @@
 
 import math
 from collections.abc import Mapping
+from functools import partial
 
 import pandas as pd
 
 from freerock.identification.levels import NORMAL_95
-from freerock.tables.paper import PARAMETER, SIMULATED_NOTE, Cell, Column, Printed, number
-from freerock.tables.text import fixed, quantity
+from freerock.tables.paper import PARAMETER, SIMULATED_NOTE, Cell, Column, Printed, decimals, number, numbers
+from freerock.tables.text import quantity
 
 RECOVERED = (
     Column("Record", lambda row: Cell(row.test)),
     Column("Run", lambda row: Cell(str(row.run))),
     PARAMETER,
-    Column("Truth", lambda row: number(quantity(row.truth, digits=5), row.truth)),
+    numbers("Truth", "truth", partial(quantity, digits=5)),
     Column(
         "Identified",
         lambda row: number(quantity(row.value, (row.ci95_high - row.ci95_low) / 2 / NORMAL_95), row.value),
     ),
-    Column("Error / %", lambda row: number(fixed(row.error_percent, 3), row.error_percent)),
+    numbers("Error / %", "error_percent", decimals(3)),
     Column("In 95 %", lambda row: Cell("yes" if row.inside else "no")),
 )
 

@@ -10,19 +10,11 @@ from scipy.special import stdtrit
 
 from freerock.arrays import Floats
 from freerock.populations.random_effects import LEVEL, population
+from freerock.tables.candidates import SCENE
 from freerock.tables.swings import named_models
 
 LEAST = 4  # impacts of a run through which a line is laid
-LAW = [
-    "campaign",
-    "block",
-    "foundation",
-    "quantity",
-    "n_runs",
-    "n_impacts",
-    "speed_low_m_s",
-    "speed_high_m_s",
-]
+LAW = [*SCENE, "quantity", "n_runs", "n_impacts", "speed_low_m_s", "speed_high_m_s"]
 LAW += ["speed_m_s", "r", "r_stderr", "slope_s_m", "slope_stderr", "slope_low", "slope_high", "trend"]
 PEAKS, ENERGY = "peaks", "energy"
 
@@ -73,9 +65,9 @@ def restitution_law(swings: pd.DataFrame, epsilon: pd.DataFrame) -> pd.DataFrame
         ),
     }
     rows = []
-    for scene, _ in seen.groupby(["campaign", "block", "foundation"], sort=False):
+    for scene, _ in seen.groupby(SCENE, sort=False):
         for quantity, frame in kinds.items():
-            here = (frame[["campaign", "block", "foundation"]] == list(scene)).all(axis=1)
+            here = (frame[SCENE] == list(scene)).all(axis=1)
             known = frame[here].dropna(subset=["speed", "value"])
             runs = [run[["speed", "value"]].to_numpy(float).T for _, run in known.groupby(["test", "run"])]
             runs = [run for run in runs if run.shape[1] >= LEAST and np.ptp(run[0]) > 0]

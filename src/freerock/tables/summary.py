@@ -44,9 +44,8 @@ def table1(
     """
     held: dict[str, list[float]] = {name: [] for name in blocks}
     for tree in records:
-        held[tree.attrs["block"]] += [
-            abs(math.degrees(run["theta0"].item())) for run in usable_runs(tree).values()
-        ]
+        angles = (run["theta0"].item() for run in usable_runs(tree).values())
+        held[tree.attrs["block"]] += [abs(math.degrees(angle)) for angle in angles]
     rows = [
         {
             "block": name,

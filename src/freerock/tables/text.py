@@ -2,8 +2,9 @@
 
 import math
 import re
+from collections.abc import Sequence
 
-from freerock.populations.means import LAW
+from freerock.populations.inputs import LAW
 
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 CLOSE = 1e-9  # relative difference of two values that are one
@@ -102,6 +103,16 @@ def unit_text(unit: str) -> str:
     if unit == "1":
         return ""
     return re.sub(r"-[0-9]", lambda exponent: exponent[0].translate(SUPERSCRIPTS), unit)
+
+
+def number_of(n: int, thing: str) -> str:
+    """A number of things in words: "1 run", "3 runs"."""
+    return f"{n} {thing}{'' if n == 1 else 's'}"
+
+
+def in_words(names: Sequence[str], word: str = "and") -> str:
+    """Names one after the other, the last after a word: "a, b and c"."""
+    return f" {word} ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def _exponent(value: float, digits: int) -> int:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -9,8 +10,8 @@ import pandas as pd
 import xarray as xr
 
 from freerock.arrays import Floats
-from freerock.models.laws import LAWS, MODELS, unit_of
-from freerock.populations.means import LAW
+from freerock.models.laws import MODELS, unit_of
+from freerock.populations.inputs import LAW
 from freerock.products.choices import NUMBERS, TESTS, choices_of
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
@@ -19,18 +20,8 @@ from freerock.tables.candidates import RARE, candidates_table
 from freerock.tables.populations import OF_INPUT, budget_table, populations_table
 
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
-RUNS = [
-    *IDENTITY,
-    "origin",
-    "theta0_deg",
-    "theta0_u_deg",
-    "release_s",
-    "duration_s",
-    "n_impacts",
-    "n_restitution",
-    "sigma_theta_deg",
-]
-RUNS += ["verdict", "reasons", "excluded"]
+RUNS = [*IDENTITY, "origin", "theta0_deg", "theta0_u_deg", "release_s", "duration_s", "n_impacts"]
+RUNS += ["n_restitution", "sigma_theta_deg", "verdict", "reasons", "excluded"]
 REASONS = [*IDENTITY, "verdict", "reason", "value", "limit", "unit", "key", "sentence"]
 PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high"]
 PARAMETERS += ["discrepancy", "u_total", "unit", "success", "given", "in_phase"]
@@ -38,7 +29,7 @@ PARTS = [*IDENTITY, "model", "parameter", "unit", "part", "start_s", "end_s", "v
 MOVED = [*OF_INPUT, "input_moved", "input_remaining", "input_pull"]
 IMPACTS = [
     f"impact_{name}_percent"
-    for name in dict.fromkeys(name for law in LAWS.values() for name in law.parameters)
+    for name in dict.fromkeys(chain.from_iterable(MODELS.values()))
     if name not in RARE
 ]
 RARE_IMPACTS = [f"impact_{name}_percent" for name in RARE]
@@ -48,16 +39,8 @@ EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout
 EPSILON += ["aic", "bic", "selected", "success", "epsilon_in_phase"]
 CHOICE = [*IDENTITY, "model", "status", "explains", "n_freed", *NUMBERS, *TESTS, "reason"]
 RESTITUTION = ["campaign", "test", "run", "source", "impact", "time_s", "r", "r_stderr", "r_u"]
-RESTITUTION += [
-    "block",
-    "foundation",
-    "peak_before_deg",
-    "peak_before_u_deg",
-    "r_energy",
-    "r_energy_stderr",
-    "r_energy_u",
-]
-RESTITUTION += ["impact_speed_m_s", "r_block", "r_block_u", "peak_before_block_deg"]
+RESTITUTION += ["block", "foundation", "peak_before_deg", "peak_before_u_deg", "r_energy", "r_energy_stderr"]
+RESTITUTION += ["r_energy_u", "impact_speed_m_s", "r_block", "r_block_u", "peak_before_block_deg"]
 
 ENERGIES = {
     "r_energy": "restitution_energy",
@@ -218,17 +201,10 @@ def contributions_table(fits: Trees) -> pd.DataFrame:
         inputs = list(zip(*(fit[name].values.tolist() for name in OF_INPUT), strict=True))
         inputs.append((LAW, of_fit["model"], math.nan, "", pd.NA))
         shifts = np.column_stack([fit["contribution"].values, fit["discrepancy"].values])
-        for i, parameter in enumerate(fit["parameter"].values.astype(str)):
-            for j, source in enumerate(inputs):
-                rows.append(
-                    {
-                        **of_fit,
-                        "parameter": parameter,
-                        "value": fit["value"].values[i],
-                        **dict(zip(OF_INPUT, source, strict=True)),
-                        "contribution": shifts[i, j],
-                    }
-                )
+        found = zip(fit["parameter"].values.astype(str), fit["value"].values, shifts, strict=True)
+        for parameter, value, own in found:
+            for source, shift in zip(inputs, own, strict=True):
+                rows.append((*of_fit.values(), parameter, value, *source, shift))
     return pd.DataFrame(rows, columns=CONTRIBUTIONS)
 
 
@@ -292,8 +268,7 @@ def parts_table(fits: Trees) -> pd.DataFrame:
             at = names.index(name)
             of_parts = (fit[key].values[:, at].tolist() for key in ("part_value", "part_value_stderr"))
             for i, (span, value, stderr) in enumerate(zip(spans, *of_parts, strict=True)):
-                known = name, unit_of(name), i + 1, *span, value, stderr
-                rows.append({**of_fit, **dict(zip(PARTS[len(of_fit) :], known, strict=True))})
+                rows.append((*of_fit.values(), name, unit_of(name), i + 1, *span, value, stderr))
     return pd.DataFrame(rows, columns=PARTS)
 
 

@@ -9,8 +9,6 @@ __all__ = [
     "confusion",
     "cost",
     "coverage",
-    "engines",
-    "numerics",
     "paper",
     "shared",
     "speed_accuracy",

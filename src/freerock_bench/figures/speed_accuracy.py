@@ -1,96 +1,125 @@
-"""Figure of speed against accuracy: what each method costs for an error."""
+"""Figure of speed against accuracy: time against error, down to the noise of a sensor."""
 
-from collections.abc import Mapping
+import math
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 
-from freerock.figures.style import Labels, Style, styled
-from freerock.models.laws import MODEL_LABELS
-from freerock.models.published import PUBLISHED_BLOCK
+from freerock.figures.style import Axes, Labels, Style, styled
+from freerock.models.laws import LAWS, MODEL_LABELS
+from freerock.models.published import TABLE_3
 
 FIGURE = {
-    "caption": "Time of a run over its error, for every method, of configuration 2 on marble: the lower and "
-    "the further left the better. Shaded: errors below the noise of a laser. Other scenes: the table."
+    "caption": "Time of a run over its error, for the tools of a laboratory; a panel per law. Lines join the "
+    "settings than which no cheaper one errs less; pale marks are other settings. Shaded: below the noise of "
+    "a laser. Arrows: errors below a hundredth of it."
 }
 
-LAWS = ("hunt_crossley", "winkler")  # of the panels
-FOUNDATION = "marble"
-EPSILON_RANGE = (1e-25, 3.0)
-BELOW_NOISE = "#e6eff7"
-EPSILON_FLOOR = 1e-24  # smaller errors are drawn here
-METHOD_STYLES: dict[str, Style] = {
-    "RK45": {"color": "#0072b2", "marker": "^"},
-    "DOP853": {"color": "#d55e00", "marker": "s"},
-    "LSODA": {"color": "#00805e", "marker": "D"},
-    "Radau": {"color": "#9a4d83", "marker": "v"},
-    "RADAU": {"color": "#9a4d83", "marker": "v"},
-}
-KINDS: dict[str, Style] = {
-    "NumPy": {"linestyle": ":", "label": "SciPy, NumPy right-hand side"},
-    "numba": {"linestyle": "--", "label": "SciPy, numba right-hand side"},
-    "CyRK": {"linestyle": "-", "label": "CyRK, compiled right-hand side"},
-}
-OWN_STYLES: dict[str, Style] = {
-    "freerock": {"color": "black", "linestyle": "-", "linewidth": 1.8, "marker": "o", "markersize": 4},
-    "RK4": {"color": "0.45", "linestyle": "-.", "marker": "x", "markersize": 4},
-    "Newmark": {"color": "#8a6d00", "linestyle": "-.", "marker": "+", "markersize": 5},
+BELOW_FLOOR = 1e-2  # of the floor, where the first chart ends
+ROOM_FOR_NOTES = 4.0  # times the longest time
+SIDES = {0.3: "left", 0.7: "center", math.inf: "right"}  # of a note, by how far across the panel it stands
+OVER = withStroke(linewidth=1.5, foreground="white")  # of a text that crosses lines
+GOOD = "#e6eff7"
+PALE: Style = {"alpha": 0.3, "linestyle": ""}
+LINE: Style = {"linewidth": 0.9, "markersize": 4}
+STYLES: dict[str, Style] = {
+    "freerock": {"color": "black", "marker": "o", "linewidth": 1.6},
+    "SciPy LSODA": {"color": "#00805e", "marker": "D"},
+    "SciPy DOP853, compiled": {"color": "#00805e", "marker": "s", "linewidth": 0.6},
+    "CyRK DOP853": {"color": "#d55e00", "marker": "*"},
+    "CyRK RK45": {"color": "#0072b2", "marker": "*"},
+    "ode45": {"color": "#0072b2", "marker": "^"},
+    "RK4": {"color": "0.5", "marker": "x"},
+    "Newmark": {"color": "#8a6d00", "marker": "+"},
+    "HHT-α": {"color": "#b39500", "marker": "1"},
+    "central difference": {"color": "0.7", "marker": "."},
+    "Runge–Kutta without events": {"color": "0.5", "marker": "x"},
+    "OpenSees, gap springs": {"color": "#d55e00", "marker": "s"},
+    "MuJoCo, strips": {"color": "#9a4d83", "marker": "v"},
+    "MuJoCo, box": {"color": "#9a4d83", "marker": "P"},
+    "Drake, points, RK3": {"color": "#0a3d91", "marker": "p"},
+    "Drake, points, discrete": {"color": "#56b4e9", "marker": "h"},
 }
 
 
 @styled()
 def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
-    """Work and precision: time of a run over its error, a panel per law."""
-    shown = (frame["block"] == PUBLISHED_BLOCK) & (frame["foundation"] == FOUNDATION)
-    data = frame[shown & frame["model"].isin(LAWS) & (frame["outcome"] == "completed")]
-    figure = Figure(figsize=(7.0, 4.4))
-    axes = figure.subplots(1, len(LAWS), sharey=True)
-    drawn = {}
-    for ax, law in zip(axes, LAWS, strict=True):
-        scene = data[data["model"] == law]
+    """Time against ε_θ, down to a hundredth of the noise; what is better stands at the edge."""
+    data = frame[frame["outcome"] == "completed"]
+    laws = [law for law in LAWS if (data["model"] == law).any()]
+    figure = Figure(figsize=(7.0, 4.3))
+    axes = figure.subplots(1, len(laws), squeeze=False, sharey=True)[0]
+    for ax, law in zip(axes, laws, strict=True):
         ax.set_title(MODEL_LABELS[law], loc="left")
-        noise = scene["noise_epsilon"].iloc[0]
-        ax.axvspan(EPSILON_RANGE[0], noise, color=BELOW_NOISE, linewidth=0)
-        ax.text(
-            noise,
-            0.98,
-            "below the noise of a laser ",
-            ha="right",
-            va="top",
-            fontsize=7,
-            transform=ax.get_xaxis_transform(),
-        )
-        for method, points in scene.groupby("method", sort=False):
-            points = points.sort_values("value")
-            drawn[method] = _method_style(method)
-            ax.plot(points["epsilon"].clip(lower=EPSILON_FLOOR), 1e3 * points["time_s"], **drawn[method])
-        ax.set(xscale="log", yscale="log", xlim=EPSILON_RANGE, xlabel="error $ε$ (fraction)")
-        ax.set_xticks([1e-20, 1e-15, 1e-10, 1e-5, 1])
-    axes[0].set_ylabel("time of a run / ms")
-    axes[0].set_ylim(top=3e3 * data["time_s"].max())
-    figure.legend(handles=_method_legend(drawn), loc="outside lower center", ncols=4, fontsize=6.5)
+        ax.set(xscale="log", yscale="log")
+        _panel(ax, law, data[data["model"] == law])
+    axes[0].set_ylabel("time of a run of 3 s / s")
+    axes[0].set_ylim(top=ROOM_FOR_NOTES * data["time_s"].max())
+    _legend(figure, data)
     return figure, data
 
 
-def _method_style(method: str) -> Style:
-    if method in OWN_STYLES:
-        return OWN_STYLES[method]
-    engine, name = method.split(" ", 1)
-    name, _, kind = name.partition(", ")
-    style = KINDS["CyRK" if engine == "CyRK" else kind]
-    return METHOD_STYLES[name] | {"linestyle": style["linestyle"]}
+def _panel(ax: Axes, law: str, rows: pd.DataFrame) -> None:
+    floor = float(rows["floor_epsilon"].iloc[0])
+    left = BELOW_FLOOR * floor
+    ax.set(xlim=(left / 3, 2.0), xlabel="$ε_θ$ of the simulation")
+    ax.axvspan(left / 3, floor, color=GOOD, linewidth=0)
+    ax.axvline(floor, color="#00805e", linewidth=1)
+    ax.axvline(TABLE_3["marble"][law], color="0.4", linewidth=1, linestyle="--")
+    said: Style = {"fontsize": 6, "va": "top", "transform": ax.get_xaxis_transform(), "path_effects": [OVER]}
+    ax.text(left / 2.5, 0.985, "below the\nnoise of\na laser", color="#00805e", **said)
+    ax.text(TABLE_3["marble"][law], 0.985, "table 3 ", color="0.4", rotation=90, ha="right", **said)
+    noted: set[str] = set()
+    for method, points in rows.groupby("method", sort=False):
+        style = LINE | STYLES[str(method)]
+        _front(ax, points[points["epsilon"] >= left], style)
+        if len(better := points[points["epsilon"] < left]):
+            least = float(better["time_s"].min())
+            ax.plot(left, least, linestyle="", **style)
+            ax.annotate("", (left / 2.6, least), (left, least), arrowprops={"arrowstyle": "->", "lw": 0.7})
+        _noted(ax, points, left, noted)
 
 
-def _method_legend(drawn: Mapping[str, Style]) -> list[Line2D]:
-    handles = [Line2D([], [], **style, label=name) for name, style in OWN_STYLES.items() if name in drawn]
-    names = [name for name in METHOD_STYLES if any(f" {name}" in method for method in drawn)]
-    handles += [
-        Line2D([], [], linestyle="", **METHOD_STYLES[name], label=name)
-        for name in names
-        if name != "RADAU" or "Radau" not in names
-    ]
-    for key, style in KINDS.items():
-        if any(key in method for method in drawn):
-            handles.append(Line2D([], [], color="0.3", **style))
-    return handles
+def _front(ax: Axes, points: pd.DataFrame, style: Style) -> None:
+    """A line through the settings than which no cheaper one errs less; the others faint."""
+    points = points.sort_values("time_s")
+    best = points["epsilon"] <= points["epsilon"].cummin()
+    for rows, look in ((points[best], {"linestyle": "-"}), (points[~best], PALE)):
+        ax.plot(rows["epsilon"], rows["time_s"], **(style | look))
+
+
+def _noted(ax: Axes, points: pd.DataFrame, left: float, noted: set[str]) -> None:
+    """What an engine can't do, or does otherwise, beside its slowest point, once."""
+    engine = points["method"].iloc[0].partition(",")[0]
+    if points["kind"].iloc[0] != "engine" or engine in noted:
+        return
+    noted.add(engine)
+    slowest = points.sort_values("time_s").iloc[-1]
+    note = str(slowest["note"]).partition(";")[0]
+    x = max(slowest["epsilon"], left)
+    low, high = np.log(ax.get_xlim())
+    across = (math.log(x) - low) / (high - low)
+    ax.annotate(
+        f"{engine}:\n{note}",
+        (x, slowest["time_s"]),
+        xytext=(0, 4),
+        ha=next(side for end, side in SIDES.items() if across < end),
+        textcoords="offset points",
+        fontsize=5.5,
+        color=STYLES[slowest["method"]]["color"],
+        path_effects=[OVER],
+    )
+
+
+def _legend(figure: Figure, data: pd.DataFrame) -> None:
+    names = [name for name in STYLES if (data["method"] == name).any()]
+    looks = {name: LINE | STYLES[name] for name in names}
+    handles = [Line2D([], [], **look, label=name) for name, look in looks.items()]
+    pale: Style = {"color": "0.2", "marker": "o"} | PALE
+    handles.append(Line2D([], [], **pale, label="pale: a cheaper setting errs less"))
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=min(4, math.ceil(len(handles) / 2)), fontsize=6.5
+    )

@@ -1,6 +1,5 @@
 """Figure of the stability atlas: where each method converges and where it fails."""
 
-import textwrap
 from collections.abc import Mapping
 
 import numpy as np
@@ -29,10 +28,9 @@ STATE_COLOURS = {
 CAUSE_STYLES: dict[str, Style] = {
     "the block overturns": {"marker": ".", "markersize": 1.5},
     "the motion multiplies errors": {"marker": "+", "markersize": 2.5, "markeredgewidth": 0.5},
-    "denormal numbers": {"marker": "x", "markersize": 3},
 }
 STATE_LABELS = {"too_slow": "too slow"}
-QUANTITIES = {"k [N/m²]": axis_of("k"), "step [s]": "step / s", "record [s]": "record / s"} | {
+QUANTITIES = {"k [N/m²]": axis_of("k"), "step [s]": "step / s"} | {
     f"{name}/k [{parameter.ratio_unit}]": ratio_axis_of(name)
     for name, parameter in PARAMETERS.items()
     if parameter.ratio_unit
@@ -46,62 +44,44 @@ BOUNDS: Bounds = {
 TICKS = 5  # of an axis at most
 
 
-# a pair of quantities each: maps, what makes a row, title, bounds
-PAGES: dict[str, tuple[list[str], list[str], str, Bounds | None]] = {
-    "stiffness": (["stiffness"], ["model", "debonding"], "Stiffness and damping", BOUNDS),
-    "step": (["step"], ["model"], "Fixed steps", None),
-    "release": (["release"], ["model"], "Angle of release and slenderness", None),
-    "others": (["springs", "tail", "housner_fit", "fit"], ["map"], "Springs, tails and fits", None),
+# a pair of quantities each: what makes a row, title, bounds
+PAGES: dict[str, tuple[list[str], str, Bounds | None]] = {
+    "stiffness": (["model", "debonding"], "Stiffness and damping", BOUNDS),
+    "step": (["model"], "Fixed steps", None),
+    "release": (["model"], "Angle of release and slenderness", None),
 }
 
 
 @styled()
 def draw(frame: pd.DataFrame, page: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
-    """A page of the stability atlas, of `PAGES`: a panel per method; the fit's bounds framed."""
-    maps, by, title, bounds = PAGES[page]
-    return _atlas_page(frame, maps, by, title, bounds), frame[frame["map"].isin(maps)]
-
-
-MAP_TITLES = {
-    "springs": "springs for the bed",
-    "tail": "length of the tail",
-    "housner_fit": "fits of Housner's r",
-    "fit": "fits of Hunt–Crossley's k, λ",
-}
-
-
-def _atlas_page(
-    frame: pd.DataFrame, maps: list[str], by: list[str], title: str, bounds: Bounds | None
-) -> Figure:
-    """A row of panels per group, a panel per method, a legend below; where nothing fails, only its name."""
-    rows: list[tuple[tuple[str, ...], list[tuple[str, pd.DataFrame]]]] = []
-    green = []
-    for key, group in frame[frame["map"].isin(maps)].groupby(by, sort=False):
-        methods = list(group.groupby("method", sort=False))
-        told = [(method, cells) for method, cells in methods if not _all_green(cells)]
-        names = [method for method, cells in methods if _all_green(cells)]
-        if told or len(maps) == 1:
-            rows.append((key, told or methods))
-        if told and names:
-            green.append(f"{', '.join(names)} ({_row_title(key)})".replace("\n", " "))
+    """A page of the stability atlas, of `PAGES`: a row of panels a group, each of a method."""
+    by, title, bounds = PAGES[page]
+    cells = frame[frame["map"] == page]
+    rows = [(key, [*group.groupby("method", sort=False)]) for key, group in cells.groupby(by, sort=False)]
     n_columns = max(len(methods) for _, methods in rows)
     figure = Figure(figsize=(7.0, 1.55 * len(rows) + 0.75))
     axes = figure.subplots(len(rows), n_columns, squeeze=False)
     for i, (key, methods) in enumerate(rows):
         for ax in axes[i, len(methods) :]:
             ax.axis("off")
-        for ax, (method, cells) in zip(axes[i], methods, strict=False):
-            _atlas_panel(ax, cells, bounds)
+        for ax, (method, own) in zip(axes[i], methods, strict=False):
+            _panel(ax, own, bounds)
             ax.set_title(_wrapped(method), fontsize=6.5, loc="left")
-            if ax is axes[i, 0]:
-                ax.set_ylabel(f"{_row_title(key)}\n{QUANTITIES.get(cells['y'].iloc[0], cells['y'].iloc[0])}")
-            else:
-                ax.tick_params(labelleft=False)
-            last = i + 1 == len(rows) or by == ["map"]
-            ax.tick_params(labelbottom=last)
-            if last:
-                ax.set_xlabel(QUANTITIES.get(cells["x"].iloc[0], cells["x"].iloc[0]))
-    cells = frame[frame["map"].isin(maps)]
+            ax.tick_params(labelleft=ax is axes[i, 0], labelbottom=i + 1 == len(rows))
+        name = ",\n".join(MODEL_LABELS.get(part, part) for part in key)
+        axes[i, 0].set_ylabel(f"{name}\n{_axis(methods[0][1]['y'])}")
+    for ax, (_, own) in zip(axes[-1], rows[-1][1], strict=False):
+        ax.set_xlabel(_axis(own["x"]))
+    figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
+    handles = _legend(cells, bounds)
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=len(handles), handlelength=1, fontsize=6.5
+    )
+    return figure, cells
+
+
+def _legend(cells: pd.DataFrame, bounds: Bounds | None) -> list[Artist]:
+    """What occurs in some cells."""
     handles: list[Artist] = [
         Patch(facecolor=colour, edgecolor="0.5", linewidth=0.5, label=STATE_LABELS.get(state, state))
         for state, colour in STATE_COLOURS.items()
@@ -110,34 +90,19 @@ def _atlas_page(
     for cause, style in CAUSE_STYLES.items():
         if cells["cause"].fillna("").str.startswith(cause).any():
             handles.append(Line2D([], [], color="black", linestyle="", **style, label=cause))
-    if bounds:
-        handles.append(Patch(fill=False, label="bounds of the fit"))
-    figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
-    if green:
-        note = textwrap.fill(f"Converged everywhere, not drawn: {'; '.join(green)}", 100)
-        figure.text(0.99, 0.995, note, ha="right", va="top", fontsize=6)
-    figure.legend(
-        handles=handles, loc="outside lower center", ncols=len(handles), handlelength=1, fontsize=6.5
-    )
-    return figure
+    return [*handles, *([Patch(fill=False, label="bounds of the fit")] if bounds else [])]
 
 
-def _all_green(cells: pd.DataFrame) -> bool:
-    """Whether a method converges in every cell and nothing is marked in any."""
-    marked = cells["cause"].fillna("").str.startswith(tuple(CAUSE_STYLES))
-    return bool((cells["state"] == "converged").all() and not marked.any())
-
-
-def _row_title(key: tuple[str, ...]) -> str:
-    names = MODEL_LABELS | MAP_TITLES
-    return ",\n".join(names.get(part, part) for part in key)
+def _axis(quantity: pd.Series) -> str:
+    name = str(quantity.iloc[0])
+    return QUANTITIES.get(name, name)
 
 
 def _wrapped(method: str) -> str:
     return method.replace(" over ", "\nover ").replace(" on ", "\non ").replace(", ", ",\n")
 
 
-def _atlas_panel(ax: Axes, cells: pd.DataFrame, bounds: Bounds | None) -> None:
+def _panel(ax: Axes, cells: pd.DataFrame, bounds: Bounds | None) -> None:
     """Cells of equal size, whatever the values along the axes."""
     xs, ys = np.unique(cells["x_value"]), np.unique(cells["y_value"])
     states = list(STATE_COLOURS)

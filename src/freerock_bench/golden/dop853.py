@@ -5,7 +5,8 @@ the contact, or 40 on a bed that hardens, and eq. (1) is solved as the two linea
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from typing import Any
 
 from numpy.polynomial.legendre import leggauss
@@ -193,12 +194,12 @@ def solve(scene: Scene, span_s: float) -> Solution:
 
 def _lift(block: Block, start: float) -> float:
     """The instant at which the shaken ground lifts Housner's block, in the first quarter of the pulse."""
-    low, high = start, start + PULSE_PERIOD_S / 4
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        x, gravity = block.ground(middle)
-        low, high = (low, middle) if x * block.h > gravity * (block.b - block.e) else (middle, high)
-    return high
+
+    def rests(t: float) -> bool:
+        x, gravity = block.ground(t)
+        return x * block.h <= gravity * (block.b - block.e)
+
+    return _end_of(rests, start, start + PULSE_PERIOD_S / 4, 60)
 
 
 def _advance(block: Block, regime: Regime, solver: DOP853, found: Solution) -> tuple[float, State, Regime]:
@@ -233,18 +234,15 @@ def _again(block: Block, regime: Regime, start: float, before: State, end: float
 def _until_change(
     block: Block, regime: Regime, start: float, end: float, dense: Callable[[float], State]
 ) -> tuple[float, Regime]:
-    left = start
-    for part in range(1, PARTS + 1):
-        right = end if part == PARTS else start + (end - start) * part / PARTS
-        if block.regime(dense(right)) != regime:
-            for _ in range(52):
-                middle = 0.5 * (left + right)
-                if block.regime(dense(middle)) == regime:
-                    left = middle
-                else:
-                    right = middle
-            return right, block.regime(dense(right))
-        left = right
+    """The end of a step or of the regime in it, and the regime there."""
+
+    def same(t: float) -> bool:
+        return block.regime(dense(t)) == regime
+
+    for left, right in _parts(start, end):
+        if not same(right):
+            found = _end_of(same, left, right)
+            return found, block.regime(dense(found))
     return end, regime
 
 
@@ -253,19 +251,30 @@ def _extremes(
 ) -> None:
     """Changes of sign of θ and of θ̇ within a step."""
     for component, into in ((2, found.impacts), (3, found.peaks)):
-        left, value = start, before[component]
-        for part in range(1, PARTS + 1):
-            right = end if part == PARTS else start + (end - start) * part / PARTS
+        value = before[component]
+        for left, right in _parts(start, end):
             reached = dense(right)[component]
             if value * reached <= 0 and value != 0:
-                low, high = left, right
-                for _ in range(52):
-                    middle = 0.5 * (low + high)
-                    if dense(middle)[component] * value > 0:
-                        low = middle
-                    else:
-                        high = middle
-                state = dense(high)
+                at = _end_of(_has_sign(dense, component, value), left, right)
+                state = dense(at)
                 if max(abs(state[2]), abs(state[3])) > 1e-12:
-                    into.append((high, float(state[2]), float(state[3])))
-            left, value = right, reached
+                    into.append((at, float(state[2]), float(state[3])))
+            value = reached
+
+
+def _has_sign(dense: Callable[[float], State], component: int, sign: float) -> Callable[[float], bool]:
+    return lambda t: dense(t)[component] * sign > 0
+
+
+def _parts(start: float, end: float) -> Iterator[tuple[float, float]]:
+    """A step in parts."""
+    places = [*(start + (end - start) * part / PARTS for part in range(PARTS)), end]
+    yield from pairwise(places)
+
+
+def _end_of(holds: Callable[[float], bool], low: float, high: float, halvings: int = 52) -> float:
+    """The first instant, to the last digit, at which something does not hold that did at the lower one."""
+    for _ in range(halvings):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return high

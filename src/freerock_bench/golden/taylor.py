@@ -4,8 +4,10 @@ Steps end where an end of the contact changes its kind or the block its corner: 
 binary places of the step.
 """
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import pairwise
 
 from freerock_bench.golden.fixed_point import ONE, PLACES, UNIT, Series, at, fixed, number
 from freerock_bench.golden.motion import ORDER, REST, Motion, Regime
@@ -99,37 +101,39 @@ def _until_change(motion: Motion, series: list[Series], regime: Regime, step: in
             return motion.lifted(state)
         return motion.regime(state)
 
-    left = 0
-    for part in range(1, PARTS + 1):
-        right = step * part // PARTS
+    for left, right in _parts(step):
         if there(right) != regime:
-            for _ in range(HALVINGS):
-                middle = (left + right) // 2
-                if there(middle) == regime:
-                    left = middle
-                else:
-                    right = middle
-            return right, there(right)
-        left = right
+            last = _end_of(lambda x: there(x) == regime, left, right)
+            return last, there(last)
     return step, regime
 
 
 def _extremes(series: list[Series], now: int, step: int, found: Solution) -> None:
     """Changes of sign of θ and of θ̇ within a step."""
     for component, into in ((2, found.impacts), (3, found.peaks)):
-        left, value = 0, series[component][0]
-        for part in range(1, PARTS + 1):
-            right = step * part // PARTS
-            reached = at(series[component], right)
+        own, value = series[component], series[component][0]
+        for left, right in _parts(step):
+            reached = at(own, right)
             if value * reached <= 0 and value != 0:
-                low, high = left, right
-                for _ in range(HALVINGS):
-                    middle = (low + high) // 2
-                    if at(series[component], middle) * value > 0:
-                        low = middle
-                    else:
-                        high = middle
-                state = number(at(series[2], high)), number(at(series[3], high))
+                x = _end_of(_has_sign(own, value), left, right)
+                state = number(at(series[2], x)), number(at(series[3], x))
                 if max(map(abs, state)) > NOTHING:
-                    into.append((number(now + high) / 2**UNIT, *state))
-            left, value = right, reached
+                    into.append((number(now + x) / 2**UNIT, *state))
+            value = reached
+
+
+def _has_sign(series: Series, sign: int) -> Callable[[int], bool]:
+    return lambda x: at(series, x) * sign > 0
+
+
+def _parts(step: int) -> Iterator[tuple[int, int]]:
+    """A step in parts."""
+    yield from pairwise(step * part // PARTS for part in range(PARTS + 1))
+
+
+def _end_of(holds: Callable[[int], bool], low: int, high: int) -> int:
+    """Where something does not hold any more that did at the lower end."""
+    for _ in range(HALVINGS):
+        middle = (low + high) // 2
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return high

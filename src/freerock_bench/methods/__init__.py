@@ -1,3 +1,1 @@
 """Methods to compare freerock with, each in its field's usual form; `by_name` lists them."""
-
-__all__ = ["by_name", "foundation", "housner", "problem"]

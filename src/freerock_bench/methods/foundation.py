@@ -8,6 +8,7 @@ numba's cache notices a change in the file of the cached function only.
 import math
 from collections.abc import Callable
 from functools import cache, partial
+from importlib.util import find_spec
 
 import numpy as np
 from numba import njit
@@ -49,31 +50,20 @@ def rates(dy: Floats, y: Floats, law: Floats) -> None:
     z, v, w = y[0], y[1], y[3]
     s, cos = math.sin(y[2]), math.cos(y[2])
     q = w * cos
-    n = int(law[8])
-    force = 0.0
-    moment = 0.0
-    for i in range(n):
-        u = b * ((2 * i + 1) / n - 1)
-        depth, rate = z + u * s, v + u * q
-        f = (k * depth + c * rate + lam * depth * rate) * (2 * b / n)
-        if depth > 0 and (f > 0 or law[7] == 0):
-            force += f
-            moment += f * u * cos
-    if n == 0:
-        u0, u1 = _clip(z, s, -b, b)
-        if law[7] > 0:
-            if lam > 0:
-                u0, u1 = _clip(k + lam * v, lam * q, u0, u1)
-            else:
-                u0, u1 = _clip(k * z + c * v, k * s + c * q, u0, u1)
-        f0, f1, f2 = k * z + c * v + lam * z * v, k * s + c * q + lam * (s * v + z * q), lam * s * q
-        # mean of u, u², u³ over the contact
-        length, total, product = u1 - u0, u0 + u1, u0 * u1
-        mean1 = total / 2
-        mean2 = (total * total - product) / 3
-        mean3 = total * (total * total - 2 * product) / 4
-        force = length * (f0 + f1 * mean1 + f2 * mean2)
-        moment = cos * length * (f0 * mean1 + f1 * mean2 + f2 * mean3)
+    u0, u1 = _clip(z, s, -b, b)
+    if law[7] > 0:
+        if lam > 0:
+            u0, u1 = _clip(k + lam * v, lam * q, u0, u1)
+        else:
+            u0, u1 = _clip(k * z + c * v, k * s + c * q, u0, u1)
+    f0, f1, f2 = k * z + c * v + lam * z * v, k * s + c * q + lam * (s * v + z * q), lam * s * q
+    # mean of u, u², u³ over the contact
+    length, total, product = u1 - u0, u0 + u1, u0 * u1
+    mean1 = total / 2
+    mean2 = (total * total - product) / 3
+    mean3 = total * (total * total - 2 * product) / 4
+    force = length * (f0 + f1 * mean1 + f2 * mean2)
+    moment = cos * length * (f0 * mean1 + f1 * mean2 + f2 * mean3)
     vertical = g - force - h * cos * w * w
     turning = (h * g * s - moment - h * s * vertical) / (inertia - h * h * s * s)
     dy[0], dy[1], dy[2], dy[3] = v, vertical - h * s * turning, w, turning
@@ -207,6 +197,11 @@ def cyrk(method: str, problem: Problem, time: Floats, rtol: float, limit: float 
     return solution(problem, time, theta, math.nan, success, stopped)
 
 
+def cyrk_installed() -> bool:
+    """Whether the optional package CyRK can be compared with."""
+    return find_spec("CyRK") is not None
+
+
 @cache
 def _c_function() -> int:
     from CyRK import nb_diffeq_addr
@@ -241,21 +236,8 @@ def fixed_step(method: str, problem: Problem, time: Floats, step: float, limit: 
     return solution(problem, time, theta, evaluations, False, failure)
 
 
-def stepped_states(method: str, problem: Problem, step: float, steps: int, intervals: int) -> Floats:
-    """z_cb, ż_cb, θ, θ̇ at the release and after each interval of so many steps, shape (4, 1 + intervals).
-
-    The other parameters as in `fixed_step`.
-    """
-    y, found = problem.start, [problem.start]
-    for _ in range(intervals):
-        end = np.array([(steps - 0.5) * step])
-        _stepper(method)(y, problem.law, step, steps, problem.amplitudes, end, np.empty(1))
-        found.append(y.copy())
-    return np.stack(found, axis=1)
-
-
 def _stepper(method: str) -> Callable[..., tuple[int, int]]:
-    """What takes the steps, from a state that it leaves at their end."""
+    """What takes the steps."""
     if method in IMPLICIT:
         return partial(_newmark, alpha=IMPLICIT[method])
     return {"RK4": _rk4, "central difference": _central}[method]
@@ -316,11 +298,7 @@ def _central(
         ends = (here[2], y[2], w - 0.5 * step * turn, w + 0.5 * step * turn)
         n = _sample(time, theta, n, i * step, step, ends)
         if n == time.size or not abs(y[2]) < BLOWN_UP:
-            here[0], here[2] = y[0], y[2]
-            here[1], here[3] = v + 0.5 * step * a, w + 0.5 * step * turn
-            rates(dy, here, law)
-            y[1], y[3] = v + 0.5 * step * dy[1], w + 0.5 * step * dy[3]
-            return 0, i + 3
+            return 0, i + 2
     return 1, most + 1
 
 

@@ -1,5 +1,6 @@
 """A problem to be solved by every method, and what a method made of it."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -9,6 +10,8 @@ from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, static_depth
 
+SAMPLING_HZ = 2000.0
+NOISE_RAD = math.radians(0.01)  # of a sample of a laser
 # Absolute tolerances of SciPy and CyRK: rtol times this share of each component's amplitude.
 ATOL_SHARE = 0.01
 BLOWN_UP = 10.0  # |θ| that no block has [rad]
@@ -30,8 +33,6 @@ class Problem:
         Angle of release [rad].
     debonding : str
         "geometric" or "tensionless".
-    springs : int
-        Number of springs that stand for the foundation in the compiled right-hand side; 0: distributed.
     """
 
     model: str
@@ -39,16 +40,15 @@ class Problem:
     parameters: Mapping[str, float]
     theta0: float
     debonding: str = "geometric"
-    springs: int = 0
 
     @property
     def law(self) -> Floats:
-        """Constants of the compiled right-hand side: k, c, λ, I over m; b, h, g; tensionless; springs."""
+        """Constants of the compiled right-hand side: k, c, λ, I over m; b, h, g; tensionless."""
         m, b, h = self.block.mass_kg, self.block.b, self.block.h
         k, c, lam = (self.parameters.get(name, 0.0) for name in ("k", "c", "lambda"))
         tensionless = float(self.debonding == "tensionless")
         inertia = self.block.inertia_base
-        return np.array([k / m, c / m, lam / m, inertia / m, b, h, GRAVITY, tensionless, self.springs])
+        return np.array([k / m, c / m, lam / m, inertia / m, b, h, GRAVITY, tensionless])
 
     @property
     def start(self) -> Floats:
@@ -109,3 +109,9 @@ def solution(
     full[bad[0] :] = np.nan
     outcome = "overturned" if overturned else "non_finite" if success else failure
     return Solution(full, evaluations, outcome)
+
+
+def errors(theta: Floats, reference: Floats) -> tuple[float, float]:
+    """ε (sums over samples, as a fraction) and largest error [rad] against a reference."""
+    difference = theta - reference
+    return float(difference @ difference / (reference @ reference)), float(np.max(np.abs(difference)))

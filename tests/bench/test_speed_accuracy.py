@@ -7,14 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freerock_bench import engines, numerics, peers
+from freerock_bench import peers, speed_accuracy
 from freerock_bench.document import renew
-from freerock_bench.engines import Scale, problem_of, table
-from freerock_bench.figures import engines as engines_figure
-from freerock_bench.figures import numerics as numerics_figure
+from freerock_bench.figures import speed_accuracy as figure_of_tools
 from freerock_bench.methods.by_name import TIME_STEPPING, freerock
-from freerock_bench.methods.foundation import ode45, stepped_states
+from freerock_bench.methods.foundation import ode45
 from freerock_bench.methods.housner import housner_eventless
+from freerock_bench.speed_accuracy import Scale, problem_of, table
 
 pytestmark = pytest.mark.slow
 
@@ -36,7 +35,7 @@ answer(prepare)
 def own():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(peers, "installed", lambda: False)
-        return engines.run("small")
+        return speed_accuracy.run("small")
 
 
 @pytest.fixture
@@ -88,10 +87,10 @@ def test_the_table_has_a_row_for_every_tool(own, tmp_path):
     lines = table(own).splitlines()
     assert len(lines) == 2 + own.groupby(["model", "method"]).ngroups
     path = tmp_path / "benchmark.md"
-    path.write_text("before " + engines.MARK[0] + "old" + engines.MARK[1] + " after")
-    renew(path, engines.MARK, table(own))
-    assert path.read_text().startswith("before " + engines.MARK[0] + "| law | tool |")
-    assert path.read_text().endswith(engines.MARK[1] + " after")
+    path.write_text("before " + speed_accuracy.MARK[0] + "old" + speed_accuracy.MARK[1] + " after")
+    renew(path, speed_accuracy.MARK, table(own))
+    assert path.read_text().startswith("before " + speed_accuracy.MARK[0] + "| law | tool |")
+    assert path.read_text().endswith(speed_accuracy.MARK[1] + " after")
 
 
 def test_a_tool_that_fails_is_told(own):
@@ -106,12 +105,9 @@ def test_a_tool_that_fails_is_told(own):
 
 
 def test_the_figures_are_drawn(own):
-    figure, rows = engines_figure.draw(own)
+    figure, rows = figure_of_tools.draw(own)
     assert len(figure.axes) == 3 and len(rows) == len(own)
     assert "pale: a cheaper setting errs less" in [text.get_text() for text in figure.legends[0].texts]
-    figure, rows = numerics_figure.draw(numerics.run("small"))
-    assert len(figure.axes) == 4
-    assert set(rows["part"]) == set(numerics.X)
 
 
 def test_what_an_engine_cannot_do_stands_within_its_panel():
@@ -138,7 +134,7 @@ def test_what_an_engine_cannot_do_stands_within_its_panel():
         ]
         columns = ["model", "method", "kind", "epsilon", "time_s", "floor_epsilon", "parameter"]
         columns += ["error_stderr", "fit_s", "note"]
-        figure = engines_figure.draw(pd.DataFrame(rows, columns=columns).assign(outcome="completed"))[0]
+        figure = figure_of_tools.draw(pd.DataFrame(rows, columns=columns).assign(outcome="completed"))[0]
         figure.draw_without_rendering()
         for ax in figure.axes:
             (note,) = [text for text in ax.texts if text.get_text().endswith(":\nanother law: takes no r")]
@@ -176,22 +172,3 @@ def test_ode45_at_its_defaults_and_at_tighter_ones():
     true = freerock(problem, TIME, 1e-12).theta
     assert 1e-6 < error(ode45(problem, TIME), true) < 0.05
     assert error(ode45(problem, TIME, 1e-9), true) < 1e-6
-
-
-@pytest.mark.parametrize("method", TIME_STEPPING)
-def test_states_after_whole_steps_are_those_of_the_run(method):
-    problem = problem_of("hunt_crossley", "geometric")
-    states = stepped_states(method, problem, 1e-4, 100, 60)
-    assert states.shape == (4, 61)
-    found = TIME_STEPPING[method](problem, TIME, 1e-4)
-    assert np.abs(states[2] - found.theta).max() < 1e-4
-
-
-def test_energy_of_an_undamped_block():
-    frame = numerics.run("small")
-    last = frame[frame["part"] == "energy"].groupby(["method", "setting"])["y"].last()
-    assert last["freerock", "rtol 1e-10"] < 1e-8
-    assert last["freerock", "rtol 1e-10"] < last["freerock", "rtol 1e-06"] < 1e-3
-    orders = frame[frame["part"] == "order"].groupby(["model", "method"])["order"].first()
-    assert orders["hunt_crossley", "freerock"] > 4
-    assert isinstance(frame, pd.DataFrame)
