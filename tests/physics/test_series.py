@@ -188,18 +188,21 @@ def test_a_block_may_overturn_on_a_base_that_leans():
     assert found.outcome == "overturned" and np.nanmax(np.abs(found.theta)) > block.theta_cr
 
 
-def test_only_a_ground_that_keeps_its_acceleration_is_constant():
+def test_only_a_ground_that_keeps_a_horizontal_acceleration_leans():
     time, base = np.arange(100) / 100, tilted(0.01, 1.0)
     shakes, twice = base.coefficients.copy(), np.repeat(base.coefficients, 2, 0)
     shakes[0, 4] = 0.1
-    assert base.is_constant(time) and GroundMotion(*NO_GROUND).is_constant(time)
+    assert base.leans(time)
     for breaks, motion in (
         ([-1.0, 0.5], base.coefficients),
         ([0.1, 2.0], base.coefficients),
         ([-1.0, 2.0], shakes),
+        ([-1.0, 2.0], np.zeros((1, 14))),
+        ([-1.0, 2.0], np.eye(14)[[0]] - 12 * np.eye(14)[[7]]),
+        ([-1.0, 2.0], np.eye(14)[[7]]),
         ([-1.0, 0.5, 2.0], twice),
     ):
-        assert not GroundMotion(np.array(breaks), motion).is_constant(time)
+        assert not GroundMotion(np.array(breaks), motion).leans(time)
 
 
 @pytest.mark.parametrize("model", ["winkler", "hunt_crossley"])

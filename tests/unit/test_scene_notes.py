@@ -189,27 +189,23 @@ def hardly_rounded(seed):
     return motion
 
 
-@pytest.mark.parametrize("seed, beside", [(5, []), (7, ["ok"])])
-def test_rounded_edges_are_found_where_their_derivative_hardly_asks_for_them(seed, beside):
-    """With sharp edges k differs by 0.5 and 1.6 of its u."""
+@pytest.mark.parametrize("seed", [5, 7])
+def test_rounded_edges_are_found_where_their_derivative_hardly_asks_for_them(seed):
     motion = hardly_rounded(seed)
     found = identify_run(BLOCK, motion, PLAIN)
     assert found.widened == ("edge_radius",)
     assert {*found.alternatives} == {Hypothesis("hunt_crossley")}
-    named, *alike = notes(motion, found)
-    assert (named.name, named.verdict) == ("rounded_edges", "warn")
-    assert [each.verdict for each in alike] == beside
-    told = "Hunt–Crossley with sharp edges explains the run as well, with k -"
-    assert all(each.name == "rounded_edges" and each.text.startswith(told) for each in alike)
+    named, alike = notes(motion, found)
+    assert (named.name, named.verdict) == (alike.name, alike.verdict) == ("rounded_edges", "warn")
+    assert alike.text.startswith("Hunt–Crossley with sharp edges explains the run as well, with k -")
     fit = found.fits["hunt_crossley"]
     for name, value in {**FOUNDATIONS["aerstop"], "edge_radius": 7e-4}.items():
         at = fit.parameters.index(name)
         assert abs(fit.value[at] - value) < 4 * fit.stderr[at]
 
 
-@pytest.mark.parametrize("seed, verdict", [(0, "warn"), (2, "ok")])
-def test_where_sharp_and_rounded_edges_do_as_well_both_are_told(seed, verdict):
-    """It is a warning where the interval of k does not contain the truth."""
+@pytest.mark.parametrize("seed", [0, 2])
+def test_where_sharp_and_rounded_edges_do_as_well_both_are_told(seed):
     motion = hardly_rounded(seed)
     found = identify_run(BLOCK, motion, PLAIN)
     ((other, fit),) = found.alternatives.items()
@@ -217,10 +213,9 @@ def test_where_sharp_and_rounded_edges_do_as_well_both_are_told(seed, verdict):
     radius = fit.values["edge_radius"]
     assert radius == pytest.approx(7e-4, rel=0.1)
     (note,) = notes(motion, found)
-    assert (note.verdict, note.name) == (verdict, "rounded_edges")
-    sharp = found.fits["hunt_crossley"]
-    inside = abs(sharp.value[0] - FOUNDATIONS["aerstop"]["k"]) < 1.96 * sharp.u_total[0]
-    assert inside == (verdict == "ok")
+    assert (note.verdict, note.name) == ("warn", "rounded_edges")
+    # what the alternative adds to u does not hide it
+    assert found.before.u_total[0] < 0.5 * found.fits["hunt_crossley"].u_total[0]
     assert note.text.startswith(
         f"Hunt–Crossley with edges rounded by {1e3 * radius:.2f} mm explains the run as well, with k +"
     )

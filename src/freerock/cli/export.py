@@ -171,7 +171,7 @@ def scenes(campaign: Campaign, engine: Engine, tables: Mapping[str, "pd.DataFram
 
 def program(campaign: Campaign, to: str, scene: Scene, epsilon: str) -> str:
     """Text of a program for an engine."""
-    from jinja2 import Template
+    from jinja2 import StrictUndefined, Template
 
     from freerock.models.block import GRAVITY
     from freerock.models.contact import Foundation, static_depth
@@ -183,7 +183,9 @@ def program(campaign: Campaign, to: str, scene: Scene, epsilon: str) -> str:
     numbers["z0"] = static_depth(block, Foundation.of(scene.values), scene.theta0)
     numbers |= {"until_s": SPAN_S, "every_s": EVERY_S}
     text = Path(__file__).with_name("program.py.j2").read_text(encoding="utf-8")
-    made: str = Template(text, trim_blocks=True, keep_trailing_newline=True).render(
+    made: str = Template(
+        text, trim_blocks=True, keep_trailing_newline=True, undefined=StrictUndefined
+    ).render(
         campaign=campaign,
         engine=engine,
         scene=scene,

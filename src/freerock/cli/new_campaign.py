@@ -192,10 +192,10 @@ def _kind(channel: ChannelLook) -> tuple[str, str]:
 
 
 def _yaml_text(name: str, sensors: Sensors, picture: Path) -> str:
-    from jinja2 import Template
+    from jinja2 import StrictUndefined, Template
 
     text = Path(__file__).with_name("campaign.yaml.j2").read_text(encoding="utf-8")
-    template = Template(text, trim_blocks=True, keep_trailing_newline=True)
+    template = Template(text, trim_blocks=True, keep_trailing_newline=True, undefined=StrictUndefined)
     made: str = template.render(name=name, sensors=sensors, picture=picture, fill=FILL_IN)
     return made
 

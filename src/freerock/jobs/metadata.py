@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from freerock.config.campaign import Campaign
 from freerock.errors import FreerockError
@@ -18,7 +18,7 @@ SPDX = re.compile(r"[A-Za-z0-9][A-Za-z0-9.+-]*-[A-Za-z0-9.+-]+")  # BSD-3-Clause
 KEYWORDS = ["rocking", "rigid block", "free rocking test"]
 KEYWORDS += ["coefficient of restitution", "system identification"]
 SCHEMA = "http://datacite.org/schema/kernel-4"
-TEMPLATES = Path(__file__).parent
+TEMPLATES = Path(__file__).parent / "templates"  # no room: their words are code of no step
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,9 @@ def readme(
 
 def _filled(template: str, campaign: Campaign, metadata: Metadata, **known: Any) -> str:
     """The text of a template about a campaign; `name` parts a name into family and given name."""
-    environment = Environment(loader=FileSystemLoader(TEMPLATES), trim_blocks=True, lstrip_blocks=True)
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES), trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
+    )
     environment.filters |= {"quoted": _quoted, "parted": parted}
     known |= {"campaign": campaign, "metadata": metadata, "creators": creators_of(campaign)}
     return environment.get_template(template).render(known)

@@ -40,13 +40,14 @@ class GroundMotion:
     breaks: np.ndarray
     coefficients: np.ndarray
 
-    def is_constant(self, time: Floats) -> bool:
-        """Whether the ground is at rest or keeps its acceleration, as on a base that leans, from t = 0 to the
-        last of the instants [s]."""
-        if not len(self.coefficients):
-            return True
-        spans = len(self.coefficients) == 1 and self.breaks[0] <= 0 and self.breaks[1] > time[-1]
-        return bool(spans and not self.coefficients[0, VARYING].any())
+    def leans(self, time: Floats) -> bool:
+        """Whether it is that of a base that leans (`tilted`), from t = 0 to the last of the instants [s]: one
+        horizontal acceleration that stays, and less gravity."""
+        if len(self.coefficients) != 1:
+            return False
+        along, less = self.coefficients[0, [0, 7]]
+        spans = self.breaks[0] <= 0 and self.breaks[1] > time[-1] and not self.coefficients[0, VARYING].any()
+        return bool(spans and along and -GRAVITY < less <= 0)
 
     def __call__(self, time: ArrayLike) -> Floats:
         """Accelerations ẍ_g and z̈_g [m/s²], shape (2, n_time), at instants [s] of shape (n_time,)."""

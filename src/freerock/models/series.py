@@ -6,9 +6,9 @@ equation (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) divided by
 
     Z̈ = g - F,    J θ̈ = s (h F - a X) - cosθ (M + h X),    X = ẍ - ẍ_g,    J = I_cm/m,
 
-with ẍ_g = g sinτ and g cosτ in place of g on a base that leans by τ (`ground.tilted`), the force F and the moment M cosθ of the foundation about the base centre; a is 0 of a guided block, and
-of one that pivots b while θ > 0, -b while θ < 0. While one corner is down, of
-depth D, on a length L = D/s, and with A = D L,
+with the force F and the moment M cosθ of the foundation about the base centre; a is 0 of a guided block, and
+of one that pivots b while θ > 0, -b while θ < 0. On a base that leans by τ (`ground.tilted`) ẍ_g is g sinτ, and
+g cosτ stands for g; else ẍ_g is 0. While one corner is down, of depth D, on a length L = D/s, and with A = D L,
 
     F = k/2 A + c/2 Ȧ + λ/6 (D A)˙,    M = b F - k/6 A L - c/6 (A L)˙ - λ/24 (A²)˙;
 

@@ -335,7 +335,7 @@ class _Scene:
         odd = tensionless or block.edge_radius or block.e or foundation.kappa
         on = motion.breaks, motion.coefficients
         accuracy = tolerance, max_steps
-        if is_foundation and not odd and motion.is_constant(time):
+        if is_foundation and not odd and (not len(motion.coefficients) or motion.leans(time)):
             return series.integrate(constants, state, time, *on, *accuracy, theta, rates)
         r = -1.0 if is_foundation else float(self.parameters["r"])
         return kernel.integrate(constants, r, tensionless, state, time, *on, *accuracy, theta, rates)

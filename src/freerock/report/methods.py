@@ -69,7 +69,9 @@ def methods(
         limits={"rejects": REJECTS, "trace": TRACE, "tells": TELLS},
     )
     _, *parts = _HEAD.split(text)
-    told = {head: " ".join(body.split()) for head, body in zip(parts[::2], parts[1::2], strict=True)}
+    told = {
+        head: re.sub("[ \n]+", " ", body).strip() for head, body in zip(parts[::2], parts[1::2], strict=True)
+    }
     return [Paragraph(head, text) for head, text in told.items() if text]
 
 

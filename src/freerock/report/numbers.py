@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import zip_longest
 from types import MappingProxyType
 from typing import Literal, NamedTuple
 
@@ -66,7 +65,7 @@ def plain(sentence: Sentence) -> str:
 def said(text: str, *parts: Part | Sequence[Part]) -> Sentence:
     """A sentence from a text, in which each {} stands for a part or a sentence."""
     found: list[Part] = []
-    for words, part in zip_longest(text.split("{}"), parts, fillvalue=""):
+    for words, part in zip(text.split("{}"), (*parts, ""), strict=True):
         for each in (words, *((part,) if isinstance(part, str | Number) else part)):
             if isinstance(each, str) and found and isinstance(found[-1], str):
                 found[-1] += each

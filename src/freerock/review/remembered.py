@@ -67,7 +67,7 @@ class Remembered:
             with open(path, "wb") as file:
                 _Writer(file, pickle.HIGHEST_PROTOCOL).dump(made)
             self._kept[key] = path
-        except OSError:  # no space: it is made again next time
+        except (OSError, pickle.PicklingError, AttributeError, TypeError):  # it is made again next time
             path.unlink(missing_ok=True)
         return made
 

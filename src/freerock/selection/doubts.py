@@ -67,7 +67,7 @@ def doubts_about(
         chosen, possible = choice.selected, (choice.selected, *choice.also_possible)
         notes = notes_on_scene(found.fits[chosen], block, motion) if found.widened else []
         for other, fit in found.alternatives.items():
-            notes += explains_as_well(other, fit, found.fits[chosen], possible, found.widened)
+            notes += explains_as_well(other, fit, found.before or found.fits[chosen], possible, found.widened)
         notes += pulled_inputs(found.fits[chosen])
         notes += slow_sensor(found.at_best(chosen, block, motion, hypotheses), motion)
         if chosen in found.effects and not any(note.verdict == "warn" for note in notes):

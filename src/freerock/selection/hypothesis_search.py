@@ -110,6 +110,8 @@ class Identified:
     alternatives : dict of Hypothesis to Fit
         What explains the run as well with other priors widened, with edges of another radius, or with an
         input beyond its prior.
+    before : Fit or None
+        That of the selected candidate before its `discrepancy` took up other hypotheses.
     effects : dict of str to Cause
         By candidate, selected from this run alone: the effect that it requires beside it. What that would
         change is part of the `discrepancy` of its fit.
@@ -120,6 +122,7 @@ class Identified:
     errors: dict[str, FreerockError] = field(default_factory=dict)
     widened: tuple[str, ...] = ()
     alternatives: dict[Hypothesis, Fit] = field(default_factory=dict)
+    before: Fit | None = None
     effects: dict[str, Cause] = field(default_factory=dict)
 
     def copied(self) -> "Identified":
@@ -490,6 +493,7 @@ class _Search:
             larger = [
                 fit for model, fit in alone.items() if holds(model, selected) and evidence(fit).explains
             ]
+            found.before = alone[selected]
             found.fits[selected] = beside(alone[selected], [*larger, *found.alternatives.values()])
             effect = required_effect(found.at_best(selected, self.block, self.motion, self.hypotheses))
             if effect:
