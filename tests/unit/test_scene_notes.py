@@ -189,15 +189,18 @@ def hardly_rounded(seed):
     return motion
 
 
-@pytest.mark.parametrize("seed", [5, 7])
-def test_rounded_edges_are_found_where_their_derivative_hardly_asks_for_them(seed):
+@pytest.mark.parametrize("seed, beside", [(5, []), (7, ["warn"])])
+def test_rounded_edges_are_found_where_their_derivative_hardly_asks_for_them(seed, beside):
+    """Of seed 5 k with sharp edges lies within u."""
     motion = hardly_rounded(seed)
     found = identify_run(BLOCK, motion, PLAIN)
     assert found.widened == ("edge_radius",)
     assert {*found.alternatives} == {Hypothesis("hunt_crossley")}
-    named, alike = notes(motion, found)
-    assert (named.name, named.verdict) == (alike.name, alike.verdict) == ("rounded_edges", "warn")
-    assert alike.text.startswith("Hunt–Crossley with sharp edges explains the run as well, with k -")
+    named, *alike = notes(motion, found)
+    assert (named.name, named.verdict) == ("rounded_edges", "warn")
+    assert [each.verdict for each in alike] == beside
+    told = "Hunt–Crossley with sharp edges explains the run as well, with k -"
+    assert all(each.name == "rounded_edges" and each.text.startswith(told) for each in alike)
     fit = found.fits["hunt_crossley"]
     for name, value in {**FOUNDATIONS["aerstop"], "edge_radius": 7e-4}.items():
         at = fit.parameters.index(name)

@@ -64,8 +64,8 @@ def explains_as_well(
     other: Hypothesis, as_well: Fit, fit: Fit, possible: Collection[str], widened: Sequence[str] = ()
 ) -> Iterator[Reason]:
     """That a hypothesis with other priors, or with an input beyond its prior, explains a run as well, with
-    another k or r. Its name is that of what differs. It is a warning where that k or r lies beyond 1.96 u of the
-    named fit, or its law is none of those that explain the run otherwise.
+    another k or r. Its name is that of what differs. It is a warning where that k or r lies beyond 1.96 u of
+    the named fit, or its law is none of those that explain the run otherwise.
 
     Parameters
     ----------
