@@ -7,6 +7,9 @@ from freerock.tables.tidy import CHOICE, PARAMETERS
 
 NAMED, POSSIBLE, REJECTED, NOT_FITTED = "selected", "also_possible", "rejected", "not_fitted"
 VALUES = {"r": 0.95, "k": 6.88e6, "c": 2.36e4, "lambda": 1.3e8, "width": 0.063}
+ON_ANY_RUN = [
+    model for model in CANDIDATES if not law_of(model).bounces
+]  # those are tried where a block bounced
 WHERE = {"campaign": "made_up", "test": "t1", "block": "b1", "foundation": "marble"}
 
 
@@ -15,7 +18,7 @@ def scene(*runs, explained=True, epsilon=1e-5, **changed):
     name, or by name and candidate as k_winkler_pivoting."""
     choice, parameters = [], []
     for number, statuses in enumerate(runs, 1):
-        for rank, model in enumerate(CANDIDATES):
+        for rank, model in enumerate(ON_ANY_RUN):
             status = statuses.get(model, NOT_FITTED)
             fitted, named = status != NOT_FITTED, status in (NAMED, POSSIBLE)
             row = WHERE | {

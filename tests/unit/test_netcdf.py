@@ -7,7 +7,6 @@ import subprocess
 import sys
 from dataclasses import fields, replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import netCDF4
 import numpy as np
@@ -16,7 +15,7 @@ import xarray as xr
 
 from freerock.errors import DamagedProduct, FreerockError
 from freerock.files import sha256
-from freerock.identification.fit import ImpactEnergy
+from freerock.identification.fit import Fit, ImpactEnergy
 from freerock.identification.model_discrepancy import Part
 from freerock.models.laws import CANDIDATES, MODELS, law_of, unit_of
 from freerock.products import names
@@ -140,7 +139,7 @@ def made_up_fit(model, **changes):
             Part(0.5, 1.0, np.ones(n), np.ones(n), np.eye(n)),
         ],
     }
-    return SimpleNamespace(**fit | changes)
+    return Fit(**fit | changes)
 
 
 def write(folder, name="a"):
