@@ -62,6 +62,20 @@ def by_block(
         origin: str,
         labels: Labels = None,
     ) -> Drawing:
+        """All runs, and the law selected for the first run of each scene, in a panel for each block.
+
+        Parameters
+        ----------
+        runs, restitution, epsilon : pandas.DataFrame
+            Tidy tables.
+        blocks : mapping of str to freerock.models.block.Block
+            The blocks by name.
+
+        Returns
+        -------
+        figure, data : Figure, pandas.DataFrame
+            Columns of `freerock.tables.swings.swings`, and what the figure adds.
+        """
         data = rows(named_swings(runs, restitution, epsilon, blocks))
         names = list(dict.fromkeys(runs["block"]))
         looks = foundation_looks(runs)

@@ -4,8 +4,8 @@ How far off the numbers of a law may be that does not explain its run follows fr
 The swings of a run are cut into parts of as many. The fit of a part is one step of Gauss and Newton from that
 of the whole, with its derivatives, so that nothing is simulated: release angle and instant are free in every
 part and take up where the block comes from. Under the right law the parts agree to within the noise. Under
-another one they differ by about as much as the whole is off: measured on motions of other physics
-(`studies.discrepancy`).
+another one they differ by about as much as the whole is off: the study `kinds` shows how often the intervals
+of runs that nothing explains hold the truth.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ from freerock.identification.search import SEARCH, is_poor
 from freerock.identification.start import is_lively
 from freerock.models.laws import PARAMETERS, extended_by, law_of
 
-PARTS = 6  # of a run, if it has as many swings; set with the weights on the half "set" of that study
+PARTS = 6  # of a run, if it has as many swings; by judgement
 
 
 @dataclass(frozen=True)

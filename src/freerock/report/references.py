@@ -22,6 +22,7 @@ class Reference(NamedTuple):
 
 _FILE = Path(__file__).with_suffix(".bib").read_text(encoding="utf-8")
 REFERENCES = {key: Reference(short, entry) for short, entry, key in _ENTRY.findall(_FILE)}
+assert len(REFERENCES) == _FILE.count("\n@"), "references.bib: an entry was passed over"
 
 
 def bibtex(keys: Iterable[str]) -> str:
