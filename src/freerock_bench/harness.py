@@ -104,12 +104,10 @@ def number_row(
 
 def rows_of_fit(case: str, fit: Fit, truth: dict[str, float]) -> list[Row]:
     """Rows of the parameters of a fit; their u holds what the law does not explain, and known inputs."""
-    rows, totals = [], [math.hypot(*each) for each in zip(fit.stderr, fit.discrepancy, strict=True)]
-    if fit.contributions is not None:
-        totals = fit.contributions.total(fit.stderr, fit.discrepancy).tolist()
-    for name, value, stderr, u in zip(fit.parameters, fit.value, fit.stderr, totals, strict=True):
+    rows = []
+    for name, value, stderr, u in zip(fit.parameters, fit.value, fit.stderr, fit.u_total, strict=True):
         if name in truth:
-            known = (float(stderr), u) if fit.success else (math.nan, math.nan)
+            known = (float(stderr), float(u)) if fit.success else (math.nan, math.nan)
             rows.append(number_row(case, name, truth[name], float(value), *known))
     return rows
 

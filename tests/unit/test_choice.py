@@ -7,8 +7,9 @@ import fabricated
 import numpy as np
 import pytest
 
+from freerock.identification.levels import TELLS
 from freerock.products.runs import runs_in
-from freerock.selection.choice import TELLS, Evidence, choose, plainly
+from freerock.selection.choice import Evidence, choose, plainly
 from freerock.selection.hypotheses import holds
 from freerock.selection.hypothesis_search import of_set
 

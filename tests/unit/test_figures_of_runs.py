@@ -37,7 +37,7 @@ from freerock.jobs.pages import pages as in_pages
 from freerock.populations.estimate import Estimate, MisfitMap
 from freerock.populations.predict import PREDICTIONS
 from freerock.products.misfit_maps import record_map
-from freerock.response.fragility import INTENSITIES
+from freerock.response.motions import INTENSITIES
 from freerock.tables.csvfile import write_csv
 from freerock.tables.latex import figures_tex
 from freerock.tables.tidy import tidy_tables

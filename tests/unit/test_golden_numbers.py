@@ -12,7 +12,8 @@ from scipy.stats import t as student
 from freerock.figures import backbone
 from freerock.identification.intervals import _student_95
 from freerock.models.block import GRAVITY, Block
-from freerock.populations.means import LAW, over_runs
+from freerock.populations.inputs import LAW
+from freerock.populations.means import over_runs
 from freerock.records.timebase import Grid, on_grid
 from freerock.rotation.laboratory import Contributions, Input
 from freerock.rotation.reading import Reading

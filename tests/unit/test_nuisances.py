@@ -286,8 +286,7 @@ def test_the_stated_width_is_fitted_from_where_a_freed_one_ended():
     assert {*values} == {"k", "lambda", "theta0", "t0"} and {*moved} == {*laboratory.inputs}
     near = fit_record("hunt_crossley", BLOCK, [motion], start=values, moved=moved)
     assert evidence(near).noise_p > 1e-3 and near.pulled.startswith("width_m of b off by -0.002")
-    u = near.contributions.total(near.stderr, near.discrepancy)
-    assert abs(near.values["k"] - soil["k"]) < 3 * u[0]
+    assert abs(near.values["k"] - soil["k"]) < 3 * near.u_total[0]
 
 
 def test_a_base_that_is_off_level_by_its_input_is_not_called_level():

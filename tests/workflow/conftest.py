@@ -3,6 +3,7 @@
 import os
 import shutil
 
+import pandas as pd
 import pytest
 from small_campaign import BLOCKS, CAMPAIGN, TRACE, Checkout, add_campaign, check_out, once, simulated
 
@@ -26,6 +27,12 @@ def finished(tmp_path_factory):
         assert done.returncode == 0, done.stderr
 
     return Checkout(once(tmp_path_factory, "finished", analyse))
+
+
+@pytest.fixture(scope="module")
+def tables(results):
+    """The tidy tables, by name, of the `results` of a module's own campaign."""
+    return {each.stem: pd.read_csv(each) for each in (results / "tables").glob("*.csv")}
 
 
 @pytest.fixture

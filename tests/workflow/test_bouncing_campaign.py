@@ -60,11 +60,6 @@ def results(tmp_path_factory):
     return checkout / "results/cubes"
 
 
-@pytest.fixture(scope="module")
-def tables(results):
-    return {each.stem: pd.read_csv(each) for each in (results / "tables").glob("*.csv")}
-
-
 def test_the_law_is_named_with_its_parameters(tables):
     runs, choice, parameters = (tables[name] for name in ("runs", "choice", "parameters"))
     assert list(runs["verdict"]) == ["warn", "warn"] and runs["reasons"].str.contains("same side").all()

@@ -3,7 +3,6 @@
 import shutil
 
 import numpy as np
-import pandas as pd
 import pytest
 from small_campaign import ROOT, check_out
 
@@ -25,11 +24,6 @@ def results(tmp_path_factory):
     done = checkout.snakemake()
     assert done.returncode == 0, done.stderr
     return checkout / "results/drops"
-
-
-@pytest.fixture(scope="module")
-def tables(results):
-    return {each.stem: pd.read_csv(each) for each in (results / "tables").glob("*.csv")}
 
 
 def test_each_run_that_bounced_has_the_law(tables):

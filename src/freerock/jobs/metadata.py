@@ -108,7 +108,7 @@ def readme(
 
 
 def _filled(template: str, campaign: Campaign, metadata: Metadata, **known: Any) -> str:
-    """The text of a template about a campaign; `name` parts a name into family and given name."""
+    """The text of a template about a campaign; its filter `parted` gives family and given name."""
     environment = Environment(
         loader=FileSystemLoader(TEMPLATES), trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
     )

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.populations.inputs import LAW as LAW
+from freerock.populations.inputs import LAW
 from freerock.populations.random_effects import Population, common_spread, population, population_of_means
 
 Key = tuple[str, str]  # owner and name of an input

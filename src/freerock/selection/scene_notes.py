@@ -80,8 +80,8 @@ def explains_as_well(
         Priors that the hypotheses of the run widen where they may.
     """
     name, values = fit.parameters[0], as_well.values
-    change = values.get(name, math.inf) / fit.values[name] - 1
-    apart = abs(change * fit.values[name]) / fit.u_total[0]
+    change = values.get(name, math.inf) / fit.value[0] - 1
+    apart = abs(values.get(name, math.inf) - fit.value[0]) / fit.u_total[0]
     if not apart > 1 and other.model in possible:
         return
     said, reason, freed = list[str](), "", {*values, *fit.values, *widened}
