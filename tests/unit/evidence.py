@@ -7,9 +7,8 @@ from freerock.tables.tidy import CHOICE, PARAMETERS
 
 NAMED, POSSIBLE, REJECTED, NOT_FITTED = "selected", "also_possible", "rejected", "not_fitted"
 VALUES = {"r": 0.95, "k": 6.88e6, "c": 2.36e4, "lambda": 1.3e8, "width": 0.063}
-ON_ANY_RUN = [
-    model for model in CANDIDATES if not law_of(model).bounces
-]  # those are tried where a block bounced
+# A law that bounces is tried on runs that bounced alone.
+ON_ANY_RUN = [model for model in CANDIDATES if not law_of(model).bounces]
 WHERE = {"campaign": "made_up", "test": "t1", "block": "b1", "foundation": "marble"}
 
 
