@@ -16,7 +16,7 @@ from freerock.errors import FreerockError
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
-from freerock.models.ground import accelerogram, pulse
+from freerock.models.ground import accelerogram, pulse, tilted
 from freerock.models.laws import Rules
 from freerock.models.simulate import Solver, simulate, simulate_many, simulate_theta
 
@@ -191,6 +191,48 @@ def test_at_rest_long_before_denormals():
         moving = np.abs(found.theta[found.theta != 0])
         assert moving.min() > 1e-100
         assert found.statistics["steps"] < 20_000
+
+
+@pytest.mark.parametrize("tilt", [2e-3, -1e-3])
+@pytest.mark.parametrize("change", [{"edge_radius_m": 2e-3}, {"com_offset_m": 1e-3}, {}])
+def test_on_a_base_that_leans_a_block_comes_to_rest_where_it_balances(change, tilt):
+    """Steps end with the motion, however long the record; the bed then carries the block."""
+    block = replace(BLOCKS[2], **change)
+    law = ("winkler", {"k": 7e6, "c": 3e5}) if change else ("hardening", MARBLE | {"kappa": 1e9})
+    steps = []
+    for until in (20, 400):
+        time = np.linspace(0, until, 201)
+        found = simulate(law[0], block, law[1], time, theta0=0.1, base_excitation=tilted(tilt, until))
+        steps.append(found.statistics["steps"])
+        last = State(found.z_cb[-1], found.z_cb_rate[-1], found.theta[-1], found.theta_rate[-1])
+        x, z = tilted(tilt, until)([1.0])[:, 0]
+        left = accelerations(block, Foundation.of(law[1]), last, x_ground=x, z_ground=z)
+        # a thousandth of 1e-9 rad, times the squared frequency of a block on its bed
+        assert (
+            last[1] == last[3] == 0
+            and last.theta * (block.h * tilt + block.e) > 0
+            and np.abs(left).max() < 2e-5
+        )
+    assert steps[1] <= steps[0] + 1
+    times = np.linspace(0, 2, 201)
+    coarse, fine = (
+        simulate(
+            *law[:1], block, law[1], times, theta0=0.1, base_excitation=tilted(tilt, 2), solver=Solver(rtol)
+        )
+        for rtol in (1e-8, 1e-11)
+    )
+    assert coarse.theta == pytest.approx(fine.theta, abs=2e-8)
+
+
+def test_a_block_at_rest_moves_on_with_the_ground():
+    time = np.linspace(0, 3, 301)
+    shaken = accelerogram([0.0, 0.1, 0.2], x=[0.0, -3.0, 0.0])
+    late = accelerogram([0.0, 20.0, 20.1, 20.2], x=[0.0, 0.0, -3.0, 0.0])
+    law = "winkler", BLOCKS[2], {"k": 7e6, "c": 3e5}
+    at_once = simulate(*law, time, base_excitation=shaken)
+    rested = simulate(*law, time + 20, base_excitation=late, theta0=1e-3)
+    assert np.abs(at_once.theta).max() > 1e-3
+    assert rested.theta == pytest.approx(at_once.theta, abs=1e-8)
 
 
 def test_without_damping_there_is_no_rest():

@@ -937,10 +937,10 @@ def _longer(array):
 
 
 @compiled()
-def _is_quiet(coefficients, segment):
-    """Whether the ground does not move in a segment."""
-    if segment >= 0:
-        for i in (0, 1, 2, 3, 4, 7, 8, 9, 10, 11):
+def _is_steady(coefficients, segment):
+    """Whether the ground accelerates evenly, or not at all, in a segment."""
+    if 0 <= segment < coefficients.shape[0]:
+        for i in (1, 2, 3, 4, 8, 9, 10, 11):
             if coefficients[segment, i] != 0:
                 return False
     return True
@@ -962,7 +962,7 @@ def _integrate(
     # stiffness of bed and upright block against turning, and the energy below which it is at rest
     tangent = k / (1 - flat * kappa / k) ** 2 if kappa > 0 else k
     turning = (2 / 3) * tangent * half * half * half - g * h
-    rest = 0.5 * turning * (0.03 * tolerance) ** 2 if (c > 0 or lam > 0) and e == 0 else -1.0
+    rest = 0.5 * turning * (0.03 * tolerance) ** 2 if c > 0 or lam > 0 else -1.0
     dense = np.zeros((4, 5))
     stages = np.empty((8, 4))
     record = rates.size > 0
@@ -1147,18 +1147,29 @@ def _integrate(
             outcome = OVERTURNED
             break
         if regime == FULL and turning > 0:
-            s = _sincos(y[2])[0]
-            energy = tangent * half * (y[0] - flat) ** 2 + 0.5 * turning * s * s
-            energy += 0.5 * y[1] * y[1] + h * s * y[1] * y[3] + 0.5 * inertia * y[3] * y[3]
+            energy = 0.5 * y[1] * y[1] + 0.5 * inertia * y[3] * y[3] + h * _sincos(y[2])[0] * y[1] * y[3]
+            if energy < rest and _is_steady(coefficients, segment):
+                # what bed and weight store, seen from where they balance: by how much they do not yet
+                x, gravity = _ground(coefficients, segment, 0.0, g)
+                rise, turn = _accelerations(regime, y[0], 0.0, y[2], 0.0, x, gravity, law)
+                energy += 0.25 * rise * rise / (tangent * half) + 0.5 * (inertia * turn) ** 2 / turning
+            else:
+                energy = math.inf
             if energy < rest:
+                y = (y[0], 0.0, y[2], 0.0) if e != 0 or 0 <= segment < n_segments else (flat, 0.0, 0.0, 0.0)
                 if segment >= n_segments:
                     outcome = AT_REST
                     break
-                if _is_quiet(coefficients, segment):
-                    y = (flat, 0.0, 0.0, 0.0)
-                    fresh = True
+                dense[:, 1:] = 0.0
+                dense[0, 0], dense[1, 0], dense[2, 0], dense[3, 0] = y
+                end = breaks[segment + 1]
+                if end > t:
+                    n = _sample(dense, t, end - t, end, time, n, out, rates)
+                t = end
+                segment += 1
+                fresh = True
     if outcome == AT_REST:
-        _fill(n, 0.0, flat, 0.0, out, rates)
+        _fill(n, y[2], y[0], 0.0, out, rates)
     else:
         _fill(n, math.nan, math.nan, math.nan, out, rates)
     return outcome, steps, rejected, implicit, evaluations, impacts[:n_impacts]
