@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from freerock.figures import parts, pulls
+from freerock.figures.looks import HATCHES, PARAMETER_STYLES
 from freerock.models.block import Block
 from freerock.models.laws import LAWS, PARAMETERS
 from freerock.models.simulate import simulate
@@ -17,7 +17,7 @@ def test_a_law_has_known_parameters():
 
 
 def test_every_parameter_has_a_median_a_marker_and_a_hatch():
-    for listed in (MEDIANS.values(), parts.LOOKS, pulls.HATCHES):
+    for listed in (MEDIANS.values(), PARAMETER_STYLES, HATCHES):
         assert set(listed) >= OF_LAWS
 
 

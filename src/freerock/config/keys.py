@@ -223,8 +223,11 @@ class FitsSection(Section):
 
     models: tuple[Model, ...] = key(
         "the laws to fit: "
-        + ", ".join(f"{model} ({law.note})" if law.note else model for model, law in LAWS.items())
-        + ". Those with a remark are fitted if the residuals of the others exceed the noise",
+        + "; ".join(f"{model} ({law.note})" for model, law in LAWS.items())
+        + ". If the residuals of the others exceed the noise: "
+        + ", ".join(model for model, law in LAWS.items() if law.cases)
+        + ". To runs that bounced, listed or not: "
+        + ", ".join(model for model, law in LAWS.items() if law.bounces),
         tuple(model for model, law in LAWS.items() if law.by_default),
         min_length=1,
     )

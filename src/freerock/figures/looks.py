@@ -40,6 +40,17 @@ def _look(model: str) -> Style:
 
 MODEL_STYLES: dict[str, Style] = {model: _look(model) for model in CANDIDATES}
 MODEL_MARKERS = {model: _BY_LAW[each.law][2] for model, each in CANDIDATES.items()}
+# Of a parameter: its points, and the hatch of its bars.
+PARAMETER_STYLES: dict[str, Style] = {
+    "k": {"marker": "o", "color": "black"},
+    "lambda": {"marker": "D", "color": "#d55e00", "markerfacecolor": "none"},
+    "c": {"marker": "s", "color": "#0072b2", "markerfacecolor": "none"},
+    "r": {"marker": "^", "color": "#00805e"},
+    "kappa": {"marker": "v", "color": "#7b5ea7", "markerfacecolor": "none"},
+    "e": {"marker": "P", "color": "black"},
+    "mu": {"marker": "X", "color": "#d55e00", "markerfacecolor": "none"},
+}
+HATCHES = {"k": "", "c": "////", "lambda": "////", "r": "", "kappa": "....", "e": "", "mu": "////"}
 DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # on the screen
 MARKERS = {"": "diamond", "s": "square", "^": "triangle", "v": "inverted_triangle", "D": "hex", "P": "cross"}
 

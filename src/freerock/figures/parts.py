@@ -3,7 +3,7 @@
 import pandas as pd
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Drawing, Labels, Style, printed
+from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.identification.levels import NORMAL_95
 from freerock.models.laws import SYMBOLS
 
@@ -16,15 +16,6 @@ FIGURE = {
     "reads": ["parts", "parameters", "choice"],
 }
 
-LOOKS: dict[str, Style] = {
-    "k": {"marker": "o", "color": "black"},
-    "lambda": {"marker": "D", "color": "#d55e00", "markerfacecolor": "none"},
-    "c": {"marker": "s", "color": "#0072b2", "markerfacecolor": "none"},
-    "r": {"marker": "^", "color": "#00805e"},
-    "kappa": {"marker": "v", "color": "#7b5ea7", "markerfacecolor": "none"},
-    "e": {"marker": "P", "color": "black"},
-    "mu": {"marker": "X", "color": "#d55e00", "markerfacecolor": "none"},
-}
 FIT = ["test", "run", "model"]
 
 
@@ -68,7 +59,7 @@ caption = style.runs_counted
 
 def _panel(ax: Axes, scene: pd.DataFrame) -> None:
     ax.axhline(0, color="0.3", linestyle=":")
-    for parameter, look in LOOKS.items():
+    for parameter, look in style.PARAMETER_STYLES.items():
         own = scene[scene["parameter"] == parameter]
         if own.empty:
             continue

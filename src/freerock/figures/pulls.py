@@ -22,7 +22,6 @@ FIT = ["test", "run", "model"]
 OF_INPUT = ["input_owner", "input"]
 MOST_ROWS = 40
 SPREAD = 0.6  # of a row, over which its runs are drawn
-HATCHES = {"k": "", "c": "////", "lambda": "////", "r": "", "kappa": "....", "e": "", "mu": "////"}
 SHADES = ((2.0, "0.94"), (1.0, "0.86"))
 
 
@@ -44,7 +43,7 @@ def draw(pulls: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels 
     data = pulls.astype({"run": str}).merge(named, on=FIT)
     if data.empty:
         return style.nothing_drawn("no run moved its inputs", origin), data
-    names = [name for name in HATCHES if _impact(name) in data and data[_impact(name)].notna().any()]
+    names = [name for name in style.HATCHES if _impact(name) in data and data[_impact(name)].notna().any()]
     largest = data[[_impact(name) for name in names]].abs().max(axis=1)
     order = largest.groupby([data[name] for name in OF_INPUT]).max().sort_values(ascending=False)
     rows = list(order.index)[:MOST_ROWS]
@@ -110,7 +109,7 @@ def _impacts(ax: Axes, place: int, rows: pd.DataFrame, names: list[str]) -> None
         median = float(rows[_impact(name)].median())
         if np.isfinite(median):
             middle = place + (i - (len(names) - 1) / 2) * height
-            look = {"color": f"{0.35 + 0.15 * i:.2f}", "hatch": HATCHES[name], "edgecolor": "black"}
+            look = {"color": f"{0.35 + 0.15 * i:.2f}", "hatch": style.HATCHES[name], "edgecolor": "black"}
             ax.barh(middle, median, height=0.9 * height, linewidth=0.4, label=SYMBOLS[name], **look)
 
 

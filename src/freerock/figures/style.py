@@ -21,9 +21,11 @@ from matplotlib.ticker import MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 from PIL import Image
 
+from freerock.figures.looks import HATCHES as HATCHES
 from freerock.figures.looks import MEASURED as MEASURED
 from freerock.figures.looks import MODEL_MARKERS as MODEL_MARKERS
 from freerock.figures.looks import MODEL_STYLES as MODEL_STYLES
+from freerock.figures.looks import PARAMETER_STYLES as PARAMETER_STYLES
 from freerock.figures.looks import Style as Style
 from freerock.files import atomic
 from freerock.models.laws import PARAMETERS, SYMBOLS, unit_of

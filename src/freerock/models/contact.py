@@ -57,6 +57,11 @@ class Foundation(NamedTuple):
         return self.c > 0 or self.lam > 0
 
     @property
+    def is_plain(self) -> bool:
+        """Whether its force is k z + c ż + λ z ż, without a further number."""
+        return not any(self[3:])
+
+    @property
     def thickness_m(self) -> float:
         """Depth at which the bed locks [m]; infinite of one that does not harden."""
         return self.k / self.kappa if self.kappa else math.inf

@@ -153,8 +153,10 @@ class Law:
     bounces : bool
         Whether its corners may leave the ground after an impact (`bouncing`). It is fitted only to runs that
         bounced, and where a campaign lists it.
+    cites : str
+        Its sources, as the methods of a report cite them (`report.references`).
     note : str
-        What the reference of the configuration says of it.
+        What it is, as the reference of the configuration and the report say it.
     """
 
     label: str
@@ -167,6 +169,7 @@ class Law:
     tensionless: bool = True
     kinematics: tuple[str, ...] = KINEMATICS
     bounces: bool = False
+    cites: str = ""
     note: str = ""
 
     @property
@@ -196,16 +199,26 @@ LAWS = {
         ("width", "tilt", *PER_RUN, "r_per_impact"),
         published=True,
         kinematics=("pivoting",),
+        cites="[@housner1963]",
+        note="a rigid block on rigid ground that loses speed at each impact",
     ),
-    "winkler": Law("Winkler", ("k", "c"), published=True),
-    "hunt_crossley": Law("Hunt–Crossley", ("k", "lambda"), published=True),
+    "winkler": Law(
+        "Winkler", ("k", "c"), published=True, cites="[@koh1986]", note="a bed of springs and dashpots"
+    ),
+    "hunt_crossley": Law(
+        "Hunt–Crossley",
+        ("k", "lambda"),
+        published=True,
+        cites="[@hunt1975; @spanos2017]",
+        note="springs with a damping that grows with depth",
+    ),
     # f = k z + c ż + λ z ż
     "general": Law(
         "General",
         ("k", "c", "lambda"),
         cases=("winkler", "hunt_crossley"),
         tensionless=False,
-        note="both dampings",
+        note="both dampings, c and λ",
     ),
     # f = k z/(1 - κ z/k) + λ z ż
     "hardening": Law(
@@ -214,7 +227,8 @@ LAWS = {
         tuple(name for name in COMMON_NUISANCES if name != "edge_radius"),
         cases=("hunt_crossley",),
         tensionless=False,
-        note="bed of finite thickness",
+        cites="[@bandis1983]",
+        note="Hunt–Crossley on a bed of finite thickness k/κ",
     ),
     # 0 ≤ P_n ⟂ v_n⁺ + e v_n⁻ ≥ 0, |P_t| ≤ μ P_n at each corner
     "bouncing": Law(
@@ -224,7 +238,8 @@ LAWS = {
         by_default=False,
         kinematics=("pivoting",),
         bounces=True,
-        note="a rigid block whose corners bounce and slide; also fitted, unlisted, to runs that bounced",
+        cites="[@moreau1988; @wang1992]",
+        note="a rigid block whose corners bounce with restitution e and slide with friction μ",
     ),
 }
 

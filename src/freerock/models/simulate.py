@@ -106,12 +106,12 @@ def simulate(
     Parameters
     ----------
     model : str
-        "housner", "winkler", "hunt_crossley", "general", "hardening" or "bouncing".
+        A key of `freerock.models.laws.LAWS`: "housner", "winkler", "hunt_crossley", …
     block : Block
         The block.
     parameters : mapping
-        {"r": ...} [1], {"k": ..., "c": ...} [N/m², N·s/m²], {"k": ..., "lambda": ...} [N/m², N·s/m³], all of
-        "k", "c" and "lambda", {"k": ..., "lambda": ..., "kappa": ...}, κ in N/m³, or {"e": ..., "mu": ...}.
+        Those of the law by name, as {"k": ..., "c": ...}, in the units of `freerock.models.laws.PARAMETERS`:
+        r [1], k [N/m²], c [N·s/m²], λ "lambda" [N·s/m³], …
     time : ndarray, shape (n_time,)
         Increasing instants [s]; before t = 0 the initial state is held.
     theta0 : float or State
@@ -332,7 +332,7 @@ class _Scene:
         tolerance, max_steps = self.solver.rtol * amplitude, self.solver.max_steps
         # Housner's block always turns about its corners
         constants = foundation.constants(block, pivots or not is_foundation)
-        odd = tensionless or block.edge_radius or block.e or foundation.kappa
+        odd = tensionless or block.edge_radius or block.e or not foundation.is_plain
         on = motion.breaks, motion.coefficients
         accuracy = tolerance, max_steps
         if is_foundation and not odd and (not len(motion.coefficients) or motion.leans(time)):

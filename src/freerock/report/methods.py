@@ -17,13 +17,6 @@ from freerock.tables.markdown import SIGNS
 _KEY = f"@(?:{'|'.join(REFERENCES)})"
 CITED = re.compile(rf"\[({_KEY}(?:; {_KEY})*)\]")
 PLAIN = SIGNS | {ord("@"): "\\@"}  # in Markdown, where @ begins a citation
-LAWS_CITED = {
-    "housner": "[@housner1963]",
-    "winkler": "[@koh1986]",
-    "hunt_crossley": "[@hunt1975; @spanos2017]",
-    "hardening": "[@bandis1983]",
-    "bouncing": "[@moreau1988; @wang1992]",
-}
 _TEMPLATES = Environment(loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined)
 _HEAD = re.compile(r"^## (.+)$", re.M)  # of methods.j2
 
@@ -63,8 +56,7 @@ def methods(
     text = _TEMPLATES.get_template("methods.j2").render(
         {"config": config, "facts": facts, "tested": tested, "free": free, "software": software, "git": git},
         laws={model: LAWS[model] for model in config["fits"]["models"]},
-        cited=LAWS_CITED,
-        rare={model: law.label for model, law in LAWS.items() if not law.by_default},
+        bouncing=[law for law in LAWS.values() if law.bounces and law.label in facts["laws"]],
         scenes={(line["foundation"], line["block"]) for line in config["records"]},
         limits={"rejects": REJECTS, "trace": TRACE, "tells": TELLS},
     )

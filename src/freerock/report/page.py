@@ -18,7 +18,7 @@ from freerock.config.history import Change
 from freerock.figures.looks import on_screen, scripts_folder
 from freerock.files import write_text
 from freerock.models.block import Block
-from freerock.models.laws import MODELS, law_of
+from freerock.models.laws import CANDIDATES, LAWS, MODELS, law_of
 from freerock.report import tables as made
 from freerock.report.evidence import explained, scenes_of, together
 from freerock.report.findings import findings, laws_of_foundations
@@ -159,7 +159,8 @@ def _content(
     }
     named_on, tried = laws_of_foundations(tables["choice"]), {*tables["choice"]["model"]}
     rare = {model for model in MODELS if not law_of(model).by_default} - tried
-    laws = set(named_on.values())
+    fitted = tables["choice"]["model"][tables["choice"]["status"] != "not_fitted"]
+    laws = {CANDIDATES[model].law for model in fitted}
     rigid = {name: bool(law) and not law_of(law).is_foundation for name, law in named_on.items()}
     looks = {name: look for name, look in on_screen().items() if name not in rare}
     return {
@@ -171,7 +172,7 @@ def _content(
         "simulated": simulated,
         "simulated_note": SIMULATED_NOTE,
         "origin_word": config["origin"],
-        "hardens": any(law and "kappa" in law_of(law).parameters for law in laws),
+        "laws": [law for name, law in LAWS.items() if law.published or name in laws],
         "findings": findings(tables, labels, config["published"]["longest"] if config["published"] else {}),
         "verdicts": [
             (each, n)

@@ -50,7 +50,6 @@ def facts(
     integrated = pd.DataFrame(
         [fit for fit in fits if math.isfinite(fit["rtol"])], columns=["rtol", "integrator_error"]
     )
-    fitted_laws = {fit["model"] for fit in fits}
     rates = sorted({section["rate_hz"] for section in sections if math.isfinite(section["rate_hz"])})
     return {
         "rates_hz": " to ".join(dict.fromkeys(f"{rate:.6g}" for rate in (*rates[:1], *rates[-1:]))),
@@ -61,7 +60,7 @@ def facts(
         "n_timed": len(timed),
         "n_above": int((fitted["r_fitted"] > fitted["r_first"]).sum()),
         "n_fitted": len(fitted),
-        "bounces": [name for name, law in LAWS.items() if law.bounces and law.label in fitted_laws],
+        "laws": [law.label for law in LAWS.values() if law.label in {fit["model"] for fit in fits}],
         "n_integrated": len(integrated),
         "rtol_low": f"{integrated['rtol'].min():g}",
         "rtol_high": f"{integrated['rtol'].max():g}",

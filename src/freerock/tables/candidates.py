@@ -4,20 +4,22 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from freerock.models.laws import CANDIDATES, LAWS
+from freerock.models.laws import CANDIDATES, LAWS, PAPER_MODELS, PARAMETERS
 
 SCENE = ["campaign", "block", "foundation"]
 COUNTS = {f"n_{status}": status for status in ("selected", "also_possible", "rejected", "not_fitted")}
-MEDIANS = {
-    "r": "r",
-    "k_n_m2": "k",
-    "c_n_s_m2": "c",
-    "lambda_n_s_m3": "lambda",
-    "contact_width_m": "width",
-    "kappa_n_m3": "kappa",
-    "e": "e",
-    "mu": "mu",
-}
+
+
+def _column(name: str) -> str:
+    """Column of the median of a parameter: its name and unit."""
+    unit = PARAMETERS[name].unit
+    name = "contact_width" if name == "width" else name
+    return name if unit == "1" else f"{name}_{unit.replace('-', '').replace(' ', '_').lower()}"
+
+
+_OF_LAWS = [name for law in LAWS.values() for name in law.parameters]
+_PUBLISHED = [name for model in PAPER_MODELS for name in LAWS[model].parameters]
+MEDIANS = {_column(name): name for name in dict.fromkeys([*_PUBLISHED, "width", *_OF_LAWS])}
 RARE = [name for law in LAWS.values() if not law.by_default for name in law.parameters]
 COLUMNS = [*SCENE, "model", "n_freed", "n_runs", *COUNTS, "n_explains"]
 COLUMNS += ["epsilon_theta", "epsilon_holdout", *(name for name, own in MEDIANS.items() if own not in RARE)]
