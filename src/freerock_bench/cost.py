@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
+from freerock.identification.against_noise import least_mean_square
 from freerock.identification.fit import fit_run
-from freerock.identification.noise import least_mean_square
 from freerock.models.laws import CANDIDATES
 from freerock.models.published import BLOCKS
 from freerock.selection.hypotheses import BY_DEFAULT

@@ -19,9 +19,9 @@ from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 from freerock.selection import unmodelled
 from freerock.selection.causes import ranked, required_effect
+from freerock.selection.fit_reasons import unmodelled_effect
 from freerock.selection.hypotheses import BY_DEFAULT
 from freerock.selection.hypothesis_search import allowing, identify_run
-from freerock.selection.scene_notes import unmodelled_effect
 from freerock_bench.springs import Motion as Rocking
 from freerock_bench.springs import Scene, read
 

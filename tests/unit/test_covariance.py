@@ -7,8 +7,8 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
+from freerock.identification.against_noise import against_rest, noise_of_residual
 from freerock.identification.intervals import covariance
-from freerock.identification.noise import against_rest, noise_of_residual
 from freerock.runs.noise import noise_at_rest, white_noise
 
 RATE_HZ = 400.0  # at which nothing is averaged

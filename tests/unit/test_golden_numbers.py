@@ -15,9 +15,10 @@ from freerock.models.block import GRAVITY, Block
 from freerock.populations.inputs import LAW
 from freerock.populations.means import over_runs
 from freerock.records.timebase import Grid, on_grid
-from freerock.rotation.laboratory import Contributions, Input
+from freerock.rotation.laboratory import Input
 from freerock.rotation.reading import Reading
 from freerock.rotation.sensor import Laser
+from freerock.rotation.total_uncertainty import Contributions
 from freerock.rotation.two_lasers import rotation_of_two
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection import doubts

@@ -18,8 +18,9 @@ from freerock.models.published import TABLE_2
 from freerock.models.simulate import simulate
 from freerock.populations.impact_energy import block_peaks, impact_energy
 from freerock.populations.sensitivity import contributions
-from freerock.rotation.laboratory import Contributions, Input, Laboratory
+from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
+from freerock.rotation.total_uncertainty import Contributions
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import find_impacts
 from freerock.runs.motion import Motion

@@ -8,13 +8,12 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
+from freerock.identification.against_noise import against_rest, noise_of
 from freerock.identification.levels import RESIDUAL
 from freerock.identification.likelihood import Whitened
-from freerock.identification.noise import against_rest, noise_of
 from freerock.rotation.lattice import converter_step
 from freerock.runs.motion import Motion
-from freerock.runs.noise import averaged, noise_at_rest, white_noise
-from freerock.runs.noise_law import slow_and_white
+from freerock.runs.noise import averaged, noise_at_rest, slow_and_white, white_noise
 from freerock.runs.quiet import quiet_stretches
 
 RATE_HZ = 2000.0

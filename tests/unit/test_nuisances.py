@@ -17,17 +17,18 @@ from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.least_squares import legal
 from freerock.models.block import GRAVITY, Block
 from freerock.models.simulate import simulate_theta
-from freerock.rotation.laboratory import Contributions, Input, Laboratory
+from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
+from freerock.rotation.total_uncertainty import Contributions
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 from freerock.runs.noise import noise_at_rest
 from freerock.selection import hypothesis_search
 from freerock.selection.choice import evidence
+from freerock.selection.fit_reasons import explains_as_well, pulled_inputs
 from freerock.selection.hypotheses import BY_DEFAULT, Hypothesis
 from freerock.selection.hypothesis_search import at_end_of, beside, freeing, identify_run
 from freerock.selection.quick import Screening, narrowed
-from freerock.selection.scene_notes import explains_as_well, pulled_inputs
 
 BLOCK = Block(0.28, 0.07, 5.84)
 LASER = Laser("horizontal", 0.2, 0.1)

@@ -14,7 +14,7 @@ from freerock.jobs.again import newer_than
 from freerock.jobs.guard import NOTES_BYTES, check_clock, check_room, hold, job_runs, run_starts, watch_folder
 from freerock.jobs.ledger import entry_path, read_entry
 from freerock.jobs.reruns import note_meanings
-from freerock.jobs.soundness import (
+from freerock.jobs.whole_products import (
     VERIFIED,
     Comparison,
     Step,

@@ -1,10 +1,11 @@
 """One hypothesis on one run: its data, parameters, start, least squares, noise and intervals.
 
-A fit goes `settings` → `problem` → `start` → `search` (`least_squares`, `pursuit`) → `nuisances` (`noise`,
-`likelihood`) → `intervals` → `model_discrepancy` → `fit`.
+A fit goes `settings` → `problem` → `start` → `search` (`least_squares`, `pursuit`) → `nuisances`
+(`against_noise`, `likelihood`) → `intervals` → `model_discrepancy` → `fit`.
 """
 
 __all__ = [
+    "against_noise",
     "epsilon_theta",
     "fit",
     "intervals",
@@ -13,7 +14,6 @@ __all__ = [
     "likelihood",
     "lmfit_models",
     "model_discrepancy",
-    "noise",
     "nuisances",
     "problem",
     "pursuit",

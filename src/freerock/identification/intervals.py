@@ -9,11 +9,11 @@ from scipy.fft import fft, fftfreq, irfft, next_fast_len, rfft
 from scipy.special import stdtrit
 
 from freerock.arrays import Floats, Mask
+from freerock.identification.against_noise import noise_of_residual
 from freerock.identification.levels import NORMAL_95
-from freerock.identification.noise import noise_of_residual
 from freerock.identification.nuisances import Posterior, contributed
 from freerock.identification.problem import Problem
-from freerock.rotation.laboratory import Contributions
+from freerock.rotation.total_uncertainty import Contributions
 from freerock.runs.noise import Noise, averaged
 
 SINGULAR = 1e13  # condition of a scaled normal matrix beyond which samples do not separate the parameters

@@ -10,9 +10,8 @@ from scipy.fft import rfft
 from scipy.linalg.lapack import dtbtrs
 
 from freerock.arrays import Floats, Indices
-from freerock.identification.noise import NO_TRACE, of_runs
-from freerock.runs.noise import Noise
-from freerock.runs.noise_law import smoothed
+from freerock.identification.against_noise import NO_TRACE, of_runs
+from freerock.runs.noise import Noise, smoothed
 
 
 @dataclass(frozen=True)

@@ -19,12 +19,13 @@ import numpy as np
 from scipy.fft import rfft, rfftfreq
 
 from freerock.arrays import Floats, Mask
+from freerock.identification.against_noise import AgainstRest, against_rest, noise_of
 from freerock.identification.least_squares import minimised, numbers_of, parameters_of
 from freerock.identification.likelihood import Whitened
-from freerock.identification.noise import AgainstRest, against_rest, noise_of
 from freerock.identification.problem import Problem, Samples
 from freerock.models.laws import law_of
-from freerock.rotation.laboratory import Contributions, Input, Laboratory
+from freerock.rotation.laboratory import Input, Laboratory
+from freerock.rotation.total_uncertainty import Contributions
 from freerock.rotation.view import view_of
 from freerock.runs.noise import Noise, averaged
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.identification.against_noise import least_mean_square
 from freerock.identification.least_squares import Solution, least_squares
-from freerock.identification.noise import least_mean_square
 from freerock.identification.problem import FINE, STRIDE, Problem, Samples
 from freerock.identification.start import is_lively
 from freerock.models.laws import parameter_of

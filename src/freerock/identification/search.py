@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.identification.against_noise import least_mean_square
 from freerock.identification.least_squares import Solution, least_squares
-from freerock.identification.noise import least_mean_square
 from freerock.identification.problem import FINE, Problem, Samples
 from freerock.identification.pursuit import (
     PURSUIT,

@@ -10,6 +10,6 @@ __all__ = [
     "record",
     "reruns",
     "respond",
-    "soundness",
     "supplement",
+    "whole_products",
 ]

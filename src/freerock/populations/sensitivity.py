@@ -13,7 +13,8 @@ from freerock.identification.pursuit import multiplies_errors
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.laws import law_of
-from freerock.rotation.laboratory import Contributions, Laboratory
+from freerock.rotation.laboratory import Laboratory
+from freerock.rotation.total_uncertainty import Contributions
 from freerock.runs.motion import Motion
 
 

@@ -16,5 +16,6 @@ __all__ = [
     "sensor",
     "still",
     "tapers",
+    "total_uncertainty",
     "view",
 ]

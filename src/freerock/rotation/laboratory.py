@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
-from scipy.special import ndtr
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
@@ -147,65 +146,3 @@ def _slower_ms(response_ms: float, u_ms: float, uncertainties: float) -> float:
     """Response [ms] whose square is moved: what the time T of a sensor does to a motion grows with T²."""
     square = response_ms**2 + uncertainties * ((response_ms + u_ms) ** 2 - response_ms**2)
     return math.sqrt(max(square, 0.0))
-
-
-@dataclass(frozen=True)
-class Contributions:
-    """What the inputs of a laboratory contribute to the uncertainty of some numbers.
-
-    Parameters
-    ----------
-    inputs : tuple of Input
-    values : ndarray, shape (n_numbers, n_inputs)
-        Shift of each number for one standard uncertainty of the stated value of each input, in the unit of
-        the number; NaN where it is not known.
-    moved : ndarray, shape (n_inputs,)
-        By how many of its standard uncertainties a fit moves each input; 0 of a fit that holds them.
-    remaining : ndarray, shape (n_inputs,)
-        Standard uncertainty of each input after the fit over that before it; 1 of a fit that holds them.
-    pulls : ndarray, shape (n_inputs,)
-        (ν̂ - ν⁰) over its standard deviation, √(u² - û²) where the noise is white: standard normal where law
-        and uncertainties are right (Demortier and Lyons 2002, CDF note 5776). NaN where the run does not see
-        the input.
-    impacts : ndarray, shape (n_numbers, n_inputs)
-        Shift of each number where an input is held one remaining standard uncertainty above where the fit
-        has it, and all else is fitted again (Conway 2011, arXiv:1103.0354), in the unit of the number.
-    """
-
-    inputs: tuple[Input, ...]
-    values: Floats
-    moved: Floats
-    remaining: Floats
-    pulls: Floats
-    impacts: Floats
-
-    @classmethod
-    def held(cls, inputs: tuple[Input, ...], values: Floats) -> Self:
-        """Of a fit that holds the inputs at their stated values."""
-        n = len(inputs)
-        return cls(inputs, values, np.zeros(n), np.ones(n), np.full(n, np.nan), np.array(values))
-
-    @property
-    def most_pulled(self) -> int | None:
-        """Number of the input with the largest pull; None where there is no pull."""
-        return None if np.isnan(self.pulls).all() else int(np.nanargmax(np.abs(self.pulls)))
-
-    @property
-    def p_of_pulls(self) -> float:
-        """Chance of so large a pull of any input, were all uncertainties right (Bonferroni); at most 1."""
-        seen = np.abs(self.pulls[~np.isnan(self.pulls)])
-        return min(1.0, 2 * len(seen) * float(ndtr(-seen.max(initial=0.0)))) if len(seen) else 1.0
-
-    @property
-    def if_as_stated(self) -> Floats:
-        """Shift of each number, to first order, where the most pulled input is held at its stated value and
-        all else is fitted again; shape (n_numbers,)."""
-        j = self.most_pulled
-        if j is None:
-            return np.zeros(len(self.values))
-        return np.asarray(-self.impacts[:, j] * self.moved[j] / self.remaining[j])
-
-    def total(self, *others: Floats) -> Floats:
-        """Combined standard uncertainty with those of noise and law, each of shape (n_numbers,)."""
-        squares = [each**2 for each in others]
-        return np.asarray(np.sqrt(np.sum(squares, axis=0) + np.sum(self.values**2, axis=1)))

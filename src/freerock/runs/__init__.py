@@ -14,7 +14,6 @@ __all__ = [
     "motion",
     "moving",
     "noise",
-    "noise_law",
     "quiet",
     "release",
     "segment",

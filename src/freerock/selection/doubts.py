@@ -21,16 +21,16 @@ from freerock.rotation.beam import displaced, turned
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.causes import ranked
-from freerock.selection.hypotheses import Hypotheses
-from freerock.selection.hypothesis_search import Identified
-from freerock.selection.quick import leaves_noise
-from freerock.selection.scene_notes import (
+from freerock.selection.fit_reasons import (
     explains_as_well,
     notes_on_scene,
     pulled_inputs,
     slow_sensor,
     unmodelled_effect,
 )
+from freerock.selection.hypotheses import Hypotheses
+from freerock.selection.hypothesis_search import Identified
+from freerock.selection.quick import leaves_noise
 
 UNEXPLAINED = "no candidate explains the run"
 

@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from freerock.errors import FreerockError
+from freerock.identification.against_noise import LOUDNESS, hopeless_from, least_mean_square
 from freerock.identification.fit import Fit, fit_record
 from freerock.identification.levels import NEAR, REJECTS, TELLS, TRACE
-from freerock.identification.noise import LOUDNESS, hopeless_from, least_mean_square
 from freerock.identification.nuisances import Posterior, at_end
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed

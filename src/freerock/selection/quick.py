@@ -15,12 +15,12 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
+from freerock.identification.against_noise import LOUDNESS, hopeless_from, noise_of
 from freerock.identification.fit import Fit
 from freerock.identification.intervals import uncertainty
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.levels import ASKED, ASKED_EDGES, ASKED_WIDTH, REJECTS, SURE_EDGES
 from freerock.identification.likelihood import Likelihood, Whitened
-from freerock.identification.noise import LOUDNESS, hopeless_from, noise_of
 from freerock.identification.nuisances import Nuisances, Posterior, settled
 from freerock.identification.problem import Problem
 from freerock.identification.pursuit import multiplies_errors

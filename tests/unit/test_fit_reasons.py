@@ -24,10 +24,10 @@ from freerock.runs.motion import Motion
 from freerock.runs.verdict import Verdict
 from freerock.selection.choice import evidence
 from freerock.selection.doubts import doubts_about
+from freerock.selection.fit_reasons import explains_as_well
 from freerock.selection.hypotheses import BY_DEFAULT, Hypothesis
 from freerock.selection.hypothesis_search import identify_run, identify_runs
 from freerock.selection.quick import asked_later, asks_for, blur_of, law_suffices, off_zero
-from freerock.selection.scene_notes import explains_as_well
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.record import Scene, free_rocking
 from freerock_bench import moves as mishaps

@@ -11,11 +11,11 @@ from types import SimpleNamespace
 import pytest
 
 from freerock.errors import DamagedProduct, FreerockError
-from freerock.jobs import contents, ledger, soundness
+from freerock.jobs import contents, ledger, whole_products
 from freerock.jobs.contents import LOOKS, checksum, look, settled
 from freerock.jobs.ledger import at_work, entry_path, read_entry
 from freerock.jobs.reruns import code_checksum
-from freerock.jobs.soundness import Step, compare, in_doubt, left_over, other_software, verified
+from freerock.jobs.whole_products import Step, compare, in_doubt, left_over, other_software, verified
 
 MADE = Step(
     "results/lab/logs/make.log",
@@ -292,7 +292,7 @@ def test_a_job_that_fails_leaves_no_entry(lab):
 def test_other_software_is_named_and_makes_nothing_stale(lab, monkeypatch):
     assert other_software(compare([MADE, READ]).entries.values()) == ""
     now = ledger.software()
-    monkeypatch.setattr(soundness, "software", lambda: now | {"numpy": "1.0"})
+    monkeypatch.setattr(whole_products, "software", lambda: now | {"numpy": "1.0"})
     found = compare([MADE, READ])
     told = f"3 products were made by other software (numpy {now['numpy']}, now 1.0)"
     assert not found.doubts and other_software(found.entries.values()) == told
