@@ -112,7 +112,7 @@ def test_what_no_law_has_is_named_with_its_size(name, how, size):
 def test_a_part_that_swings_is_a_line_of_its_frequency():
     causes = {cause.name: cause for cause in unexplained({"top": 0.3, "top_hz": 30.0})}
     hz = float(causes["oscillation"].what.split("at ")[1].split(" Hz")[0])
-    assert 25 < hz < 45
+    assert 25 < hz < 45 and causes["oscillation"].what.endswith("bias k")
 
 
 @pytest.mark.parametrize(

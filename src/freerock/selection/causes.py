@@ -18,6 +18,7 @@ from freerock.identification.levels import EFFECTS
 from freerock.identification.likelihood import Whitened
 from freerock.identification.nuisances import Nuisances, Posterior, at, without_own
 from freerock.identification.pursuit import multiplies_errors
+from freerock.models.laws import symbol_of
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.selection.unmodelled import EITHER, Effect, effects, forces, line_in
 
@@ -176,7 +177,8 @@ def _line(end: Posterior, rows: Floats) -> Iterator[_Tried]:
     if frequency:
         n = int(end.free.sum())
         left = without_own(rows[:, 1 : 1 + n], rows[:, :1])[:, 0]
-        what = f"a line at {frequency:.1f} Hz, as of a table or an upper part that swings, which bias k"
+        first = symbol_of(end.problem.names[0])
+        what = f"a line at {frequency:.1f} Hz, as of a table or an upper part that swings, which bias {first}"
         rest = float(left @ left) * (1 - share) + (n + 1) * math.log(len(left))
         line = Effect(LINE, np.empty(0), lambda _: what)
         yield _Tried(line, share, rest, frequency, np.zeros(len(left)), np.zeros(n))
