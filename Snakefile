@@ -21,9 +21,9 @@ given = config.get("campaigns")
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/start.smk"
-include: "workflow/rules/records.smk"
+include: "workflow/rules/record_and_fit.smk"
 include: "workflow/rules/figures.smk"
-include: "workflow/rules/campaign.smk"
+include: "workflow/rules/tables_and_report.smk"
 include: "workflow/rules/response.smk"
 
 

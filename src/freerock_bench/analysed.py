@@ -19,9 +19,9 @@ from freerock.runs.noise import noise_at_rest
 from freerock.runs.quiet import quiet_stretches, usual_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict
+from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypotheses
 from freerock.selection.doubts import doubts_about
-from freerock.selection.hypotheses import BY_DEFAULT, Hypotheses
-from freerock.selection.hypothesis_search import Identified, identify_run
+from freerock.selection.hypotheses_tried import Identified, identify_run
 
 
 class Analysed(NamedTuple):

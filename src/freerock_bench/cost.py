@@ -9,8 +9,8 @@ from freerock.identification.against_noise import least_mean_square
 from freerock.identification.fit import fit_run
 from freerock.models.laws import CANDIDATES
 from freerock.models.published import BLOCKS
-from freerock.selection.hypotheses import BY_DEFAULT
-from freerock.selection.hypothesis_search import identify_run
+from freerock.selection.allowed_hypotheses import BY_DEFAULT
+from freerock.selection.hypotheses_tried import identify_run
 from freerock_bench.harness import rows_of_all
 from freerock_bench.virtual_run import SEED, Row, Truth, published_truth, virtual_motion
 

@@ -23,16 +23,16 @@ import pandas as pd
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit
+from freerock.identification.inputs_with_priors import at_end
 from freerock.identification.levels import NORMAL_95
-from freerock.identification.nuisances import at_end
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.laws import CANDIDATES, LAWS, Candidate
 from freerock.models.published import TABLE_2
 from freerock.rotation.laboratory import Laboratory
 from freerock.runs.motion import Motion
+from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.choice import Choice
-from freerock.selection.hypotheses import BY_DEFAULT
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench.analysed import Analysed, analysed
 from freerock_bench.document import in_markdown

@@ -36,9 +36,9 @@ from freerock.models.laws import Rules
 from freerock.models.simulate import Solver, simulate
 from freerock.products.netcdf import open_record
 from freerock.rotation.faults import signal_quality
+from freerock.runs.begun_in_motion import Position, lifted
 from freerock.runs.judged import judged_runs
 from freerock.runs.limits import ImpactLimits, RunLimits
-from freerock.runs.moving import Position, lifted
 
 CAMPAIGN = Path("config/campaigns/drops.yaml")
 LEAST_DEG, BEFORE, STANDS = 12.0, 6, 8  # of the start; samples of the state, on the corner, before it

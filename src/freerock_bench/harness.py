@@ -19,7 +19,7 @@ import pandas as pd
 
 from freerock.identification.fit import Fit
 from freerock.identification.levels import NORMAL_95
-from freerock.models.laws import SYMBOLS
+from freerock.models.free_parameters import SYMBOLS
 from freerock.models.simulate import cores
 from freerock.tables.csvfile import write_csv
 from freerock_bench.document import in_markdown, renew

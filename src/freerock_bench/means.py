@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from freerock.populations.inputs import LAW
 from freerock.populations.means import Mean, Shifts, over_records, over_runs
+from freerock.rotation.total_uncertainty import LAW
 from freerock_bench.document import in_markdown
 from freerock_bench.harness import Study
 from freerock_bench.virtual_run import SEED, Row

@@ -10,9 +10,9 @@ from scipy.stats import norm
 from freerock.identification.fit import Fit
 from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.runs.motion import Motion
+from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.choice import Choice, Evidence, choose
-from freerock.selection.hypotheses import BY_DEFAULT
-from freerock.selection.hypothesis_search import Identified, identify_runs
+from freerock.selection.hypotheses_tried import Identified, identify_runs
 from freerock_bench.virtual_run import Row, Truth
 
 NAMES = ("r", "k", "c", "lambda", "width")

@@ -20,8 +20,8 @@ import pandas as pd
 
 import freerock
 from freerock.models.published import TABLE_2
-from freerock.selection.hypotheses import BY_DEFAULT
-from freerock.selection.hypothesis_search import identify_run
+from freerock.selection.allowed_hypotheses import BY_DEFAULT
+from freerock.selection.hypotheses_tried import identify_run
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench.drawn import stated_laboratory
 from freerock_bench.virtual_run import SEED, Truth, virtual_motion

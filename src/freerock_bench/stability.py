@@ -15,7 +15,8 @@ import pandas as pd
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.models.laws import DEBONDING, LAWS, PARAMETERS, Rules
+from freerock.models.free_parameters import PARAMETERS
+from freerock.models.laws import DEBONDING, LAWS, Rules
 from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
 from freerock.models.simulate import simulate_theta
 from freerock_bench.methods.by_name import HOUSNER_METHODS, METHODS, Method, freerock

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from freerock.runs.verdict import Reason, Verdict
-from freerock.selection.hypothesis_search import Identified
+from freerock.selection.hypotheses_tried import Identified
 from freerock_bench.analysed import Analysed
 from freerock_bench.kinds import KINDS, MARK, SIZES, STUDY, Advice, advice, cases, followed, record, rows_of
 

@@ -11,7 +11,7 @@ import pytest
 from small_campaign import BLOCKS, CAMPAIGN, COLUMNS, MAT, Checkout, check_out, once, simulated
 from warm import commands
 
-from freerock.models.laws import SYMBOLS
+from freerock.models.free_parameters import SYMBOLS
 from freerock.virtual_lab.record import Recording, Release, simulate_record
 from freerock.virtual_lab.tdms import write_records
 

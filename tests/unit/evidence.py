@@ -2,7 +2,8 @@
 
 import pandas as pd
 
-from freerock.models.laws import CANDIDATES, MODELS, law_of, unit_of
+from freerock.models.free_parameters import unit_of
+from freerock.models.laws import CANDIDATES, MODELS, law_of
 from freerock.tables.tidy import CHOICE, PARAMETERS
 
 NAMED, POSSIBLE, REJECTED, NOT_FITTED = "selected", "also_possible", "rejected", "not_fitted"

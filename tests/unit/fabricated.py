@@ -10,7 +10,8 @@ import xarray as xr
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit
 from freerock.identification.model_discrepancy import Part
-from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS, unit_of
+from freerock.models.free_parameters import unit_of
+from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS
 from freerock.products import netcdf as datasets
 from freerock.products.runs import runs_in
 from freerock.runs.impacts import Impacts

@@ -15,9 +15,9 @@ from freerock.models.simulate import simulate
 from freerock.runs.motion import Motion, motion_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason, Verdict
+from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypotheses
 from freerock.selection.choice import evidence
-from freerock.selection.hypotheses import BY_DEFAULT, Hypotheses
-from freerock.selection.hypothesis_search import identify_run
+from freerock.selection.hypotheses_tried import identify_run
 
 SQUARE, SLENDER = Block(0.06, 0.06, 0.1), Block(0.28, 0.07, 5.84)
 SIGMA = math.radians(0.03)

@@ -12,7 +12,7 @@ from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, GEOMETRIC, KINEMATICS, LAWS, Rules
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
-from freerock.selection.hypotheses import BY_DEFAULT, Hypothesis, candidates, n_freed
+from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypothesis, candidates, n_freed
 from freerock.selection.quick import screen, start_from
 
 BLOCK = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)

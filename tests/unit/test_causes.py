@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from freerock.identification.fit import fit_run
-from freerock.identification.nuisances import at_end
+from freerock.identification.inputs_with_priors import at_end
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
@@ -18,10 +18,10 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 from freerock.selection import unmodelled
+from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.causes import ranked, required_effect
 from freerock.selection.fit_reasons import unmodelled_effect
-from freerock.selection.hypotheses import BY_DEFAULT
-from freerock.selection.hypothesis_search import allowing, identify_run
+from freerock.selection.hypotheses_tried import allowing, identify_run
 from freerock_bench.springs import Motion as Rocking
 from freerock_bench.springs import Scene, read
 

@@ -9,9 +9,9 @@ import pytest
 
 from freerock.identification.levels import TELLS
 from freerock.products.runs import runs_in
+from freerock.selection.allowed_hypotheses import holds
 from freerock.selection.choice import Evidence, choose, plainly
-from freerock.selection.hypotheses import holds
-from freerock.selection.hypothesis_search import of_set
+from freerock.selection.hypotheses_tried import of_set
 
 N = {
     "housner": 3,

@@ -12,9 +12,9 @@ from freerock.identification.start import tops_of
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
+from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.doubts import UNEXPLAINED, doubts_about, find_disturbance
-from freerock.selection.hypotheses import BY_DEFAULT
-from freerock.selection.hypothesis_search import Identified, identify_run
+from freerock.selection.hypotheses_tried import Identified, identify_run
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.record import Scene, free_rocking
 from freerock_bench import moves as mishaps

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from freerock.identification.epsilon_theta import epsilon_theta, is_white
+from freerock.identification.against_noise import is_white
+from freerock.identification.epsilon_theta import epsilon_theta
 
 
 def test_epsilon_theta_of_a_scaled_motion_is_the_squared_relative_difference():

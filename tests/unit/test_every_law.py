@@ -5,7 +5,8 @@ import pytest
 
 from freerock.figures.looks import HATCHES, PARAMETER_STYLES
 from freerock.models.block import Block
-from freerock.models.laws import LAWS, PARAMETERS
+from freerock.models.free_parameters import PARAMETERS
+from freerock.models.laws import LAWS
 from freerock.models.simulate import simulate
 from freerock.tables.candidates import MEDIANS
 

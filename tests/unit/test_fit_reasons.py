@@ -9,24 +9,24 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.identification.epsilon_theta import as_measured
+from freerock.identification.as_measured import as_measured
 from freerock.identification.fit import fit_record, fit_run
+from freerock.identification.inputs_with_priors import at_end
 from freerock.identification.levels import ASKED
-from freerock.identification.nuisances import at_end
 from freerock.identification.settings import FitSettings, check
 from freerock.identification.start import posed
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.laws import LAWS
-from freerock.rotation.response import moments
 from freerock.rotation.sensor import Laser
+from freerock.rotation.sensor_response import moments
 from freerock.rotation.view import View
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Verdict
+from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypothesis
 from freerock.selection.choice import evidence
 from freerock.selection.doubts import doubts_about
 from freerock.selection.fit_reasons import explains_as_well
-from freerock.selection.hypotheses import BY_DEFAULT, Hypothesis
-from freerock.selection.hypothesis_search import identify_run, identify_runs
+from freerock.selection.hypotheses_tried import identify_run, identify_runs
 from freerock.selection.quick import asked_later, asks_for, blur_of, law_suffices, off_zero
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.record import Scene, free_rocking

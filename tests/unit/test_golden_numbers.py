@@ -12,13 +12,12 @@ from scipy.stats import t as student
 from freerock.figures import backbone
 from freerock.identification.intervals import _student_95
 from freerock.models.block import GRAVITY, Block
-from freerock.populations.inputs import LAW
 from freerock.populations.means import over_runs
 from freerock.records.timebase import Grid, on_grid
 from freerock.rotation.laboratory import Input
 from freerock.rotation.reading import Reading
 from freerock.rotation.sensor import Laser
-from freerock.rotation.total_uncertainty import Contributions
+from freerock.rotation.total_uncertainty import LAW, Contributions
 from freerock.rotation.two_lasers import rotation_of_two
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection import doubts

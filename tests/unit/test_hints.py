@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.identification.epsilon_theta import as_measured
+from freerock.identification.as_measured import as_measured
 from freerock.identification.fit import fit_run
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.published import BLOCKS, TABLE_2
@@ -15,8 +15,8 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View
 from freerock.runs.motion import Motion
 from freerock.runs.noise import noise_at_rest
+from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypotheses
 from freerock.selection.doubts import doubts_about_noise, hints_for, mirrored
-from freerock.selection.hypotheses import BY_DEFAULT, Hypotheses
 
 BLOCK = BLOCKS["config2"]
 THETA0, SIGMA, RATE_HZ = math.radians(8), math.radians(0.01), 1000.0

@@ -9,10 +9,10 @@ import pytest
 from freerock.identification.fit import fit_record
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, law_of
-from freerock.selection import hypothesis_search
+from freerock.selection import hypotheses_tried
+from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.choice import evidence
-from freerock.selection.hypotheses import BY_DEFAULT
-from freerock.selection.hypothesis_search import identify_run, identify_runs
+from freerock.selection.hypotheses_tried import identify_run, identify_runs
 from freerock_bench.virtual_run import Truth, virtual_motion
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -98,7 +98,7 @@ def test_a_rival_whose_full_fit_fails_is_not_fitted_again(monkeypatch):
         fit = fit_record(model, block, motions, settings, **options)
         return replace(fit, success=False) if CANDIDATES[model].is_rival else fit
 
-    monkeypatch.setattr(hypothesis_search, "fit_record", failing)
+    monkeypatch.setattr(hypotheses_tried, "fit_record", failing)
     motion = motion_of(released("hunt_crossley_pivoting", SQUAT, MARBLE, 18))
     bent = replace(motion, theta=motion.theta * (1 + 1e-3 * np.sin(3 * motion.time_s)))
     found = identify_run(SQUAT, bent, BY_DEFAULT)
@@ -140,6 +140,6 @@ def test_a_widened_prior_with_a_number_at_a_bound_is_not_named(monkeypatch):
     hypotheses = replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
     motion = replace(motion_of(released("hunt_crossley", BLOCK, MARBLE, 8)), theta0=math.radians(8.2))
     assert identify_run(BLOCK, motion, hypotheses).widened == ("release",)
-    monkeypatch.setattr(hypothesis_search, "fit_record", bounded)
+    monkeypatch.setattr(hypotheses_tried, "fit_record", bounded)
     found = identify_run(BLOCK, motion, hypotheses)
     assert "release" not in found.widened

@@ -5,28 +5,21 @@ import sys
 
 import pytest
 
-from freerock.models.laws import (
-    CANDIDATES,
+from freerock.models.free_parameters import (
     COMMON_NUISANCES,
-    LAWS,
-    MODEL_LABELS,
-    MODELS,
     PARAMETERS,
     SYMBOLS,
-    Rules,
-    alike,
-    extended_by,
-    law_of,
     parameter_of,
     symbol_of,
     unit_of,
 )
+from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS, Rules, alike, extended_by, law_of
 
 
 @pytest.mark.parametrize("model", LAWS)
 def test_a_law_is_made_of_known_parameters(model):
     law = LAWS[model]
-    assert set(law.parameters) <= set(PARAMETERS) and set(law.free) <= set(law.nuisances)
+    assert set(law.parameters) <= set(PARAMETERS) and set(law.free) <= set(law.may_free)
     assert all(set(LAWS[case].parameters) < set(law.parameters) for case in law.cases)
     if law.is_foundation:
         assert law.parameters[0] == "k"

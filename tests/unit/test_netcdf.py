@@ -17,7 +17,8 @@ from freerock.errors import DamagedProduct, FreerockError
 from freerock.files import sha256
 from freerock.identification.fit import Fit, ImpactEnergy
 from freerock.identification.model_discrepancy import Part
-from freerock.models.laws import CANDIDATES, MODELS, law_of, unit_of
+from freerock.models.free_parameters import unit_of
+from freerock.models.laws import CANDIDATES, MODELS, law_of
 from freerock.products import names
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import (

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from freerock.identification import search
+from freerock.identification.diverging_motions import PURSUIT
 from freerock.identification.fit import fit_run
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution
 from freerock.identification.model_discrepancy import failure
-from freerock.identification.pursuit import PURSUIT
 from freerock.identification.search import follow, growing_horizons
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed, scan

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.identification.epsilon_theta import as_measured
+from freerock.identification.as_measured import as_measured
 from freerock.identification.fit import fit_run
 from freerock.identification.least_squares import least_squares
 from freerock.identification.settings import FitSettings

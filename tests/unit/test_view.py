@@ -8,14 +8,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 from freerock.errors import FreerockError
-from freerock.identification.epsilon_theta import as_measured
+from freerock.identification.as_measured import as_measured
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, static_depth
 from freerock.models.simulate import Solver
 from freerock.rotation.beam import displaced, rotation_from_displacement
-from freerock.rotation.response import delay_s, moments
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
+from freerock.rotation.sensor_response import delay_s, moments
 from freerock.rotation.view import View, attributes, view_in, view_of
 from freerock.runs.segment import find_runs
 from freerock.virtual_lab.noise import Noise

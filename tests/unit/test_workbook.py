@@ -13,7 +13,7 @@ from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import motion_of
 from freerock.runs.segment import find_runs
-from freerock.selection.hypotheses import candidates
+from freerock.selection.allowed_hypotheses import candidates
 from freerock.virtual_lab import workbook
 
 ROOT = Path(__file__).parents[2]

@@ -13,10 +13,10 @@ from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, write_fits
 from freerock.report.evidence import scenes_of
 from freerock.runs.verdict import Verdict
+from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.choice import choose, evidence
 from freerock.selection.doubts import doubts_about
-from freerock.selection.hypotheses import BY_DEFAULT
-from freerock.selection.hypothesis_search import Identified
+from freerock.selection.hypotheses_tried import Identified
 from freerock.tables.candidates import candidates_table
 from freerock.tables.tidy import choice_table, epsilon_table, parameters_table, runs_table
 from freerock_bench.virtual_run import Truth, virtual_motion

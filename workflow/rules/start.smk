@@ -10,7 +10,7 @@ from functools import cache, partial
 
 from freerock.cli.check import check_files
 from freerock.config.campaign import read_campaign
-from freerock.jobs.again import newer_than
+from freerock.jobs.newer_input import newer_than
 from freerock.jobs.guard import NOTES_BYTES, check_clock, check_room, hold, job_runs, run_starts, watch_folder
 from freerock.jobs.ledger import entry_path, read_entry
 from freerock.jobs.reruns import note_meanings

@@ -15,7 +15,8 @@ import pandas as pd
 
 from freerock.errors import FreerockError, printable
 from freerock.files import read_json
-from freerock.models.laws import MODEL_LABELS, symbol_of
+from freerock.models.free_parameters import symbol_of
+from freerock.models.laws import MODEL_LABELS
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.text import quantity, with_unit
 

@@ -3,7 +3,7 @@
 __all__ = [
     "campaign",
     "history",
-    "keys",
+    "keys_and_defaults",
     "mistakes",
     "override",
     "record",

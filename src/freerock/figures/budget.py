@@ -9,8 +9,9 @@ from matplotlib.figure import Figure
 
 from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, printed
-from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
-from freerock.populations.inputs import LAW
+from freerock.models.free_parameters import SYMBOLS
+from freerock.models.laws import MODEL_LABELS, MODELS
+from freerock.rotation.total_uncertainty import LAW
 from freerock.tables.candidates import named_by
 from freerock.tables.text import INPUT_LABELS
 

@@ -5,7 +5,7 @@ import pandas as pd
 from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.identification.levels import NORMAL_95
-from freerock.models.laws import SYMBOLS
+from freerock.models.free_parameters import SYMBOLS
 
 FIGURE = {
     "title": "Parameters against the fitted part of a run",

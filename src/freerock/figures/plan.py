@@ -11,7 +11,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, ScalarForm
 
 from freerock.figures import style
 from freerock.figures.style import Labels, Style, styled
-from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.models.free_parameters import SYMBOLS
+from freerock.models.laws import MODEL_LABELS
 from freerock.tables.plan import best_known
 
 BLOCK_STYLES: tuple[Style, ...] = (

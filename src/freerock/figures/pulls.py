@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, printed
-from freerock.models.laws import SYMBOLS
+from freerock.models.free_parameters import SYMBOLS
 from freerock.tables.text import INPUT_LABELS
 
 FIGURE = {

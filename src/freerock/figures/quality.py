@@ -14,7 +14,8 @@ from freerock.arrays import Floats, extremes
 from freerock.figures import style
 from freerock.figures.style import Axes, Labels, Style, styled
 from freerock.figures.ticks import lighten
-from freerock.models.laws import MODEL_LABELS, MODELS, OF_RECORD, SYMBOLS
+from freerock.models.free_parameters import OF_RECORD, SYMBOLS
+from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.products.choices import choices_of
 from freerock.products.groups import Attrs, impacts_of, reasons_in, release_angle_of, runs_of
 from freerock.products.verdicts import verdict_of_run

@@ -28,7 +28,7 @@ from freerock.figures.looks import MODEL_STYLES as MODEL_STYLES
 from freerock.figures.looks import PARAMETER_STYLES as PARAMETER_STYLES
 from freerock.figures.looks import Style as Style
 from freerock.files import atomic
-from freerock.models.laws import PARAMETERS, SYMBOLS, unit_of
+from freerock.models.free_parameters import PARAMETERS, SYMBOLS, unit_of
 from freerock.tables.csvfile import write_csv
 from freerock.tables.text import in_words, quantity, with_unit
 from freerock.tables.text import number_of as number_of

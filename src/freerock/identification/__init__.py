@@ -1,22 +1,23 @@
 """One hypothesis on one run: its data, parameters, start, least squares, noise and intervals.
 
-A fit goes `settings` → `problem` → `start` → `search` (`least_squares`, `pursuit`) → `nuisances`
-(`against_noise`, `likelihood`) → `intervals` → `model_discrepancy` → `fit`.
+A fit goes `settings` → `problem` → `start` → `search` (`least_squares`, `diverging_motions`) →
+`inputs_with_priors` (`against_noise`, `likelihood`) → `intervals` → `model_discrepancy` → `fit`.
 """
 
 __all__ = [
     "against_noise",
+    "as_measured",
+    "diverging_motions",
     "epsilon_theta",
     "fit",
+    "inputs_with_priors",
     "intervals",
     "least_squares",
     "levels",
     "likelihood",
     "lmfit_models",
     "model_discrepancy",
-    "nuisances",
     "problem",
-    "pursuit",
     "search",
     "settings",
     "start",

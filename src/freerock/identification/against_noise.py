@@ -330,3 +330,24 @@ def _orthonormal(jacobian: Floats) -> Floats:
     scale = np.sqrt(np.mean(jacobian**2, axis=0))
     basis, size, _ = np.linalg.svd(jacobian[:, scale > 0] / scale[scale > 0], full_matrices=False)
     return np.asarray(basis[:, size > NO_TRACE * size[:1]])
+
+
+def is_white(residual: Floats, level: float = 1.63) -> bool:
+    """Whether a residual agrees with white noise: Bartlett's test of the cumulative periodogram.
+
+    The cumulated periodogram of white noise rises along the diagonal; its greatest distance from it
+    follows Kolmogorov's law (Durbin 1969, doi:10.1093/biomet/56.1.1).
+
+    Parameters
+    ----------
+    residual : array_like, shape (n_time,)
+        In any unit, equally spaced.
+    level : float
+        Greatest distance times the root of the number of frequencies: 1.63 is exceeded by chance once in a
+        hundred times, 1.36 once in twenty.
+    """
+    transform = np.fft.rfft(residual - np.mean(residual))[1:]
+    power = transform.real**2 + transform.imag**2
+    share = np.cumsum(power) / np.sum(power)
+    n = len(share)
+    return bool(np.max(np.abs(share - np.arange(1, n + 1) / n)) * np.sqrt(n) < level)

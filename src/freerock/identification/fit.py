@@ -12,8 +12,9 @@ import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.against_noise import AgainstRest
-from freerock.identification.epsilon_theta import epsilon_theta, is_white
+from freerock.identification.against_noise import AgainstRest, is_white
+from freerock.identification.epsilon_theta import epsilon_theta
+from freerock.identification.inputs_with_priors import Nuisances, Posterior, held, settled
 from freerock.identification.intervals import Uncertainty, uncertainty
 from freerock.identification.least_squares import Solution, in_si_units, least_squares
 from freerock.identification.levels import REJECTS, RESIDUAL, chance_of, doubt
@@ -26,14 +27,14 @@ from freerock.identification.model_discrepancy import (
     fitted_parts,
     model_discrepancy,
 )
-from freerock.identification.nuisances import Nuisances, Posterior, held, settled
 from freerock.identification.problem import Problem
 from freerock.identification.search import Resolution, search, stopped
 from freerock.identification.settings import FitSettings, check
 from freerock.identification.start import beside_friction, posed
 from freerock.models.block import Block
+from freerock.models.free_parameters import symbol_of, unit_of
 from freerock.models.given import Given
-from freerock.models.laws import CANDIDATES, MODELS, law_of, symbol_of, unit_of
+from freerock.models.laws import CANDIDATES, MODELS, law_of
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.total_uncertainty import Contributions
 from freerock.runs.impacts import Impacts

@@ -10,8 +10,8 @@ from scipy.special import stdtrit
 
 from freerock.arrays import Floats, Mask
 from freerock.identification.against_noise import noise_of_residual
+from freerock.identification.inputs_with_priors import Posterior, contributed
 from freerock.identification.levels import NORMAL_95
-from freerock.identification.nuisances import Posterior, contributed
 from freerock.identification.problem import Problem
 from freerock.rotation.total_uncertainty import Contributions
 from freerock.runs.noise import Noise, averaged

@@ -9,7 +9,7 @@ import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.epsilon_theta import as_measured
+from freerock.identification.as_measured import as_measured
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.levels import NORMAL_95
 from freerock.identification.problem import FINE, Problem, Samples
@@ -17,8 +17,9 @@ from freerock.identification.search import approach
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
+from freerock.models.free_parameters import PARAMETERS, PER_RUN
 from freerock.models.given import legal
-from freerock.models.laws import GEOMETRIC, LAWS, MODELS, PARAMETERS, PER_RUN, Candidate, Rules
+from freerock.models.laws import GEOMETRIC, LAWS, MODELS, Candidate, Rules
 from freerock.models.simulate import Solver
 from freerock.rotation.view import View
 from freerock.runs.motion import Motion

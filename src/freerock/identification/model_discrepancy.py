@@ -16,16 +16,17 @@ import numpy as np
 from scipy.special import stdtrit
 
 from freerock.arrays import Floats
+from freerock.identification.diverging_motions import is_beyond
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.intervals import SINGULAR, Uncertainty
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.levels import NORMAL_95
 from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.problem import Problem
-from freerock.identification.pursuit import is_beyond
 from freerock.identification.search import SEARCH, is_poor
 from freerock.identification.start import is_lively
-from freerock.models.laws import PARAMETERS, extended_by, law_of
+from freerock.models.free_parameters import PARAMETERS
+from freerock.models.laws import extended_by, law_of
 
 PARTS = 6  # of a run, if it has as many swings; by judgement
 
@@ -203,7 +204,8 @@ def added_number(
 
     By the ratio of likelihoods under the noise at rest, with the derivative by that number: its root, which
     is negative where a damping would have to drive the block, or a bed to soften. None where the law lacks
-    none, where debonding is not implemented with it, and of a motion that multiplies errors (`pursuit`).
+    none, where debonding is not implemented with it, and of a motion that multiplies errors
+    (`diverging_motions`).
 
     Parameters
     ----------

@@ -7,9 +7,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.identification.against_noise import least_mean_square
-from freerock.identification.least_squares import Solution, least_squares
-from freerock.identification.problem import FINE, Problem, Samples
-from freerock.identification.pursuit import (
+from freerock.identification.diverging_motions import (
     PURSUIT,
     are_one,
     multiplies_errors,
@@ -17,8 +15,11 @@ from freerock.identification.pursuit import (
     resolved,
     settle,
 )
+from freerock.identification.least_squares import Solution, least_squares
+from freerock.identification.problem import FINE, Problem, Samples
 from freerock.identification.start import R_GRID, finer_scan, first_impact_s, is_lively, scan
-from freerock.models.laws import PARAMETERS, law_of, parameter_of
+from freerock.models.free_parameters import PARAMETERS, parameter_of
+from freerock.models.laws import law_of
 from freerock.runs.motion import Motion
 
 

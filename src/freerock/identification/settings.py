@@ -6,8 +6,9 @@ from typing import Any
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
+from freerock.models.free_parameters import PER_RUN
 from freerock.models.given import Given, faults
-from freerock.models.laws import CANDIDATES, GEOMETRIC, LAWS, PER_RUN, law_of
+from freerock.models.laws import CANDIDATES, GEOMETRIC, LAWS, law_of
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ def freed(model: str, free: Sequence[str]) -> tuple[str, ...]:
 
 def is_rounded(model: str, debonding: str = GEOMETRIC.debonding) -> bool:
     """Whether rounded edges are implemented for a candidate."""
-    rounds = "edge_radius" in law_of(model).nuisances
+    rounds = "edge_radius" in law_of(model).may_free
     return rounds and CANDIDATES[model].rules(debonding) == GEOMETRIC
 
 
@@ -87,7 +88,7 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
         raise FreerockError("fits.models", f"unknown model {model!r}", f"use one of {', '.join(CANDIDATES)}")
     name = CANDIDATES[model].law
     law, key = LAWS[name], f"fits.free.{name}"
-    known = tuple(dict.fromkeys(name for law in LAWS.values() for name in law.nuisances))
+    known = tuple(dict.fromkeys(name for law in LAWS.values() for name in law.may_free))
     unknown = set(settings.free) - {*known, "release"}
     if unknown:
         remedy = f"use {', '.join(known[:-1])} or {known[-1]}"
@@ -102,7 +103,7 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
     if not law.allows(settings.debonding, len(law.ratios)):
         what = f"the tensionless rule is not available for {' and '.join(law.ratios)} together"
         raise FreerockError("fits.debonding", what, f"use geometric or remove {name} from fits.models")
-    if "edge_radius" in settings.free and "edge_radius" not in law.nuisances:
+    if "edge_radius" in settings.free and "edge_radius" not in law.may_free:
         raise FreerockError(key, f"rounded edges are not worked out for {name}", "remove edge_radius")
     if "edge_radius" in settings.free and settings.debonding != GEOMETRIC.debonding:
         what = "rounded edges require the geometric rule"
@@ -110,7 +111,7 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
     if "width" in freed(model, settings.free) and len(set(blocks)) > 1:
         remedy = f"use {model.removesuffix('_width')}" if CANDIDATES[model].width else "remove width"
         raise FreerockError(key, "one width for several blocks", remedy)
-    if "r_per_impact" in settings.free and ("r_per_impact" not in law.nuisances or len(blocks) > 1):
+    if "r_per_impact" in settings.free and ("r_per_impact" not in law.may_free or len(blocks) > 1):
         what = "a restitution per impact belongs to one run of the Housner model"
         raise FreerockError(key, what, "remove r_per_impact, or fit each run by itself")
     if {"r_per_impact", "tilt"} <= {*settings.free}:

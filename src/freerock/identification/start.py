@@ -13,8 +13,9 @@ from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.problem import Problem, Samples, fitted
 from freerock.identification.settings import FitSettings, freed
 from freerock.models.block import Block
+from freerock.models.free_parameters import PARAMETERS
 from freerock.models.housner import housner_swings
-from freerock.models.laws import MODELS, PARAMETERS, alike, law_of
+from freerock.models.laws import MODELS, alike, law_of
 from freerock.runs.motion import Motion
 from freerock.runs.tops import TOP_STDERR, TOP_STDERR_S, Top, find_tops
 

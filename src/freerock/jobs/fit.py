@@ -25,10 +25,10 @@ from freerock.runs.motion import Motion
 from freerock.runs.noise import Noise, Rests, noise_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
+from freerock.selection.allowed_hypotheses import Hypotheses
 from freerock.selection.choice import Choice
 from freerock.selection.doubts import doubts_about, doubts_about_noise
-from freerock.selection.hypotheses import Hypotheses
-from freerock.selection.hypothesis_search import Identified, identify_runs
+from freerock.selection.hypotheses_tried import Identified, identify_runs
 
 log = logging.getLogger("freerock")
 

@@ -21,9 +21,9 @@ from typing import Any
 from freerock.errors import DamagedProduct, FreerockError
 from freerock.files import regular, sha256, write_text
 from freerock.jobs import reruns
-from freerock.jobs.again import is_one
 from freerock.jobs.contents import checksum, is_look, look
 from freerock.jobs.log import log_to
+from freerock.jobs.newer_input import is_one
 from freerock.jobs.reruns import code_checksum
 
 FOLDER = "ledger"

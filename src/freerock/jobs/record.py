@@ -25,12 +25,12 @@ from freerock.rotation.lattice import converter_step
 from freerock.rotation.options import RotationOptions
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
+from freerock.runs.begun_in_motion import Position
 from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import Impacts
 from freerock.runs.judged import judged_runs
 from freerock.runs.limits import ImpactLimits, RunLimits
 from freerock.runs.measured_total import MeasuredTotal, measured_total
-from freerock.runs.moving import Position
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
 from freerock.units import BASE, in_base_units

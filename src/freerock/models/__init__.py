@@ -10,6 +10,7 @@ __all__ = [
     "compiled",
     "contact",
     "corners",
+    "free_parameters",
     "given",
     "ground",
     "housner",

@@ -9,17 +9,9 @@ from numpy.typing import ArrayLike
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.block import Block
+from freerock.models.free_parameters import PARAMETERS, unit_of
 from freerock.models.ground import GroundMotion
-from freerock.models.laws import (
-    CANDIDATES,
-    DEBONDING,
-    GEOMETRIC,
-    KINEMATICS,
-    LAWS,
-    PARAMETERS,
-    Rules,
-    unit_of,
-)
+from freerock.models.laws import CANDIDATES, DEBONDING, GEOMETRIC, KINEMATICS, LAWS, Rules
 
 
 def check_scene(
@@ -46,8 +38,8 @@ def check_edges(model: str, block: Block, rules: Rules) -> None:
     if not 0 < block.edge_radius < block.b:
         what = f"{block.edge_radius} m is no radius of an edge"
         raise FreerockError("edge_radius_m", what, f"give 0 to {block.b:g} m, half the width")
-    if "edge_radius" not in LAWS[model].nuisances or rules != GEOMETRIC:
-        laws = ", ".join(name for name, law in LAWS.items() if "edge_radius" in law.nuisances)
+    if "edge_radius" not in LAWS[model].may_free or rules != GEOMETRIC:
+        laws = ", ".join(name for name, law in LAWS.items() if "edge_radius" in law.may_free)
         what = f"rounded edges are worked out for a guided block with the geometric rule only, under {laws}"
         raise FreerockError("edge_radius_m", what, "leave it out")
 

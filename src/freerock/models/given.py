@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from freerock.errors import FreerockError
-from freerock.models.laws import LAWS, PARAMETERS
+from freerock.models.free_parameters import PARAMETERS
+from freerock.models.laws import LAWS
 
 LONGEST = 200  # characters of an expression
 OPERATORS: dict[type[ast.operator], Any] = {

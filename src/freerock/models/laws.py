@@ -1,13 +1,13 @@
-"""The rocking models: a parameter is one row, a law is one row; the candidates of a fit follow from the laws.
+"""The rocking models: a law is one row; the candidates of a fit follow from the laws.
 
-Whatever lists models or parameters (configuration, fits, tables, figures, report) reads these rows. What a
-law of the foundation does is written in `contact` and, compiled, in `kernel`. The configuration reads the
-rows too, so nothing is imported here that is slow to load.
+Whatever lists models (configuration, fits, tables, figures, report) reads these rows. What a law of the
+foundation does is written in `contact` and, compiled, in `kernel`. The configuration reads the rows too, so
+nothing is imported here that is slow to load.
 """
 
 from dataclasses import dataclass, replace
-from math import inf
-from typing import Literal
+
+from freerock.models.free_parameters import COMMON_NUISANCES, PARAMETERS, PER_RUN
 
 DEBONDING = ("geometric", "tensionless")
 KINEMATICS = ("guided", "pivoting")
@@ -35,97 +35,6 @@ GEOMETRIC = Rules()
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """A number that a fit can find.
-
-    Parameters
-    ----------
-    unit : str
-        Its unit, as in netCDF and tables; "1" for a pure number.
-    symbol : str
-        As printed.
-    fitted_as : str
-        The number that the optimiser moves: "value", "logarithm", "ratio" (the logarithm of the ratio to the
-        stiffness k) or "share" (of the nominal value).
-    step : float
-        Step of the difference quotients, in that number.
-    bounds : (float, float)
-        Bounds of a fit, of the value, of the ratio to k or of the share: the frame inside the stability atlas
-        (docs/validation.md) in which every simulation ends. The run narrows those of r, θ₀ and t₀.
-    grid : (float, float, int)
-        Lowest and highest value (ratio to k, share; 1 - r) of the starting grid of a foundation's law, of r
-        and the width that of a rigid block, and the number of values, in geometric order.
-    trace : float
-        A small value (ratio to k), from which a fit starts that frees it beside all else.
-    lively : float
-        Ratio to k below which motions rattle, and the starting grid is too coarse.
-    ratio_unit : str
-        Unit of the ratio to k.
-    """
-
-    unit: str
-    symbol: str
-    fitted_as: Literal["value", "logarithm", "ratio", "share"]
-    step: float
-    bounds: tuple[float, float] = (-inf, inf)
-    grid: tuple[float, float, int] = (0.0, 0.0, 0)
-    trace: float = 0.0
-    lively: float = 0.0
-    ratio_unit: str = ""
-
-    @property
-    def is_logarithm(self) -> bool:
-        """Whether the optimiser moves a logarithm, so that the value is positive."""
-        return self.fitted_as in ("logarithm", "ratio")
-
-
-PARAMETERS = {
-    "r": Parameter("1", "r", "value", -1e-5, bounds=(0.0, 1.0), grid=(1e-4, 0.95, 170)),
-    "k": Parameter("N m-2", "k", "logarithm", 1e-5, bounds=(1e4, 1e11), grid=(3e5, 1e9, 16)),
-    "c": Parameter(
-        "N s m-2",
-        "c",
-        "ratio",
-        1e-5,
-        bounds=(1e-5, 1.0),
-        grid=(1.25e-4, 0.08, 9),
-        trace=1e-4,
-        lively=1.5e-3,
-        ratio_unit="s",
-    ),
-    "lambda": Parameter(
-        "N s m-3",
-        "λ",
-        "ratio",
-        1e-5,
-        bounds=(1e-2, 1e4),
-        grid=(2, 200, 8),
-        trace=1.0,
-        lively=6.0,
-        ratio_unit="s/m",
-    ),
-    "kappa": Parameter(  # k over the thickness of a bed that hardens
-        "N m-3", "κ", "ratio", 1e-5, bounds=(0.1, 1e3), grid=(1.0, 500, 8), trace=1.0, ratio_unit="1/m"
-    ),
-    "e": Parameter("1", "e", "value", 3e-4, bounds=(0.0, 0.95), grid=(0.05, 0.8, 9)),  # of a corner
-    "mu": Parameter("1", "μ", "logarithm", 3e-4, bounds=(5e-3, 10.0), grid=(0.02, 2.0, 9)),  # of a corner
-    "width": Parameter(
-        "m", "2b", "share", 1e-6, bounds=(0.5, 1.05), grid=(0.55, 1.04, 17)
-    ),  # of the corners a block rocks about
-    "tilt": Parameter("rad", "τ", "value", 1e-6, bounds=(-0.03, 0.03)),  # of the base, to the right
-    "edge_radius": Parameter("m", "ρ", "value", 1e-6, bounds=(0.0, 5e-3), trace=5e-4),  # of the base
-    "theta0": Parameter("rad", "θ₀", "value", 1e-6),
-    "t0": Parameter("s", "t₀", "value", 1e-5),
-    "omega0": Parameter("rad s-1", "ω₀", "value", 1e-5),  # of a run that is thrown, instead of t0
-}
-
-PER_RUN = ("theta0", "t0")
-OF_START = (*PER_RUN, "omega0")  # all that may be free of the start of a run
-OF_RECORD = ("width", "tilt", "edge_radius")  # what the runs of a record share besides the law
-COMMON_NUISANCES = (*OF_RECORD, *PER_RUN)
-
-
-@dataclass(frozen=True)
 class Law:
     """A rocking model.
 
@@ -135,7 +44,7 @@ class Law:
         Its name in tables and figures.
     parameters : tuple of str
         Keys of `PARAMETERS`; of a law of the foundation the stiffness k comes first.
-    nuisances : tuple of str
+    may_free : tuple of str
         What a fit may free besides.
     free : tuple of str
         What a fit frees of these by default.
@@ -161,7 +70,7 @@ class Law:
 
     label: str
     parameters: tuple[str, ...]
-    nuisances: tuple[str, ...] = COMMON_NUISANCES
+    may_free: tuple[str, ...] = COMMON_NUISANCES
     free: tuple[str, ...] = PER_RUN
     published: bool = False
     by_default: bool = True
@@ -299,7 +208,7 @@ def _candidates() -> dict[str, Candidate]:
         for rank in range(len(KINEMATICS))
         for name, law in LAWS.items()
         for kinematics in law.kinematics[rank : rank + 1]
-        if "width" in law.nuisances or not width
+        if "width" in law.may_free or not width
     ]
     ordered = sorted(every, key=lambda each: len(LAWS[each.law].parameters) + each.width)
     return {each.name: each for each in ordered}
@@ -309,7 +218,6 @@ CANDIDATES = _candidates()
 MODELS = {model: LAWS[each.law].parameters for model, each in CANDIDATES.items()}
 MODEL_LABELS = {model: each.label for model, each in CANDIDATES.items()}
 PAPER_MODELS = tuple(model for model, law in LAWS.items() if law.published)
-SYMBOLS = {name: parameter.symbol for name, parameter in PARAMETERS.items()}
 
 
 def law_of(model: str) -> Law:
@@ -320,24 +228,6 @@ def law_of(model: str) -> Law:
 def alike(model: str, law: str) -> str:
     """The candidate of another law that is like one in kinematics and width."""
     return replace(CANDIDATES[model], law=law).name
-
-
-def parameter_of(name: str) -> Parameter:
-    """The row of a freed parameter, also of a numbered one: theta0_2 of the second run, r_3 of an impact."""
-    return PARAMETERS[name if name in PARAMETERS else name.rpartition("_")[0]]
-
-
-def symbol_of(name: str) -> str:
-    """Symbol of a freed parameter; with its number that of an impact, or in a joint fit of a run."""
-    if name in PARAMETERS:
-        return SYMBOLS[name]
-    kind, _, number = name.rpartition("_")
-    return f"{SYMBOLS[kind]} of {'impact' if kind == 'r' else 'run'} {number}"
-
-
-def unit_of(name: str) -> str:
-    """Unit of a freed parameter, also of a numbered one."""
-    return parameter_of(name).unit
 
 
 def extended_by(model: str) -> dict[str, str]:

@@ -15,7 +15,8 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.settings import freed
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, MODELS, PARAMETERS, PER_RUN
+from freerock.models.free_parameters import PARAMETERS, PER_RUN
+from freerock.models.laws import CANDIDATES, MODELS
 from freerock.models.simulate import Solver, simulate_theta
 
 

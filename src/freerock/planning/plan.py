@@ -14,14 +14,15 @@ import pandas as pd
 from freerock.errors import FreerockError
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, KINEMATICS, PAPER_MODELS, unit_of
+from freerock.models.free_parameters import unit_of
+from freerock.models.laws import CANDIDATES, KINEMATICS, PAPER_MODELS
 from freerock.planning.cramer_rao import standard_errors
 from freerock.planning.rivals import best_rival, expected_motion, rivals_of
 from freerock.rotation.beam import displacement_from_rotation, sensitivity
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
-from freerock.selection.hypotheses import BY_DEFAULT, n_freed
+from freerock.selection.allowed_hypotheses import BY_DEFAULT, n_freed
 
 BUDGET_CASE = ["block", "foundation", "laser", "duration_s", "release_angle_deg", "model"]
 CASE = [*BUDGET_CASE[:3], "sensor", "duration_s", "sampling_rate_hz", *BUDGET_CASE[4:]]

@@ -20,7 +20,7 @@ import pandas as pd
 from scipy.stats import t
 
 from freerock.arrays import Floats
-from freerock.identification.epsilon_theta import as_measured
+from freerock.identification.as_measured import as_measured
 from freerock.identification.problem import COARSE
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
@@ -32,7 +32,7 @@ from freerock.populations.sensitivity import held_contributions
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
-from freerock.selection.hypotheses import BY_DEFAULT
+from freerock.selection.allowed_hypotheses import BY_DEFAULT
 
 ALL = "all blocks"  # in place of a block, of the mean over blocks
 BUDGET = [*BUDGET_CASE, "parameter", "input", "input_owner", "input_u", "input_unit", "input_stated"]

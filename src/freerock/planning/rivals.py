@@ -25,7 +25,7 @@ from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, KINEMATICS, MODELS, PAPER_MODELS, law_of
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
-from freerock.selection.hypotheses import BY_DEFAULT, candidates, holds, n_freed
+from freerock.selection.allowed_hypotheses import BY_DEFAULT, candidates, holds, n_freed
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def rivals_of(
     """The rivals of an expected model: candidates that free no more numbers; larger ones are not asked.
 
     A rival that another one holds as a case is left out, and a block that bounces. The arguments but the
-    first are those of `freerock.selection.hypotheses.candidates`.
+    first are those of `freerock.selection.allowed_hypotheses.candidates`.
     """
     most = n_freed(model, free)
     every = candidates(laws, kinematics, free)

@@ -4,7 +4,6 @@ __all__ = [
     "between_blocks",
     "estimate",
     "impact_energy",
-    "inputs",
     "means",
     "misfit",
     "population",

@@ -7,7 +7,8 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.models.laws import COMMON_NUISANCES, MODELS
+from freerock.models.free_parameters import COMMON_NUISANCES
+from freerock.models.laws import MODELS
 from freerock.rotation.laboratory import OF_BLOCK
 from freerock.rotation.view import View
 

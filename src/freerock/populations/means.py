@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.populations.inputs import LAW
 from freerock.populations.random_effects import Population, common_spread, population, population_of_means
+from freerock.rotation.total_uncertainty import LAW
 
 Key = tuple[str, str]  # owner and name of an input
 Shifts = Mapping[Key, float]  # of a number for one standard uncertainty of each input

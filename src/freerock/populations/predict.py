@@ -8,7 +8,8 @@ from operator import attrgetter
 import numpy as np
 import pandas as pd
 
-from freerock.identification.epsilon_theta import as_measured, epsilon_theta
+from freerock.identification.as_measured import as_measured
+from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, law_of
 from freerock.populations.estimate import Estimate, transferable

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.identification.diverging_motions import multiplies_errors
 from freerock.identification.fit import Fit
-from freerock.identification.nuisances import INPUTS, Nuisances, contributed, moves
+from freerock.identification.inputs_with_priors import INPUTS, Nuisances, contributed, moves
 from freerock.identification.problem import COARSE, Problem
-from freerock.identification.pursuit import multiplies_errors
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.laws import law_of
@@ -35,7 +35,7 @@ def contributions(fit: Fit, motion: Motion, laboratory: Laboratory, settings: Fi
     Returns
     -------
     Contributions
-        NaN of a motion that multiplies errors (`pursuit`), for which first order is too little.
+        NaN of a motion that multiplies errors (`diverging_motions`), for which first order is too little.
     """
     problem = replace(posed(fit.model, (laboratory.block,), (motion,), settings), rtol=COARSE).rough()
     unlike = problem.names != fit.parameters  # an impact more or less: no such fit

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from freerock.models.laws import CANDIDATES, MODEL_LABELS, OF_RECORD, PAPER_MODELS, SYMBOLS, law_of
+from freerock.models.free_parameters import OF_RECORD, SYMBOLS
+from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of
 from freerock.populations.between_blocks import TEST
 from freerock.report.limits import limits
 from freerock.report.numbers import KNOWN, NOT, Number, Sentence, Tables, Where, listed, said

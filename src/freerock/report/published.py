@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.models.free_parameters import SYMBOLS
+from freerock.models.laws import MODEL_LABELS
 from freerock.report.numbers import Sentence, Tables, Where, listed, said
 from freerock.tables.paper import Labels
 

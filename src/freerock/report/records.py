@@ -10,7 +10,8 @@ import pandas as pd
 import xarray as xr
 
 from freerock.arrays import Floats
-from freerock.models.laws import MODEL_LABELS, law_of, symbol_of
+from freerock.models.free_parameters import symbol_of
+from freerock.models.laws import MODEL_LABELS, law_of
 from freerock.products.choices import GROUP
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, release_angle_of, runs_of
 from freerock.report.charts import run_curves

@@ -10,7 +10,8 @@ import pandas as pd
 
 from freerock.identification.levels import NEAR, TELLS
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, PARAMETERS, SYMBOLS, law_of
+from freerock.models.free_parameters import PARAMETERS, SYMBOLS
+from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of
 from freerock.tables.candidates import MEDIANS, Answer, answers
 from freerock.tables.text import in_words, quantity, unit_text
 

@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from freerock.config.history import LOOKED_AT, Change, looked_at
-from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
-from freerock.populations.inputs import LAW
+from freerock.models.free_parameters import SYMBOLS
+from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.response.motions import INTENSITIES
+from freerock.rotation.total_uncertainty import LAW
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.paper import Cell, Column, Labels, Printed, decimals, number, numbers

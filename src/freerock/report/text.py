@@ -7,7 +7,8 @@ from typing import Any
 import pandas as pd
 
 from freerock.models.block import Block
-from freerock.models.laws import LAWS, MODEL_LABELS, SYMBOLS
+from freerock.models.free_parameters import SYMBOLS
+from freerock.models.laws import LAWS, MODEL_LABELS
 from freerock.tables.summary import largest_shift_m
 from freerock.tables.text import fixed, number_of, quantity
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from freerock.errors import FreerockError
-from freerock.models.laws import MODELS, PARAMETERS
+from freerock.models.free_parameters import PARAMETERS
+from freerock.models.laws import MODELS
 
 
 @dataclass(frozen=True)

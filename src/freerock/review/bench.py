@@ -130,7 +130,7 @@ class Bench:
         """
         from freerock.jobs.fit import make_fits
         from freerock.runs.noise import noise_of
-        from freerock.selection.hypothesis_search import identify_runs
+        from freerock.selection.hypotheses_tried import identify_runs
 
         def alone(*problem: Any) -> Any:
             return self._identified.get(problem, lambda: _identify(problem, needed))
@@ -206,7 +206,7 @@ def give_back() -> None:
 
 
 def _identify(problem: Any, needed: Callable[[], bool]) -> Any:
-    from freerock.selection.hypothesis_search import identify_run
+    from freerock.selection.hypotheses_tried import identify_run
 
     if not needed():
         raise Superseded

@@ -17,7 +17,8 @@ from freerock.config.step_settings import geometry, labels
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums, read_bytes, recover, replace_together
 from freerock.models.block import Block
-from freerock.models.laws import MODEL_LABELS, symbol_of
+from freerock.models.free_parameters import symbol_of
+from freerock.models.laws import MODEL_LABELS
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review.bench import Analysed, Bench
 from freerock.review.corrections import Correction, cells_of, corrected, correction_of

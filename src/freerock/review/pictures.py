@@ -7,7 +7,8 @@ import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS, symbol_of
+from freerock.models.free_parameters import symbol_of
+from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
 from freerock.products.choices import GROUP
 from freerock.products.groups import impacts_of, reasons_in, release_angle_of, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run

@@ -18,8 +18,8 @@ from freerock.rotation.flags import FLAGS
 from freerock.rotation.one_laser import rotation_of_one
 from freerock.rotation.options import DEFAULTS, RotationOptions
 from freerock.rotation.reading import PIECE, Reading, Rotation, read_channel
-from freerock.rotation.response import delay_s
 from freerock.rotation.sensor import Laser
+from freerock.rotation.sensor_response import delay_s
 from freerock.rotation.two_lasers import rotation_of_two
 from freerock.rotation.view import attributes, view_of
 from freerock.units import BASE

@@ -9,7 +9,7 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.rotation.calibration import Calibration
 from freerock.rotation.flags import Limits
-from freerock.rotation.response import KINDS
+from freerock.rotation.sensor_response import KINDS
 from freerock.units import CHANNEL_UNITS
 
 

@@ -9,6 +9,8 @@ from scipy.special import ndtr
 from freerock.arrays import Floats
 from freerock.rotation.laboratory import Input
 
+LAW = "law"  # what it does not explain of a run, as an input that its fits share
+
 
 @dataclass(frozen=True)
 class Contributions:

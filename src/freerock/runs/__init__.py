@@ -5,6 +5,7 @@
 
 __all__ = [
     "angular_rate",
+    "begun_in_motion",
     "by_hand",
     "evenness",
     "impacts",
@@ -12,7 +13,6 @@ __all__ = [
     "limits",
     "measured_total",
     "motion",
-    "moving",
     "noise",
     "quiet",
     "release",

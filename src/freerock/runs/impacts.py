@@ -15,9 +15,9 @@ from scipy.special import ellipkinc
 from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.runs.impact_kernel import Lowest, Peak, Residual, Rigid, Samples, impact_rows
-from freerock.runs.in_motion import in_motion
 from freerock.runs.limits import OF_IMPACTS, ImpactLimits
 from freerock.runs.noise import Noise
+from freerock.runs.noise_in_motion import in_motion
 from freerock.runs.peak_noise import left_of, under_noise
 from freerock.runs.uplift import uplift_amplitude
 from freerock.runs.verdict import Reason

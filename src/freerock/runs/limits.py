@@ -35,7 +35,7 @@ class RunLimits:
         the block was touched, a fail.
     start : str
         "hold" (a run begins with the release from a hold) or "motion" (at the last instant at which anything
-        but the ground acted on it, `moving`).
+        but the ground acted on it, `begun_in_motion`).
     """
 
     window_s: float = 0.25

@@ -9,9 +9,9 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
-from freerock.runs.in_motion import SWING, in_motion, swings_of
-from freerock.runs.moving import LOOSE, local_fit
+from freerock.runs.begun_in_motion import LOOSE, local_fit
 from freerock.runs.noise import Noise, noise_at_rest
+from freerock.runs.noise_in_motion import SWING, in_motion, swings_of
 from freerock.runs.quiet import relative_noise
 from freerock.runs.segment import Run
 
@@ -108,7 +108,7 @@ def motion_of(
 
 
 def heard(motion: Motion, at_rest: Noise | None) -> Motion:
-    """A motion with the noise that a sensor has at rest, or as loud as it is in motion (`in_motion`)."""
+    """A motion with the noise that a sensor has at rest, or as loud as in motion (`noise_in_motion`)."""
     if at_rest is None:
         return motion
     theta = motion.theta

@@ -12,9 +12,9 @@ import numpy as np
 
 from freerock.arrays import Floats, Indices, Mask
 from freerock.rotation.still import BLOCKS_PER_WINDOW, Phase
-from freerock.runs.in_motion import SWING, in_motion, swings_of
 from freerock.runs.limits import RunLimits
 from freerock.runs.noise import Noise
+from freerock.runs.noise_in_motion import SWING, in_motion, swings_of
 from freerock.runs.signal import Signal
 from freerock.runs.sums import covariance_of_sums, stderr_of_mean, unsure_of_sum
 from freerock.runs.whitening import Slow, transposed, whiten

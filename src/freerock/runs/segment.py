@@ -20,12 +20,12 @@ from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.still import Phase, stationary_phases
 from freerock.runs.beginning import Beginning, begun_by_hand, from_hold, unseen
+from freerock.runs.begun_in_motion import Position, begun_moving, slid
 from freerock.runs.by_hand import NOTHING, ByHand, Override, Planned
 from freerock.runs.checks import Facts, verdict_on
 from freerock.runs.ending import OUT_OF_NOISE, core, end_of_motion
 from freerock.runs.holds import find_holds, no_release
 from freerock.runs.limits import OF_RUNS, RunLimits
-from freerock.runs.moving import Position, begun_moving, slid
 from freerock.runs.noise import Noise
 from freerock.runs.quiet import sensor_noise
 from freerock.runs.signal import Signal, signal_of

@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.identification.diverging_motions import multiplies_errors
+from freerock.identification.inputs_with_priors import Nuisances, Posterior, at, without_own
 from freerock.identification.levels import EFFECTS
 from freerock.identification.likelihood import Whitened
-from freerock.identification.nuisances import Nuisances, Posterior, at, without_own
-from freerock.identification.pursuit import multiplies_errors
-from freerock.models.laws import symbol_of
+from freerock.models.free_parameters import symbol_of
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.selection.unmodelled import EITHER, Effect, effects, forces, line_in
 

@@ -13,7 +13,7 @@ import numpy as np
 from freerock.identification.fit import Fit
 from freerock.identification.levels import NEAR, REJECTS, RESIDUAL, TELLS, TRACE
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, law_of
-from freerock.selection.hypotheses import holds
+from freerock.selection.allowed_hypotheses import holds
 
 Status = Literal["selected", "also_possible", "rejected", "not_fitted"]
 

@@ -20,6 +20,7 @@ from freerock.models.laws import CANDIDATES, DEBONDING, MODEL_LABELS, MODELS, la
 from freerock.rotation.beam import displaced, turned
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
+from freerock.selection.allowed_hypotheses import Hypotheses
 from freerock.selection.causes import ranked
 from freerock.selection.fit_reasons import (
     explains_as_well,
@@ -28,8 +29,7 @@ from freerock.selection.fit_reasons import (
     slow_sensor,
     unmodelled_effect,
 )
-from freerock.selection.hypotheses import Hypotheses
-from freerock.selection.hypothesis_search import Identified
+from freerock.selection.hypotheses_tried import Identified
 from freerock.selection.quick import leaves_noise
 
 UNEXPLAINED = "no candidate explains the run"

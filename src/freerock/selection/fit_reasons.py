@@ -5,16 +5,16 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from freerock.identification.fit import Fit
+from freerock.identification.inputs_with_priors import Posterior
 from freerock.identification.levels import EFFECTS, NORMAL_95, PULLED, SLOWER, WARNS
-from freerock.identification.nuisances import Posterior
 from freerock.identification.problem import release_bounds
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.runs.evenness import EVEN
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Level, Reason
+from freerock.selection.allowed_hypotheses import Hypothesis
 from freerock.selection.causes import Cause
-from freerock.selection.hypotheses import Hypothesis
 from freerock.selection.quick import blur_of
 
 

@@ -7,13 +7,14 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fit import Fit
-from freerock.identification.nuisances import in_found
+from freerock.identification.inputs_with_priors import in_found
 from freerock.identification.problem import Problem
 from freerock.identification.search import SEARCH
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
-from freerock.models.laws import MODELS, OF_START
+from freerock.models.free_parameters import OF_START
+from freerock.models.laws import MODELS
 from freerock.runs.motion import Motion
 
 

@@ -16,22 +16,23 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.against_noise import LOUDNESS, hopeless_from, noise_of
+from freerock.identification.diverging_motions import multiplies_errors
 from freerock.identification.fit import Fit
+from freerock.identification.inputs_with_priors import Nuisances, Posterior, settled
 from freerock.identification.intervals import uncertainty
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.levels import ASKED, ASKED_EDGES, ASKED_WIDTH, REJECTS, SURE_EDGES
 from freerock.identification.likelihood import Likelihood, Whitened
-from freerock.identification.nuisances import Nuisances, Posterior, settled
 from freerock.identification.problem import Problem
-from freerock.identification.pursuit import multiplies_errors
 from freerock.identification.search import SEARCH, approach, follow, growing_horizons
 from freerock.identification.settings import FitSettings, check, is_rounded
 from freerock.identification.start import from_top, posed, tops_of
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, MODELS, OF_RECORD, PARAMETERS, law_of
+from freerock.models.free_parameters import OF_RECORD, PARAMETERS
+from freerock.models.laws import CANDIDATES, MODELS, law_of
 from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
-from freerock.selection.hypotheses import Hypothesis
+from freerock.selection.allowed_hypotheses import Hypothesis
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def screen(
     motion : Motion
     settings : FitSettings
     start : mapping of str to float, optional
-        The model's parameters, and what is known of the rest, as `hypotheses.start_from` gives them [SI]; by
+        The model's parameters, and what is known of the rest, as `start_from` gives them [SI]; by
         default a scan finds them. No other start is looked for.
     beyond : float
         Mean square residual [rad²] of a part of the run from which the candidate is given up.
@@ -278,7 +279,7 @@ def off_zero(best: Posterior, edge_m: float = 3e-5) -> dict[str, float]:
     """By how many standard errors what `asks_for` may name would be off zero, with its sign.
 
     Edges only where they would be rounded, by the difference quotient of a radius: what they do grows with
-    its square. Nothing of a motion that multiplies errors (`pursuit`): these are no derivatives there.
+    its square. Nothing of a motion that multiplies errors (`diverging_motions`): derivatives are none there.
     """
     problem, x = best.problem, best.x
     if multiplies_errors(problem, x):

@@ -19,7 +19,7 @@ from scipy.signal import lfilter
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.against_noise import noise_of
-from freerock.identification.nuisances import Posterior
+from freerock.identification.inputs_with_priors import Posterior
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation
 from freerock.models.ground import accelerogram

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from freerock.models.laws import CANDIDATES, LAWS, PAPER_MODELS, PARAMETERS
+from freerock.models.free_parameters import PARAMETERS
+from freerock.models.laws import CANDIDATES, LAWS, PAPER_MODELS
 
 SCENE = ["campaign", "block", "foundation"]
 COUNTS = {f"n_{status}": status for status in ("selected", "also_possible", "rejected", "not_fitted")}

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from freerock.models.laws import MODEL_LABELS, PARAMETERS, SYMBOLS
+from freerock.models.free_parameters import PARAMETERS, SYMBOLS
+from freerock.models.laws import MODEL_LABELS
 from freerock.tables.candidates import MEDIANS
 from freerock.tables.paper import SIMULATED_NOTE, Cell, Column, Labels, Printed, number, numbers
 from freerock.tables.text import quantity, with_unit

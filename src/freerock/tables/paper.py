@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.models.free_parameters import SYMBOLS
+from freerock.models.laws import MODEL_LABELS
 from freerock.tables.text import SIMULATED_NOTE as SIMULATED_NOTE
 from freerock.tables.text import between, fixed, quantity, with_unit
 

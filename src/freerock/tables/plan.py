@@ -5,7 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.models.free_parameters import SYMBOLS
+from freerock.models.laws import MODEL_LABELS
 from freerock.tables.text import INPUT_LABELS
 
 CASE = ["block", "foundation", "laser", "sensor", "duration", "rate", "angle"]

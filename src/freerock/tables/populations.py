@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 from scipy.special import expit, logit
 
-from freerock.models.laws import MODELS, OF_RECORD, law_of
+from freerock.models.free_parameters import OF_RECORD
+from freerock.models.laws import MODELS, law_of
 from freerock.populations.means import Key, Mean, over_records, over_runs, spread_of_runs
 from freerock.populations.random_effects import Population
 from freerock.tables.candidates import accepted_fits

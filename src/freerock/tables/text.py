@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Sequence
 
-from freerock.populations.inputs import LAW
+from freerock.rotation.total_uncertainty import LAW
 
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 CLOSE = 1e-9  # relative difference of two values that are one

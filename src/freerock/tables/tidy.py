@@ -10,11 +10,12 @@ import pandas as pd
 import xarray as xr
 
 from freerock.arrays import Floats
-from freerock.models.laws import MODELS, unit_of
-from freerock.populations.inputs import LAW
+from freerock.models.free_parameters import unit_of
+from freerock.models.laws import MODELS
 from freerock.products.choices import NUMBERS, TESTS, choices_of
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
+from freerock.rotation.total_uncertainty import LAW
 from freerock.runs.verdict import Reason, in_one_line
 from freerock.tables.candidates import RARE, candidates_table
 from freerock.tables.populations import OF_INPUT, budget_table, populations_table

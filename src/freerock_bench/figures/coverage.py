@@ -8,7 +8,7 @@ from matplotlib.patches import Rectangle
 from scipy.stats import binom
 
 from freerock.figures.style import Labels, headed, styled
-from freerock.models.laws import SYMBOLS
+from freerock.models.free_parameters import SYMBOLS
 from freerock_bench.harness import coverage
 
 FIGURE = {

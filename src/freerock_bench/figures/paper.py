@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures.style import FOUNDATION_STYLES, Axes, Labels, headed, label, styled
-from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.models.free_parameters import SYMBOLS
+from freerock.models.laws import MODEL_LABELS
 
 FIGURE = {
     "caption": "The published models of tables 2 and 3 set against one another; all motions are simulated."

@@ -11,7 +11,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from freerock.figures.style import Axes, Labels, Style, axis_of, ratio_axis_of, styled
-from freerock.models.laws import MODEL_LABELS, PARAMETERS
+from freerock.models.free_parameters import PARAMETERS
+from freerock.models.laws import MODEL_LABELS
 
 FIGURE = {
     "caption": "Stability atlas: where each method converges, is inaccurate, unstable, too slow or refuses; "

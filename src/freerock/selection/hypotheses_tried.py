@@ -18,18 +18,19 @@ import numpy as np
 from freerock.errors import FreerockError
 from freerock.identification.against_noise import LOUDNESS, hopeless_from, least_mean_square
 from freerock.identification.fit import Fit, fit_record
+from freerock.identification.inputs_with_priors import Posterior, at_end
 from freerock.identification.levels import NEAR, REJECTS, TELLS, TRACE
-from freerock.identification.nuisances import Posterior, at_end
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, LAWS, PER_RUN, law_of
+from freerock.models.free_parameters import PER_RUN
+from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
+from freerock.selection.allowed_hypotheses import Hypotheses, Hypothesis, holds
 from freerock.selection.causes import Cause, required_effect
 from freerock.selection.choice import Choice, Evidence, choose, evidence, plainly
 from freerock.selection.holdout import of_other_runs
-from freerock.selection.hypotheses import Hypotheses, Hypothesis, holds
 from freerock.selection.quick import (
     Screening,
     asked_later,
@@ -106,7 +107,7 @@ class Identified:
     errors : dict of str to FreerockError
         Candidates to which the data allow no fit.
     widened : tuple of str
-        Priors that these fits widen (`hypotheses.WIDENED`).
+        Priors that these fits widen (`allowed_hypotheses.WIDENED`).
     alternatives : dict of Hypothesis to Fit
         What explains the run as well with other priors widened, with edges of another radius, or with an
         input beyond its prior.

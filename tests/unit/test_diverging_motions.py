@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freerock.identification.diverging_motions import PURSUIT, pursue, resolved
 from freerock.identification.fit import fit_run
 from freerock.identification.problem import FINE
-from freerock.identification.pursuit import PURSUIT, pursue, resolved
 from freerock.identification.search import as_exact, follow
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed

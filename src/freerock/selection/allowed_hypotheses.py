@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 from freerock.identification.settings import FitSettings, freed, is_rounded
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, LAWS, MODELS, PER_RUN, Candidate, law_of
+from freerock.models.free_parameters import PER_RUN
+from freerock.models.laws import CANDIDATES, LAWS, MODELS, Candidate, law_of
 from freerock.runs.limits import SQUAT
 from freerock.runs.motion import Motion
 

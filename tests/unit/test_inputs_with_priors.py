@@ -23,11 +23,11 @@ from freerock.rotation.total_uncertainty import Contributions
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 from freerock.runs.noise import noise_at_rest
-from freerock.selection import hypothesis_search
+from freerock.selection import hypotheses_tried
+from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypothesis
 from freerock.selection.choice import evidence
 from freerock.selection.fit_reasons import explains_as_well, pulled_inputs
-from freerock.selection.hypotheses import BY_DEFAULT, Hypothesis
-from freerock.selection.hypothesis_search import at_end_of, beside, freeing, identify_run
+from freerock.selection.hypotheses_tried import at_end_of, beside, freeing, identify_run
 from freerock.selection.quick import Screening, narrowed
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -197,7 +197,7 @@ def test_what_a_law_with_a_pulled_input_would_be_with_the_stated_one_counts_as_d
 
 def test_an_input_beyond_its_prior_counts_as_one_number_in_the_search():
     block, motion = off_by_height(6e-4, 1e-4)
-    search = hypothesis_search._Search(block, motion, BY_DEFAULT)
+    search = hypotheses_tried._Search(block, motion, BY_DEFAULT)
     law = Hypothesis("housner")
     search.fit(law)
     assert evidence(search.fits[law]).objection.startswith("requires ")
@@ -220,7 +220,7 @@ def test_an_input_beyond_its_prior_counts_as_one_number_in_the_search():
 def test_a_law_with_an_input_beyond_its_prior_is_named_beside_a_freed_width(apart, is_named):
     block, motion = off_by_height(1e-3, 2e-4)
     law, wider = Hypothesis("housner"), Hypothesis("housner_width")
-    search = hypothesis_search._Search(block, motion, BY_DEFAULT)
+    search = hypotheses_tried._Search(block, motion, BY_DEFAULT)
     for each in (law, wider):
         search.fit(each)
     (height,) = motion.laboratory.inputs
@@ -241,7 +241,7 @@ def test_a_law_with_an_input_beyond_its_prior_is_named_beside_a_freed_width(apar
 def test_an_input_that_cannot_be_freed_ends_no_search(monkeypatch):
     block, motion = off_by_height(1e-3, 2e-4)
     law, wider = Hypothesis("housner"), Hypothesis("housner_width")
-    search = hypothesis_search._Search(block, motion, BY_DEFAULT)
+    search = hypotheses_tried._Search(block, motion, BY_DEFAULT)
     for each in (law, wider):
         search.fit(each)
     explains = search.fits[wider].diagnostics | {"noise_p": 1.0, "pulls_p": 1.0, "added_damping": 0.0}
@@ -253,7 +253,7 @@ def test_an_input_that_cannot_be_freed_ends_no_search(monkeypatch):
         tried.append(1)
         raise FreerockError("fit", "no", "none")
 
-    monkeypatch.setattr(hypothesis_search, "freeing", fails)
+    monkeypatch.setattr(hypotheses_tried, "freeing", fails)
     found = search.found()
     assert tried and found.alternatives == {} and found.choice(BY_DEFAULT).selected == wider.model
 

@@ -11,7 +11,7 @@ import pytest
 from laboratory import CSV, YAML
 
 from freerock.config.campaign import CampaignFile, ConfigFile, load_campaign
-from freerock.config.keys import (
+from freerock.config.keys_and_defaults import (
     BlockSection,
     FitsSection,
     FreeSection,
@@ -22,7 +22,8 @@ from freerock.config.keys import (
 from freerock.config.record import Record
 from freerock.config.sensor import LaserSection
 from freerock.config.values import Model, Unit, section_in
-from freerock.models.laws import KINEMATICS, LAWS, PER_RUN
+from freerock.models.free_parameters import PER_RUN
+from freerock.models.laws import KINEMATICS, LAWS
 from freerock.rotation.sensor import Laser
 from freerock.units import CHANNEL_UNITS
 
@@ -76,7 +77,7 @@ def test_freed_nuisances_are_named_for_every_model():
     assert list(FreeSection.model_fields) == FREED
     assert list(FitsSection().models) == [model for model, law in LAWS.items() if law.by_default]
     for model in FREED:
-        with pytest.raises(ValueError, match=f"or '{LAWS[model].nuisances[-1]}'"):
+        with pytest.raises(ValueError, match=f"or '{LAWS[model].may_free[-1]}'"):
             FreeSection.model_validate({model: ["size"]})
     assert get_args(Model) == tuple(LAWS)
     assert get_args(Unit) == ("", *CHANNEL_UNITS)

@@ -198,8 +198,8 @@ class ProcessingSection(Section):
 
 def _free_field(law: Law) -> tuple[Any, Any]:
     """Type and default of the key that says what is freed of one law."""
-    names: Any = Literal.__getitem__(law.nuisances)  # type checkers want words written out
-    return Annotated[tuple[names, ...], Once], key(f"{', '.join(law.nuisances)} or none", law.free)
+    names: Any = Literal.__getitem__(law.may_free)  # type checkers want words written out
+    return Annotated[tuple[names, ...], Once], key(f"{', '.join(law.may_free)} or none", law.free)
 
 
 _FREE_FIELDS: dict[str, Any] = {model: _free_field(law) for model, law in LAWS.items() if not law.bounces}

@@ -15,7 +15,7 @@ from freerock.identification.against_noise import least_mean_square
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.problem import FINE, STRIDE, Problem, Samples
 from freerock.identification.start import is_lively
-from freerock.models.laws import parameter_of
+from freerock.models.free_parameters import parameter_of
 
 
 @dataclass(frozen=True)
