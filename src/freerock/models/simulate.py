@@ -110,8 +110,8 @@ def simulate(
     block : Block
         The block.
     parameters : mapping
-        Those of the law by name, as {"k": ..., "c": ...}, in the units of `free_parameters.PARAMETERS`: r [1],
-        k [N/m²], c [N·s/m²], λ "lambda" [N·s/m³], …
+        Those of the law by name, as {"k": ..., "c": ...}, in the units of `free_parameters.PARAMETERS`: r
+        [1], k [N/m²], c [N·s/m²], λ "lambda" [N·s/m³], …
     time : ndarray, shape (n_time,)
         Increasing instants [s]; before t = 0 the initial state is held.
     theta0 : float or State
