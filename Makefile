@@ -38,7 +38,7 @@ $(READY): requirements.lock pyproject.toml
 $(KERNEL): $(wildcard src/freerock/models/*.py) \
 		src/freerock/rotation/beam_kernel.py src/freerock/runs/impact_kernel.py \
 		src/freerock/runs/whitening.py $(READY)
-	python -c 'import numpy as np; from freerock.identification.as_measured import as_measured; \
+	python -c 'import numpy as np; from freerock.rotation.as_measured import as_measured; \
 		from freerock.models.block import Block; \
 		from freerock.rotation.beam import rotation_and_sensitivity; from freerock.rotation.sensor import Laser; \
 		from freerock.rotation.view import View; from freerock.runs.impacts import find_impacts; \

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.identification.as_measured import as_measured
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.inputs_with_priors import at_end
 from freerock.identification.levels import ASKED
@@ -17,6 +16,7 @@ from freerock.identification.settings import FitSettings, check
 from freerock.identification.start import posed
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.laws import LAWS
+from freerock.rotation.as_measured import as_measured
 from freerock.rotation.sensor import Laser
 from freerock.rotation.sensor_response import moments
 from freerock.rotation.view import View

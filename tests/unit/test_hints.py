@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.identification.as_measured import as_measured
 from freerock.identification.fit import fit_run
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.published import BLOCKS, TABLE_2
+from freerock.rotation.as_measured import as_measured
 from freerock.rotation.beam import displaced, turned
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View

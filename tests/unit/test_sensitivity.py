@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.identification.as_measured import as_measured
 from freerock.identification.fit import fit_run
 from freerock.identification.least_squares import least_squares
 from freerock.identification.settings import FitSettings
@@ -14,6 +13,7 @@ from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.simulate import Solver
 from freerock.populations.sensitivity import contributions
+from freerock.rotation.as_measured import as_measured
 from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser

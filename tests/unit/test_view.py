@@ -8,10 +8,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from freerock.errors import FreerockError
-from freerock.identification.as_measured import as_measured
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, static_depth
 from freerock.models.simulate import Solver
+from freerock.rotation.as_measured import as_measured
 from freerock.rotation.beam import displaced, rotation_from_displacement
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser

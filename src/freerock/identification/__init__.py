@@ -6,7 +6,6 @@ A fit goes `settings` → `problem` → `start` → `search` (`least_squares`, `
 
 __all__ = [
     "against_noise",
-    "as_measured",
     "diverging_motions",
     "epsilon_theta",
     "fit",

@@ -9,7 +9,6 @@ import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.as_measured import as_measured
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.levels import NORMAL_95
 from freerock.identification.problem import FINE, Problem, Samples
@@ -21,6 +20,7 @@ from freerock.models.free_parameters import PARAMETERS, PER_RUN
 from freerock.models.given import legal
 from freerock.models.laws import GEOMETRIC, LAWS, MODELS, Candidate, Rules
 from freerock.models.simulate import Solver
+from freerock.rotation.as_measured import as_measured
 from freerock.rotation.view import View
 from freerock.runs.motion import Motion
 

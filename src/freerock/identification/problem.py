@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
-from freerock.identification.as_measured import as_measured
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.free_parameters import OF_RECORD, OF_START, PARAMETERS, parameter_of
 from freerock.models.given import Given, evaluated, in_order
 from freerock.models.laws import CANDIDATES, MODELS, Rules, extended_by, law_of
 from freerock.models.simulate import Solver
+from freerock.rotation.as_measured import as_measured
 from freerock.runs.motion import Motion
 from freerock.runs.noise import averaged
 from freerock.runs.release import lowered

@@ -20,7 +20,6 @@ import pandas as pd
 from scipy.stats import t
 
 from freerock.arrays import Floats
-from freerock.identification.as_measured import as_measured
 from freerock.identification.problem import COARSE
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
@@ -29,6 +28,7 @@ from freerock.models.simulate import Solver
 from freerock.planning.plan import BUDGET_CASE, CASE, Choices, Nuisances, Setup, different, expected_of
 from freerock.populations.random_effects import LEVEL
 from freerock.populations.sensitivity import held_contributions
+from freerock.rotation.as_measured import as_measured
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion

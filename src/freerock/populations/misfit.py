@@ -7,13 +7,13 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.identification.as_measured import as_measured
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import Block
 from freerock.models.free_parameters import PER_RUN
 from freerock.models.laws import CANDIDATES, MODELS
 from freerock.models.simulate import Solver
 from freerock.populations.estimate import MisfitMap
+from freerock.rotation.as_measured import as_measured
 from freerock.rotation.view import View
 
 

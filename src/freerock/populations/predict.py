@@ -8,11 +8,11 @@ from operator import attrgetter
 import numpy as np
 import pandas as pd
 
-from freerock.identification.as_measured import as_measured
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, law_of
 from freerock.populations.estimate import Estimate, transferable
+from freerock.rotation.as_measured import as_measured
 from freerock.runs.motion import Motion
 
 PREDICTIONS = ["campaign", "test", "run", "block", "foundation", "model", "basis", "n_runs", "epsilon_theta"]

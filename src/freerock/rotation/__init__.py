@@ -5,6 +5,7 @@ sensors and the geometry of their beams, flags of samples, faults of a signal, p
 """
 
 __all__ = [
+    "as_measured",
     "beam",
     "calibration",
     "faults",
