@@ -26,7 +26,7 @@ from errno import ENOSPC
 from pathlib import Path
 from typing import Any
 
-from freerock.config.history import LOOKED_AT, log_of
+from freerock.config.review_log import LOOKED_AT, log_of
 from freerock.review import server
 from freerock.review.corrections import COLUMNS
 from freerock.review.csv_edit import digest, parsed

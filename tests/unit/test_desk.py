@@ -15,7 +15,7 @@ from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 
 from freerock import bounds
-from freerock.config.history import Change, appended, log_of, looked_at, read_changes
+from freerock.config.review_log import Change, appended, log_of, looked_at, read_changes
 from freerock.errors import FreerockError
 from freerock.jobs.each import make_each
 from freerock.jobs.fit import give_up, make_fits
@@ -26,10 +26,10 @@ from freerock.models.simulate import simulate
 from freerock.products.groups import fits_of, not_fitted_in
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review import server
-from freerock.review.bench import Superseded
 from freerock.review.corrections import Correction, cells_of, corrected
 from freerock.review.desk import Desk
 from freerock.review.pictures import impact_speed
+from freerock.review.reprocessing import Superseded
 from freerock.review.signals import signals_of
 from freerock.tables.paper import table2_text
 from freerock.tables.populations import populations_table

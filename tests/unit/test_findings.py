@@ -8,7 +8,7 @@ from found_again import found_again
 from reported import make, tables_of
 
 from freerock.report.findings import findings
-from freerock.report.limits import limits
+from freerock.report.limitations import limits
 from freerock.report.numbers import KNOWN, Tables, listed, plain
 from freerock.tables.csvfile import read_csv, write_csv
 
@@ -169,7 +169,7 @@ def test_a_chance_near_one_is_a_bound_and_lies_above_it(tmp_path):
 
 
 def test_of_a_rigid_law_r_is_the_restitution_where_it_is_not_rejected(tmp_path, monkeypatch):
-    monkeypatch.setattr("freerock.report.limits.MOST", 9)
+    monkeypatch.setattr("freerock.report.limitations.MOST", 9)
     frames = {name: read_csv(tmp_path / f"{name}.csv") for name in tables_of(tmp_path, campaign())}
     known = Tables(frames)
     alone, beside = (" ".join(map(plain, limits(known, quoted))) for quoted in (LAW, {*LAW, "housner"}))

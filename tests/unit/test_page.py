@@ -9,7 +9,7 @@ from fabricated import fit as fabricated_fit
 from matplotlib.image import imsave
 from reported import BLOCKS, make, settings
 
-from freerock.config.history import LOOKED_AT, Change
+from freerock.config.review_log import LOOKED_AT, Change
 from freerock.models.block import Block
 from freerock.tables.paper import PUBLISHED_NOTE, table1_text, table2_text, table3_text
 from freerock.tables.populations import populations_table

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from freerock.config import step_settings as settings
 from freerock.config.campaign import FIGURES, check_options, load_config
-from freerock.config.history import log_of
+from freerock.config.review_log import log_of
 from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError
 from freerock.figures.declared import declared

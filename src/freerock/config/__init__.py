@@ -2,12 +2,12 @@
 
 __all__ = [
     "campaign",
-    "history",
     "keys_and_defaults",
     "mistakes",
     "override",
     "record",
     "reference",
+    "review_log",
     "scene",
     "sensor",
     "step_settings",

@@ -6,7 +6,7 @@ from typing import Any
 
 import xarray as xr
 
-from freerock.config.history import read_changes
+from freerock.config.review_log import read_changes
 from freerock.files import write_json, write_text
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, open_record

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from freerock.config.campaign import Campaign
-from freerock.config.history import log_of
+from freerock.config.review_log import log_of
 from freerock.config.step_settings import attributes, descriptions
 from freerock.errors import FreerockError
 from freerock.files import MANIFEST, atomic, listed_checksums, sha256

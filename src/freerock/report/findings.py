@@ -10,7 +10,7 @@ import pandas as pd
 from freerock.models.free_parameters import OF_RECORD, SYMBOLS
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of
 from freerock.populations.between_blocks import TEST
-from freerock.report.limits import limits
+from freerock.report.limitations import limits
 from freerock.report.numbers import KNOWN, NOT, Number, Sentence, Tables, Where, listed, said
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.paper import Labels

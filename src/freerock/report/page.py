@@ -14,7 +14,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 from PIL import Image
 
-from freerock.config.history import Change
+from freerock.config.review_log import Change
 from freerock.figures.looks import on_screen, scripts_folder
 from freerock.files import write_text
 from freerock.models.block import Block
@@ -88,7 +88,7 @@ def write_report(
         Caption, its first line a title, and PNG file of each figure to show, numbered as the page shows them.
     pages : mapping of str to path, optional
         File of the quality pages by record, linked relative to `path`.
-    changes : sequence of freerock.config.history.Change, optional
+    changes : sequence of freerock.config.review_log.Change, optional
         What was changed, and looked at, at the review desk.
     texts : path, optional
         Path without suffix where the methods are written with citations, as .md, and what they cite, as .bib.

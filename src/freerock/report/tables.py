@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from freerock.config.history import LOOKED_AT, Change, looked_at
+from freerock.config.review_log import LOOKED_AT, Change, looked_at
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.response.motions import INTENSITIES

@@ -1,7 +1,7 @@
 """The desk in the browser: a person looks at runs, corrects them, and keeps the corrections in the CSV.
 
-`server` answers the page, `desk` holds a campaign, `bench` processes a record again by the workflow's
+`server` answers the page, `desk` holds a campaign, `reprocessing` processes a record again by the workflow's
 jobs, `csv_edit` writes cells.
 """
 
-__all__ = ["bench", "corrections", "csv_edit", "desk", "pictures", "server"]
+__all__ = ["corrections", "csv_edit", "desk", "pictures", "reprocessing", "server"]

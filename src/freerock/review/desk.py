@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from freerock.config.campaign import Campaign, load_campaign
-from freerock.config.history import LOOKED_AT, Change, appended, changed, changes_in, log_of, looked_at
 from freerock.config.record import Record
+from freerock.config.review_log import LOOKED_AT, Change, appended, changed, changes_in, log_of, looked_at
 from freerock.config.step_settings import geometry, labels
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums, read_bytes, recover, replace_together
@@ -20,11 +20,11 @@ from freerock.models.block import Block
 from freerock.models.free_parameters import symbol_of
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.netcdf import open_fits, open_record
-from freerock.review.bench import Analysed, Bench
 from freerock.review.corrections import Correction, cells_of, corrected, correction_of
 from freerock.review.csv_edit import Edit, digest, locked, save
 from freerock.review.listing import analysed_lines, is_behind, is_of_this_code, listed_rows
 from freerock.review.pictures import means_of, rows_of, run_picture
+from freerock.review.reprocessing import Analysed, Bench
 from freerock.review.signals import Json, Signals, signals_of
 
 OPEN = 3  # records that stay open

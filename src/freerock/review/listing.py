@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from freerock.config.campaign import Campaign
-from freerock.config.history import BY_HAND
 from freerock.config.record import Record
+from freerock.config.review_log import BY_HAND
 from freerock.errors import FreerockError
 from freerock.files import read_bytes, read_json
 from freerock.jobs.batches import batches

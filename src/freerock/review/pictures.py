@@ -12,7 +12,7 @@ from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
 from freerock.products.choices import GROUP
 from freerock.products.groups import impacts_of, reasons_in, release_angle_of, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
-from freerock.review.bench import Analysed
+from freerock.review.reprocessing import Analysed
 from freerock.review.signals import Json, on_screen, thin
 from freerock.runs.verdict import in_one_line
 from freerock.tables.candidates import STATUS_WORDS

@@ -101,7 +101,7 @@ class Page(tornado.web.RequestHandler):
             self.set_status(409)
             made = {"error": str(error)}
         except Exception as error:
-            from freerock.review.bench import Superseded
+            from freerock.review.reprocessing import Superseded
 
             superseded = isinstance(error, Superseded)
             self.set_status(410 if superseded else 500)
