@@ -80,6 +80,7 @@ def test_neighbours_of_a_hypothesis_add_one_step():
     }
     further = {*BY_DEFAULT.neighbours(Hypothesis("winkler_pivoting", ("tilt",)))}
     assert further == {
+        Hypothesis("winkler", ("tilt",)),
         Hypothesis("general_pivoting", ("tilt",)),
         Hypothesis("winkler_pivoting_width", ("tilt",)),
         Hypothesis("winkler_pivoting", ("release", "tilt")),

@@ -93,7 +93,7 @@ class Hypotheses:
         return len(MODELS[model]) + len(freed(model, settings.free)) - held
 
     def neighbours(self, each: Hypothesis) -> Iterator[Hypothesis]:
-        """Hypotheses one step further: other kinematics, one more damping, or one prior more widened."""
+        """Hypotheses beside one: other kinematics, one more damping, or one prior more widened."""
         for name in self.candidates:
             if _adds_one(CANDIDATES[each.model], CANDIDATES[name]):
                 yield self.of(name, each.widened)
@@ -116,7 +116,7 @@ class Hypotheses:
 
 
 def _adds_one(own: Candidate, other: Candidate) -> bool:
-    """Whether a candidate differs from another by a damping, by pivoting, or by a freed width alone."""
+    """Whether a candidate has other kinematics than another, or one damping or a freed width more."""
     if LAWS[other.law].bounces:
         return not own.is_rival and other.law != own.law
     law, pivots = other.law != own.law, other.kinematics != own.kinematics
@@ -124,7 +124,7 @@ def _adds_one(own: Candidate, other: Candidate) -> bool:
         return False
     if law:
         return own.law in LAWS[other.law].cases
-    return own.kinematics == LAWS[own.law].kinematics[0] if pivots else other.width
+    return pivots or other.width
 
 
 def candidates(

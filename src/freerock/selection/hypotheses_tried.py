@@ -297,17 +297,15 @@ class _Search:
 
     def worth_trying(self) -> list[Hypothesis]:
         """The next hypotheses to try together; none where the search is at its end."""
+        possible = self.possible
+        beside = [each for parent in self._extended() for each in self.hypotheses.neighbours(parent)]
+        if not possible:
+            beside += self._beside_the_best()
         untried = [
             each
-            for each in dict.fromkeys(
-                beside
-                for parent in self._extended()
-                for beside in self.hypotheses.neighbours(parent)
-                if len(beside.widened) <= EFFORT.widened
-            )
-            if not {each} & {*self.fits, *self.quick, *self.errors}
+            for each in dict.fromkeys(beside)
+            if len(each.widened) <= EFFORT.widened and not {each} & {*self.fits, *self.quick, *self.errors}
         ]
-        possible = self.possible
         if not possible:
             least = min(map(self.rank, untried), default=0)
             return [each for each in untried if self.rank(each) == least <= self._with_inputs]
@@ -364,6 +362,15 @@ class _Search:
             ):
                 kept.append(each)
         return kept
+
+    def _beside_the_best(self) -> list[Hypothesis]:
+        """What frees as many numbers as the best, with other kinematics: inputs may take up so much of the
+        wrong ones that the right ones without a width or tilt seem hopeless."""
+        whole = [*self.fits, *(each for each in self.quick if not self.quick[each].given_up)]
+        least = min(map(self._mean_square, whole), default=0.0)
+        near = [each for each in whole if self._mean_square(each) <= EFFORT.contends * least]
+        pairs = [(each, beside) for each in near for beside in self.hypotheses.neighbours(each)]
+        return [beside for each, beside in pairs if self.rank(beside) == self.rank(each)]
 
     def _parents(self, each: Hypothesis) -> list[Hypothesis]:
         tried = {*self.fits, *self.quick}
