@@ -347,12 +347,15 @@ class _Search:
         return required if lacking <= 0 or lacking**2 < charged else (*required, "damping")
 
     def _extended(self) -> list[Hypothesis]:
-        """Hypotheses whose neighbours are tried: the laws, and what took most of its parents' misfit."""
+        """Hypotheses whose neighbours are tried: the laws, and what took most of its parents' misfit.
+
+        Also the best one where it was given up: of a part of the run it is not known what it took.
+        """
         explaining, noise = self.explaining, least_mean_square(self.motion)
         little = (LOUDNESS.louder**2 - 1) * noise
         left = {each: max(self._mean_square(each) - noise, little) for each in {**self.fits, **self.quick}}
         whole = [each for each in left if each in self.fits or not self.quick[each].given_up]
-        kept = []
+        kept = [each for each in sorted(left, key=lambda each: left[each])[:1] if each not in whole]
         for each, own in left.items():
             parents = [left[other] for other in self._parents(each)]
             beside = [left[other] for other in whole if self.rank(other) <= self.rank(each)]
