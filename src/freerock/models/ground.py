@@ -19,7 +19,7 @@ from freerock.models.block import GRAVITY
 
 INTERPOLATIONS = ("linear", "cubic")
 PULSES = ("sine", "half_sine", "cosine")
-VARYING = [1, 2, 3, 4, 8, 9, 10, 11]  # coefficients of what changes in time
+VARYING = (1, 2, 3, 4, 8, 9, 10, 11)  # coefficients of what changes in time
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from freerock.models.compiled import compiled
+from freerock.models.ground import VARYING
 
 COMPLETED, AT_REST, OVERTURNED, STEP_LIMIT, NON_FINITE = range(5)
 
@@ -940,7 +941,7 @@ def _longer(array):
 def _is_steady(coefficients, segment):
     """Whether the ground accelerates evenly, or not at all, in a segment."""
     if 0 <= segment < coefficients.shape[0]:
-        for i in (1, 2, 3, 4, 8, 9, 10, 11):
+        for i in VARYING:
             if coefficients[segment, i] != 0:
                 return False
     return True
@@ -1146,15 +1147,13 @@ def _integrate(
         elif abs(y[2]) > theta_cr and y[2] * y[3] >= 0:
             outcome = OVERTURNED
             break
-        if regime == FULL and turning > 0:
+        if regime == FULL and turning > 0 and _is_steady(coefficients, segment):
             energy = 0.5 * y[1] * y[1] + 0.5 * inertia * y[3] * y[3] + h * _sincos(y[2])[0] * y[1] * y[3]
-            if energy < rest and _is_steady(coefficients, segment):
+            if energy < rest:
                 # what bed and weight store, seen from where they balance: by how much they do not yet
                 x, gravity = _ground(coefficients, segment, 0.0, g)
                 rise, turn = _accelerations(regime, y[0], 0.0, y[2], 0.0, x, gravity, law)
                 energy += 0.25 * rise * rise / (tangent * half) + 0.5 * (inertia * turn) ** 2 / turning
-            else:
-                energy = math.inf
             if energy < rest:
                 y = (y[0], 0.0, y[2], 0.0) if e != 0 or 0 <= segment < n_segments else (flat, 0.0, 0.0, 0.0)
                 if segment >= n_segments:

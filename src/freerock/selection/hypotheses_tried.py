@@ -354,26 +354,30 @@ class _Search:
         explaining, noise = self.explaining, least_mean_square(self.motion)
         little = (LOUDNESS.louder**2 - 1) * noise
         left = {each: max(self._mean_square(each) - noise, little) for each in {**self.fits, **self.quick}}
-        whole = [each for each in left if each in self.fits or not self.quick[each].given_up]
-        kept = [each for each in sorted(left, key=lambda each: left[each])[:1] if each not in whole]
+        whole, best = self._whole, min(left, key=lambda each: left[each], default=None)
+        kept = []
         for each, own in left.items():
             parents = [left[other] for other in self._parents(each)]
             beside = [left[other] for other in whole if self.rank(other) <= self.rank(each)]
-            if each in explaining or (
-                own <= EFFORT.rivals * min(beside, default=math.inf)
-                and own <= max(EFFORT.promises * min(parents, default=math.inf), little)
-            ):
+            near = own <= EFFORT.rivals * min(beside, default=math.inf)
+            promises = near and own <= max(EFFORT.promises * min(parents, default=math.inf), little)
+            if each in explaining or promises or (each == best and each not in whole):
                 kept.append(each)
         return kept
 
     def _beside_the_best(self) -> list[Hypothesis]:
         """What frees as many numbers as the best, with other kinematics: inputs may take up so much of the
         wrong ones that the right ones without a width or tilt seem hopeless."""
-        whole = [*self.fits, *(each for each in self.quick if not self.quick[each].given_up)]
-        least = min(map(self._mean_square, whole), default=0.0)
-        near = [each for each in whole if self._mean_square(each) <= EFFORT.contends * least]
+        least = min(map(self._mean_square, self._whole), default=0.0)
+        near = [each for each in self._whole if self._mean_square(each) <= EFFORT.contends * least]
         pairs = [(each, beside) for each in near for beside in self.hypotheses.neighbours(each)]
         return [beside for each, beside in pairs if self.rank(beside) == self.rank(each)]
+
+    @property
+    def _whole(self) -> list[Hypothesis]:
+        """Hypotheses of which the misfit of the whole run is known."""
+        quick = (each for each, end in self.quick.items() if not end.given_up)
+        return [*dict.fromkeys([*self.fits, *quick])]
 
     def _parents(self, each: Hypothesis) -> list[Hypothesis]:
         tried = {*self.fits, *self.quick}
