@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from freerock.config.campaign import load_campaign, load_config
+    from freerock.config.defaults import FitSettings, ImpactLimits, RotationOptions, RunLimits
     from freerock.errors import FreerockError
     from freerock.identification.epsilon_theta import epsilon_theta
     from freerock.identification.fit import Fit, fit_record, fit_run
     from freerock.identification.lmfit_models import HousnerModel, HuntCrossleyModel, WinklerModel
-    from freerock.identification.settings import FitSettings
     from freerock.models.block import Block
     from freerock.models.contact import State
     from freerock.models.ground import GroundMotion, accelerogram, pulse
@@ -22,24 +22,22 @@ if TYPE_CHECKING:
     from freerock.products.netcdf import open_fits, open_record
     from freerock.records.read import list_channels, read_record
     from freerock.rotation.faults import SignalQuality
-    from freerock.rotation.options import RotationOptions
     from freerock.rotation.rotation import find_rotation
     from freerock.rotation.sensor import Laser
     from freerock.rotation.view import view_of
     from freerock.runs.by_hand import ByHand
     from freerock.runs.impacts import Impacts, find_impacts
-    from freerock.runs.limits import ImpactLimits, RunLimits
     from freerock.runs.motion import Motion
     from freerock.runs.quiet import quiet_stretches, sensor_noise
     from freerock.runs.segment import Run, find_runs
 
 _ROOMS = {  # module: the public names it holds
     "config.campaign": ("load_campaign", "load_config"),
+    "config.defaults": ("FitSettings", "ImpactLimits", "RotationOptions", "RunLimits"),
     "errors": ("FreerockError",),
     "identification.epsilon_theta": ("epsilon_theta",),
     "identification.fit": ("Fit", "fit_record", "fit_run"),
     "identification.lmfit_models": ("HousnerModel", "HuntCrossleyModel", "WinklerModel"),
-    "identification.settings": ("FitSettings",),
     "models.block": ("Block",),
     "models.contact": ("State",),
     "models.ground": ("GroundMotion", "accelerogram", "pulse"),
@@ -49,13 +47,11 @@ _ROOMS = {  # module: the public names it holds
     "products.netcdf": ("open_fits", "open_record"),
     "records.read": ("list_channels", "read_record"),
     "rotation.faults": ("SignalQuality",),
-    "rotation.options": ("RotationOptions",),
     "rotation.rotation": ("find_rotation",),
     "rotation.sensor": ("Laser",),
     "rotation.view": ("view_of",),
     "runs.by_hand": ("ByHand",),
     "runs.impacts": ("Impacts", "find_impacts"),
-    "runs.limits": ("ImpactLimits", "RunLimits"),
     "runs.motion": ("Motion",),
     "runs.quiet": ("quiet_stretches", "sensor_noise"),
     "runs.segment": ("Run", "find_runs"),

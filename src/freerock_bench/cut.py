@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.config.defaults import RunLimits
 from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
 from freerock.models.laws import Rules
 from freerock.models.simulate import Solver, simulate
-from freerock.runs.limits import RunLimits
 from freerock.runs.motion import motion_of
 from freerock.runs.segment import find_runs
 from freerock_bench.golden.scenes import Scene, scenes

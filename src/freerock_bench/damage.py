@@ -53,7 +53,7 @@ KILLS, AT_ONCE = 10, 3
 EDITS = [  # a file of the package, a line of it, and what it becomes for a while
     ("models/block.py", "GRAVITY = 9.81", "GRAVITY = 9.91"),
     ("models/kernel.py", '"""', 'SPOILT = 1\n"""'),
-    ("runs/limits.py", "finger_s: float = 0.03", "finger_s: float = 0.3"),
+    ("config/defaults.py", "finger_s: float = 0.03", "finger_s: float = 0.3"),
     ("rotation/beam_kernel.py", "SMALL = 0.6", "SMALL = 0.1"),
 ]
 RUN_S = 25.0  # of a run, in which the code is edited

@@ -21,11 +21,11 @@ import numpy as np
 import pandas as pd
 
 from freerock.arrays import Floats
+from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit
 from freerock.identification.inputs_with_priors import at_end
 from freerock.identification.levels import NORMAL_95
-from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.laws import CANDIDATES, LAWS, Candidate
 from freerock.models.published import TABLE_2

@@ -13,7 +13,6 @@ from.
 import math
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,6 +24,7 @@ from scipy.optimize import least_squares
 
 from freerock.arrays import Floats, Indices, Mask
 from freerock.config.campaign import load_campaign
+from freerock.config.defaults import ImpactLimits, RunLimits
 from freerock.config.step_settings import record_settings
 from freerock.errors import FreerockError
 from freerock.jobs.record import POSITIONS, rotation_of
@@ -38,7 +38,6 @@ from freerock.products.netcdf import open_record
 from freerock.rotation.faults import signal_quality
 from freerock.runs.begun_in_motion import Position, lifted
 from freerock.runs.judged import judged_runs
-from freerock.runs.limits import ImpactLimits, RunLimits
 
 CAMPAIGN = Path("config/campaigns/drops.yaml")
 LEAST_DEG, BEFORE, STANDS = 12.0, 6, 8  # of the start; samples of the state, on the corner, before it
@@ -81,7 +80,7 @@ def _fall(test: str, settings: dict[str, Any], block: Block) -> Fall | None:
     """The fall of a record's last run."""
     record = rotation_of(settings)
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
-    limits = replace(RunLimits(**settings["runs"]), start="motion")
+    limits = RunLimits(**settings["runs"], start="motion")
     where = Position(*(record[name].values for name in POSITIONS))
     quality = signal_quality(record)
     of_impacts = ImpactLimits(**settings["impacts"])

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freerock.config.defaults import RunLimits
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.bouncing import RIGHT, bounce, standing_on
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.runs.begun_in_motion import LocalFit, Position, let_go
-from freerock.runs.limits import RunLimits
 from freerock.runs.segment import find_runs
 
 SLENDER = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)

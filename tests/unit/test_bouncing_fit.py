@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freerock.config.defaults import FitSettings
 from freerock.identification.fit import fit_run
-from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.contact import State
 from freerock.models.laws import LAWS

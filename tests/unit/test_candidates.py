@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freerock.config.defaults import FitSettings
 from freerock.identification.fit import fit_record, fit_run
-from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, GEOMETRIC, KINEMATICS, LAWS, Rules
 from freerock.models.simulate import Solver, simulate_theta

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freerock.config.defaults import FitSettings
 from freerock.identification.fit import fit_run
 from freerock.identification.inputs_with_priors import at_end
-from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from freerock.config.defaults import RunLimits
 from freerock.models.block import Block
 from freerock.rotation.faults import FAULT_VERDICTS, Fault
 from freerock.rotation.still import Phase
 from freerock.runs.beginning import Beginning
 from freerock.runs.checks import Facts, verdict_on
-from freerock.runs.limits import RunLimits
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import signal_of
 from freerock.runs.verdict import Reason, Verdict

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from freerock.identification.settings import FitSettings
+from freerock.config.defaults import FitSettings
 from freerock.identification.start import tops_of
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.runs.motion import Motion

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freerock.config.defaults import FitSettings
 from freerock.identification.diverging_motions import PURSUIT, pursue, resolved
 from freerock.identification.fit import fit_run
 from freerock.identification.problem import FINE
 from freerock.identification.search import as_exact, follow
-from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.laws import MODELS
 from freerock.virtual_lab.palermo import CONFIGURATIONS

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from freerock.config.defaults import FitSettings
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fit import fit_run
-from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.contact import Foundation, static_depth
 from freerock.models.housner import housner_swings

@@ -8,11 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.inputs_with_priors import at_end
 from freerock.identification.levels import ASKED
-from freerock.identification.settings import FitSettings, check
+from freerock.identification.settings import check
 from freerock.identification.start import posed
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.laws import LAWS

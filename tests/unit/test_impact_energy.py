@@ -9,9 +9,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.stats import t
 
+from freerock.config.defaults import FitSettings
 from freerock.identification.fit import fit_record
 from freerock.identification.model_discrepancy import Part, model_discrepancy
-from freerock.identification.settings import FitSettings
 from freerock.models.block import GRAVITY
 from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
 from freerock.models.published import TABLE_2

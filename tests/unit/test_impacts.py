@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from freerock.config.defaults import ImpactLimits
 from freerock.models.block import Block
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
 from freerock.runs.impacts import Impacts, doubt_about, find_impacts
-from freerock.runs.limits import ImpactLimits
 
 BLOCK = Block(0.28, 0.07, 5.84)
 THETA0, R = math.radians(10), 0.9

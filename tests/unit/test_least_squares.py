@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy import optimize
 
+from freerock.config.defaults import FitSettings
 from freerock.identification.least_squares import least_squares
 from freerock.identification.problem import Problem
-from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import freerock
+from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
 from freerock.identification.lmfit_models import HousnerModel, HuntCrossleyModel, WinklerModel
-from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.given import Given, faults

@@ -7,7 +7,7 @@ import pytest
 from laboratory import CSV, HEADER, QUOTED_LAWS, YAML, problems
 
 from freerock.config.campaign import check_options, load_campaign, load_config
-from freerock.config.keys_and_defaults import FitsSection
+from freerock.config.keys import FitsSection
 from freerock.config.mistakes import ConfigError
 from freerock.config.override import EXCLUDED
 from freerock.errors import FreerockError

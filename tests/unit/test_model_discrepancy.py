@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
+from freerock.config.defaults import FitSettings
 from freerock.identification.fit import fit_run
 from freerock.identification.model_discrepancy import (
     PARTS,
@@ -15,7 +16,6 @@ from freerock.identification.model_discrepancy import (
     model_discrepancy,
     parts_of,
 )
-from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock_bench.springs import Motion, Scene

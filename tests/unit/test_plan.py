@@ -8,12 +8,12 @@ import pytest
 from planned import campaign
 from scipy.stats import chi2
 
+from freerock.config.defaults import FitSettings
 from freerock.config.mistakes import ConfigError
 from freerock.errors import FreerockError
 from freerock.figures.plan import draw
 from freerock.figures.style import save
 from freerock.identification.fit import fit_run
-from freerock.identification.settings import FitSettings
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.planning.cramer_rao import standard_errors
 from freerock.planning.plan import CASE, COLUMNS, Choices, Sensor, Setup, plan

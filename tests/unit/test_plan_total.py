@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 from planned import campaign
 
+from freerock.config.defaults import FitSettings
 from freerock.config.mistakes import ConfigError
 from freerock.figures.plan import draw_totals
 from freerock.figures.style import save
 from freerock.identification.fit import fit_run
-from freerock.identification.settings import FitSettings
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.planning.plan import COLUMNS, Choices, Sensor, Setup, plan
 from freerock.planning.plan_campaign import plan_campaign

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.problem import Samples
-from freerock.identification.settings import FitSettings, check
+from freerock.identification.settings import check
 from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES

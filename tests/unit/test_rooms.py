@@ -128,7 +128,7 @@ SHARED = {
 }
 SHARED_FILES = {
     *("respond", "plan", "simulate", "supplement", "record", "scene", "sensor", "evidence", "quality", "fit"),
-    *("restitution", "noise", "misfit", "tables", "checks", "published", "tdms", "text", "limits", "faults"),
+    *("restitution", "noise", "misfit", "tables", "checks", "published", "tdms", "text", "faults"),
 }
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freerock.config.defaults import FitSettings
 from freerock.identification import search
 from freerock.identification.diverging_motions import PURSUIT
 from freerock.identification.fit import fit_run
@@ -13,7 +14,6 @@ from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution
 from freerock.identification.model_discrepancy import failure
 from freerock.identification.search import follow, growing_horizons
-from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed, scan
 from freerock.models.block import Block
 from freerock.models.laws import MODELS

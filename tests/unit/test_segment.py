@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from freerock.config.defaults import RunLimits
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.contact import Foundation
@@ -19,7 +20,6 @@ from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
 from freerock.rotation.faults import Fault, SignalQuality, signal_quality
 from freerock.runs.by_hand import ByHand
-from freerock.runs.limits import RunLimits
 from freerock.runs.segment import find_runs
 from freerock.runs.verdict import Verdict
 

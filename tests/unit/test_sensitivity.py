@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freerock.config.defaults import FitSettings
 from freerock.identification.fit import fit_run
 from freerock.identification.least_squares import least_squares
-from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.simulate import Solver

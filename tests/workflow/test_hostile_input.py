@@ -10,9 +10,10 @@ import pytest
 from small_campaign import COLUMNS, ROOT, check_out, simulated
 
 from freerock.config.campaign import load_campaign
+from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.least_squares import in_words_of_lmfit
-from freerock.identification.settings import FitSettings, check
+from freerock.identification.settings import check
 from freerock.models.block import Block
 from freerock.models.given import arithmetic, evaluated
 from freerock.records.read import read_record

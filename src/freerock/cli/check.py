@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from freerock.config.campaign import Campaign, Source, campaign_paths, read_campaign
-from freerock.config.keys_and_defaults import BlockSection
+from freerock.config.keys import BlockSection
 from freerock.config.mistakes import ConfigError
 from freerock.config.record import Record
 from freerock.config.sensor import LaserSection

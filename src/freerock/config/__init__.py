@@ -2,7 +2,8 @@
 
 __all__ = [
     "campaign",
-    "keys_and_defaults",
+    "defaults",
+    "keys",
     "mistakes",
     "override",
     "record",

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import ValidationInfo, field_validator
 
-from freerock.config import keys_and_defaults as keys
-from freerock.config import values
+from freerock.config import keys, values
 from freerock.config.mistakes import ConfigError, validate
 from freerock.config.record import Record, read_records
 from freerock.config.sensor import LaserSection

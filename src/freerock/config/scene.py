@@ -7,7 +7,7 @@ from pydantic import ValidationInfo, field_validator, model_validator
 
 from freerock import bounds
 from freerock.config.campaign import load_section
-from freerock.config.keys_and_defaults import BlockSection, check_parameters
+from freerock.config.keys import BlockSection, check_parameters
 from freerock.config.sensor import LaserSection
 from freerock.config.values import (
     Debonding,

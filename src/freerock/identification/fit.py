@@ -12,6 +12,7 @@ import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.config.defaults import FitSettings
 from freerock.identification.against_noise import AgainstRest, is_white
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.inputs_with_priors import Nuisances, Posterior, held, settled
@@ -29,7 +30,7 @@ from freerock.identification.model_discrepancy import (
 )
 from freerock.identification.problem import Problem
 from freerock.identification.search import Resolution, search, stopped
-from freerock.identification.settings import FitSettings, check
+from freerock.identification.settings import check
 from freerock.identification.start import beside_friction, posed
 from freerock.models.block import Block
 from freerock.models.free_parameters import symbol_of, unit_of

@@ -9,11 +9,11 @@ import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.config.defaults import FitSettings
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.levels import NORMAL_95
 from freerock.identification.problem import FINE, Problem, Samples
 from freerock.identification.search import approach
-from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS, PER_RUN

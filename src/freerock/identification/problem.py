@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from freerock.arrays import Floats, Mask
+from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
-from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.free_parameters import OF_RECORD, OF_START, PARAMETERS, parameter_of
 from freerock.models.given import Given, evaluated, in_order

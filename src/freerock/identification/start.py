@@ -8,10 +8,11 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from freerock.arrays import Floats, Mask
+from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.problem import Problem, Samples, fitted
-from freerock.identification.settings import FitSettings, freed
+from freerock.identification.settings import freed
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.housner import housner_swings

@@ -8,6 +8,7 @@ from typing import Any
 
 import lmfit
 
+from freerock.config.defaults import ImpactLimits
 from freerock.identification.fit import Fit
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, law_of
@@ -20,7 +21,6 @@ from freerock.products.runs import OVER_TIME, impacts_in, measured_in, runs_in
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts, find_impacts
-from freerock.runs.limits import ImpactLimits
 from freerock.runs.motion import Motion
 from freerock.runs.noise import Noise, Rests, noise_of
 from freerock.runs.segment import Run

@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from freerock.arrays import Floats
+from freerock.config.defaults import ImpactLimits, RotationOptions, RunLimits
 from freerock.errors import FreerockError
 from freerock.files import check_file
 from freerock.jobs.each import of_the_machine
@@ -22,14 +22,12 @@ from freerock.rotation.faults import listed_faults, signal_quality
 from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.lattice import converter_step
-from freerock.rotation.options import RotationOptions
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.begun_in_motion import Position
 from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import Impacts
 from freerock.runs.judged import judged_runs
-from freerock.runs.limits import ImpactLimits, RunLimits
 from freerock.runs.measured_total import MeasuredTotal, measured_total
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
@@ -133,7 +131,7 @@ def _process(settings: Settings, rotate: Callable[[Settings], xr.Dataset]) -> _P
     by_hand = ByHand(settings["overrides"], settings["exclusions"], settings.get("stretches", ()))
     block, record = Block(**settings["block"]), _used(rotate(settings), by_hand)
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
-    of_runs = replace(RunLimits(**settings["runs"]), start=settings.get("start", "hold"))
+    of_runs = RunLimits(**settings["runs"], start=settings.get("start", "hold"))
     limits = of_runs, ImpactLimits(**settings["impacts"])
     recorded = next(record[name].values for name in BASE if name in record)
     step = converter_step(recorded, record["theta"].values)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 GRAVITY = 9.81  # m/s²
+SQUAT = math.radians(30)  # from this critical angle on a block may bounce, and then swing higher or longer
 
 
 @dataclass(frozen=True)

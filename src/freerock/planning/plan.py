@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
-from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import CANDIDATES, KINEMATICS, PAPER_MODELS

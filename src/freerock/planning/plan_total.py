@@ -20,8 +20,8 @@ import pandas as pd
 from scipy.stats import t
 
 from freerock.arrays import Floats
+from freerock.config.defaults import FitSettings
 from freerock.identification.problem import COARSE
-from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import Solver

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.search import approach
-from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, KINEMATICS, MODELS, PAPER_MODELS, law_of

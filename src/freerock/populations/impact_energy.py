@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from freerock.arrays import Floats
+from freerock.config.defaults import RUNS
 from freerock.identification.fit import Fit, ImpactEnergy
 from freerock.identification.model_discrepancy import model_discrepancy
 from freerock.models.block import Block
@@ -24,7 +25,6 @@ from freerock.models.simulate import Response, Solver, simulate
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View, view_of
 from freerock.runs.impacts import Impacts
-from freerock.runs.limits import OF_RUNS
 from freerock.runs.measured_total import restitution_of
 from freerock.runs.release import lowered
 
@@ -224,7 +224,7 @@ def _taken(block: Block, theta0: float) -> float:
     height = min(abs(theta0), 0.99 * block.theta_cr)
     slope = math.sin(block.theta_cr - height)
     energy = 2 * math.sin(height / 2) * math.sin(block.theta_cr - height / 2)
-    return lowered(block.p**2 * slope, OF_RUNS.finger_s) * slope / energy / 2
+    return lowered(block.p**2 * slope, RUNS.finger_s) * slope / energy / 2
 
 
 def _discrepancy(fit: Fit, gradient: Floats) -> Floats:

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.config.defaults import FitSettings
 from freerock.identification.diverging_motions import multiplies_errors
 from freerock.identification.fit import Fit
 from freerock.identification.inputs_with_priors import INPUTS, Nuisances, contributed, moves
 from freerock.identification.problem import COARSE, Problem
-from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.laws import law_of
 from freerock.rotation.laboratory import Laboratory

@@ -12,7 +12,6 @@ __all__ = [
     "flags",
     "laboratory",
     "lattice",
-    "options",
     "rotation",
     "sensor",
     "still",

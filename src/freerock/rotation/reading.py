@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Flags, Floats
+from freerock.config.defaults import RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.ac_coupling import ac_cutoff
@@ -16,7 +17,6 @@ from freerock.rotation.flags import FLAGS, flag_samples, shares
 from freerock.rotation.lattice import lattice_step
 from freerock.rotation.lines import other_line, slow_line
 from freerock.rotation.mains import Mains
-from freerock.rotation.options import RotationOptions
 from freerock.rotation.sensor import Laser, distance_from_output, looks_like_current
 from freerock.rotation.still_signal import (
     COARSE,

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
+from freerock.config.defaults import ROTATION, RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.faults import flagged_faults, lost_at_large_angles
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.one_laser import rotation_of_one
-from freerock.rotation.options import DEFAULTS, RotationOptions
 from freerock.rotation.reading import PIECE, Reading, Rotation, read_channel
 from freerock.rotation.sensor import Laser
 from freerock.rotation.sensor_response import delay_s
@@ -51,7 +51,7 @@ def find_rotation(
     laser: Laser | Sequence[Laser],
     block: Block,
     units: str | Sequence[str] | None = None,
-    options: RotationOptions = DEFAULTS,
+    options: RotationOptions = ROTATION,
 ) -> "xr.Dataset":
     """Rotation of the block from the channel of its laser, or of two, with uncertainty, flags and faults.
 

@@ -38,7 +38,7 @@ def rotation_of_two(
         Two of each.
     block : Block
     max_disagreement_deg : float
-        See `options.RotationOptions` [degree].
+        See `RotationOptions` [degree].
 
     Raises
     ------

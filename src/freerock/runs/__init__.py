@@ -10,7 +10,6 @@ __all__ = [
     "evenness",
     "impacts",
     "judged",
-    "limits",
     "measured_total",
     "motion",
     "noise",

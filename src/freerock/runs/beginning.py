@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from freerock.config.defaults import RunLimits
 from freerock.rotation.still import MIN_PEAKS, Phase
 from freerock.runs.by_hand import Override
 from freerock.runs.holds import UNSTEADY
-from freerock.runs.limits import RunLimits
 from freerock.runs.release import BLOCK_S, MIN_BLOCKS, HeldAngle, Release, find_release, held_angle, held_over
 from freerock.runs.signal import Signal, names_of
 from freerock.runs.stops import find_stop

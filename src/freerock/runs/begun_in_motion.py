@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.config.defaults import RUNS
 from freerock.models.block import Block
 from freerock.runs.beginning import Beginning
-from freerock.runs.limits import OF_RUNS
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import Signal
 from freerock.runs.verdict import Reason
@@ -47,7 +47,7 @@ def begun_moving(
     end_s: float,
     block: Block,
     position: Position | None = None,
-    settle_s: float = OF_RUNS.finger_s,
+    settle_s: float = RUNS.finger_s,
 ) -> Beginning | None:
     """How a run begins that is in motion already, None where nothing moves.
 

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.models.block import Block
+from freerock.config.defaults import RunLimits
+from freerock.models.block import SQUAT, Block
 from freerock.rotation.faults import FAULT_VERDICTS, Fault
 from freerock.rotation.flags import BY_HAND
 from freerock.rotation.still import Phase
 from freerock.runs.beginning import Beginning
 from freerock.runs.ending import SMOOTH_S
-from freerock.runs.limits import SQUAT, RunLimits
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import Signal, invalid_in, names_of
 from freerock.runs.verdict import Level, Reason, Verdict

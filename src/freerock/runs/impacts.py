@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 from scipy.special import ellipkinc
 
 from freerock.arrays import Floats
+from freerock.config.defaults import IMPACTS, ImpactLimits
 from freerock.models.block import Block
 from freerock.runs.impact_kernel import Lowest, Peak, Residual, Rigid, Samples, impact_rows
-from freerock.runs.limits import OF_IMPACTS, ImpactLimits
 from freerock.runs.noise import Noise
 from freerock.runs.noise_in_motion import in_motion
 from freerock.runs.peak_noise import left_of, under_noise
@@ -69,7 +69,7 @@ def find_impacts(
     *,
     theta0: float | None = None,
     theta0_stderr: float = 0.0,
-    limits: ImpactLimits = OF_IMPACTS,
+    limits: ImpactLimits = IMPACTS,
     noise: Noise | None = None,
     zero_stderr: float = 0.0,
 ) -> Impacts:
@@ -119,7 +119,7 @@ def find_impacts(
     return Impacts(theta_uplift=uplift, **columns)
 
 
-def doubt_about(impacts: Impacts, limits: ImpactLimits = OF_IMPACTS) -> list[Reason]:
+def doubt_about(impacts: Impacts, limits: ImpactLimits = IMPACTS) -> list[Reason]:
     """A warning where no restitution per impact is meaningful: no swing clearly leaves full contact."""
     if impacts.time_s.size or not impacts.theta_uplift:
         return []

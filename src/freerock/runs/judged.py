@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.config.defaults import IMPACTS, RUNS, ImpactLimits, RunLimits
 from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.lattice import scatter
@@ -16,7 +17,6 @@ from freerock.runs.by_hand import NOTHING, ByHand
 from freerock.runs.evenness import doubt_about_evenness
 from freerock.runs.impacts import Impacts, doubt_about, find_impacts
 from freerock.runs.left_out import impacts_used, missed
-from freerock.runs.limits import OF_IMPACTS, OF_RUNS, ImpactLimits, RunLimits
 from freerock.runs.quiet import sensor_noise
 from freerock.runs.segment import Run, find_runs
 from freerock.runs.verdict import Verdict
@@ -31,8 +31,8 @@ def judged_runs(
     block: Block,
     quality: SignalQuality,
     by_hand: ByHand = NOTHING,
-    of_runs: RunLimits = OF_RUNS,
-    of_impacts: ImpactLimits = OF_IMPACTS,
+    of_runs: RunLimits = RUNS,
+    of_impacts: ImpactLimits = IMPACTS,
     step: float = 0.0,
     position: Position | None = None,
 ) -> list[tuple[Run, Impacts]]:

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats, Indices, Mask
+from freerock.config.defaults import RunLimits
 from freerock.rotation.still import BLOCKS_PER_WINDOW, Phase
-from freerock.runs.limits import RunLimits
 from freerock.runs.noise import Noise
 from freerock.runs.noise_in_motion import SWING, in_motion, swings_of
 from freerock.runs.signal import Signal

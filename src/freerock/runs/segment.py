@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from freerock.config.defaults import RUNS, RunLimits
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
@@ -25,7 +26,6 @@ from freerock.runs.by_hand import NOTHING, ByHand, Override, Planned
 from freerock.runs.checks import Facts, verdict_on
 from freerock.runs.ending import OUT_OF_NOISE, core, end_of_motion
 from freerock.runs.holds import find_holds, no_release
-from freerock.runs.limits import OF_RUNS, RunLimits
 from freerock.runs.noise import Noise
 from freerock.runs.quiet import sensor_noise
 from freerock.runs.signal import Signal, signal_of
@@ -91,7 +91,7 @@ def find_runs(
     block: Block | None = None,
     quality: SignalQuality = UNKNOWN,
     by_hand: ByHand = NOTHING,
-    limits: RunLimits = OF_RUNS,
+    limits: RunLimits = RUNS,
     noise: Noise | None = None,
     phases: Sequence[Phase] | None = None,
     position: Position | None = None,

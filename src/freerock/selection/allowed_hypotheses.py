@@ -4,11 +4,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
-from freerock.identification.settings import FitSettings, freed, is_rounded
-from freerock.models.block import Block
+from freerock.config.defaults import FitSettings
+from freerock.identification.settings import freed, is_rounded
+from freerock.models.block import SQUAT, Block
 from freerock.models.free_parameters import PER_RUN
 from freerock.models.laws import CANDIDATES, LAWS, MODELS, Candidate, law_of
-from freerock.runs.limits import SQUAT
 from freerock.runs.motion import Motion
 
 WIDENED = ("release", "tilt", "edge_radius")  # priors that a hypothesis may widen, beside the contact width

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from freerock.config.defaults import FitSettings
 from freerock.identification.fit import Fit
-from freerock.identification.settings import FitSettings
 from freerock.identification.start import from_top, tops_of
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, DEBONDING, MODEL_LABELS, MODELS, law_of

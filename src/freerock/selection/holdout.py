@@ -5,12 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.config.defaults import FitSettings
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fit import Fit
 from freerock.identification.inputs_with_priors import in_found
 from freerock.identification.problem import Problem
 from freerock.identification.search import SEARCH
-from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.free_parameters import OF_START

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.against_noise import LOUDNESS, hopeless_from, noise_of
 from freerock.identification.diverging_motions import multiplies_errors
@@ -25,7 +26,7 @@ from freerock.identification.levels import ASKED, ASKED_EDGES, ASKED_WIDTH, REJE
 from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.problem import Problem
 from freerock.identification.search import SEARCH, approach, follow, growing_horizons
-from freerock.identification.settings import FitSettings, check, is_rounded
+from freerock.identification.settings import check, is_rounded
 from freerock.identification.start import from_top, posed, tops_of
 from freerock.models.block import Block
 from freerock.models.free_parameters import OF_RECORD, PARAMETERS

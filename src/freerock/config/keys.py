@@ -1,6 +1,6 @@
 """The groups of keys of a campaign's YAML file, except sensors; `campaign.py` defines the whole file.
 
-The fields of a section are the settings of the step it configures, with the same names and defaults.
+The fields of a section are the settings of the step it configures; `defaults.py` has their defaults.
 """
 
 import math
@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
 
 from freerock import bounds
+from freerock.config.defaults import FITS, IMPACTS, ROTATION, RUNS
 from freerock.config.uncertainty import BlockUncertainty
 from freerock.config.values import (
     Candidate,
@@ -139,53 +140,58 @@ class RotationSection(Section):
     """Volts to θ(t)."""
 
     mains_hz: Positive | None = key(
-        "the mains frequency in hertz, whose interference is subtracted; empty to keep it", 50.0
+        "the mains frequency in hertz, whose interference is subtracted; empty to keep it", ROTATION.mains_hz
     )
-    window_s: Positive = key("the window in which a still signal is sought, in seconds", 0.25)
+    window_s: Positive = key("the window in which a still signal is sought, in seconds", ROTATION.window_s)
     max_disagreement_deg: Positive = key(
-        "the largest difference between two lasers without a warning, in degrees", 0.5
+        "the largest difference between two lasers without a warning, in degrees",
+        ROTATION.max_disagreement_deg,
     )
 
 
 class RunsSection(Section):
     """θ(t) to free-rocking runs."""
 
-    window_s: Positive = key("the window in which a still block is sought, in seconds", 0.25)
+    window_s: Positive = key("the window in which a still block is sought, in seconds", RUNS.window_s)
     held_s: Positive = key(
-        "the time before the release over which the release angle is read, in seconds", 1.0
+        "the time before the release over which the release angle is read, in seconds", RUNS.held_s
     )
     finger_s: NotNegative = key(
-        "the time the finger takes to leave, in seconds; its samples are not fitted", 0.03
+        "the time the finger takes to leave, in seconds; its samples are not fitted", RUNS.finger_s
     )
-    min_impacts: Whole = key("the least number of impacts; with fewer the run fails", 3, ge=0)
+    min_impacts: Whole = key("the least number of impacts; with fewer the run fails", RUNS.min_impacts, ge=0)
     max_flagged_fraction: Number = key(
-        "the largest share of invalid samples; above it the run fails", 0.02, ge=0, le=1
+        "the largest share of invalid samples; above it the run fails", RUNS.max_flagged_fraction, ge=0, le=1
     )
     max_push_fraction: NotNegative = key(
-        "the largest push at the release without a warning, as a share of θ0", 0.02
+        "the largest push at the release without a warning, as a share of θ0", RUNS.max_push_fraction
     )
     max_hold_drift_deg: NotNegative = key(
-        "the largest creep of the held block without a warning, in degrees", 0.05
+        "the largest creep of the held block without a warning, in degrees", RUNS.max_hold_drift_deg
     )
     max_rest_shift_deg: NotNegative = key(
-        "the largest shift of the rest position without a warning, in degrees", 0.05
+        "the largest shift of the rest position without a warning, in degrees", RUNS.max_rest_shift_deg
     )
     max_growth_fraction: NotNegative = key(
-        "the largest growth of a swing over the one before, as a share; above it the run fails", 0.05
+        "the largest growth of a swing over the one before, as a share; above it the run fails",
+        RUNS.max_growth_fraction,
     )
     start: Literal["hold", "motion"] = key(
-        "how runs begin: hold (released from a hold) or motion (dropped, thrown, or cut in motion)", "hold"
+        "how runs begin: hold (released from a hold) or motion (dropped, thrown, or cut in motion)",
+        RUNS.start,
     )
 
 
 class ImpactsSection(Section):
     """A run to its impacts and restitution coefficients."""
 
-    min_amplitude_sigmas: Positive = key("the lowest peak that is used, as a multiple of σ_θ", 10.0)
-    min_uplift_ratio: Number = key(
-        "the lowest peak that is used, as a multiple of the uplift amplitude", 2.0, ge=1
+    min_amplitude_sigmas: Positive = key(
+        "the lowest peak that is used, as a multiple of σ_θ", IMPACTS.min_amplitude_sigmas
     )
-    min_samples: Whole = key("the fewest samples of a swing that is used", 12, ge=3)
+    min_uplift_ratio: Number = key(
+        "the lowest peak that is used, as a multiple of the uplift amplitude", IMPACTS.min_uplift_ratio, ge=1
+    )
+    min_samples: Whole = key("the fewest samples of a swing that is used", IMPACTS.min_samples, ge=3)
 
 
 class ProcessingSection(Section):
@@ -247,16 +253,16 @@ class FitsSection(Section):
     debonding: Debonding = key(
         "geometric (contact wherever the base is below the ground) or tensionless (only where the foundation"
         " also pushes)",
-        "geometric",
+        FITS.debonding,
     )
     integrator_error: Number = key(
         "the largest shift of a parameter by the integrator's error, as a share of its standard error",
-        0.2,
+        FITS.integrator_error,
         gt=0,
         le=1,
     )
     profile: bool = key(
-        "true to take 95 % intervals from the profile likelihood: some seconds per fit", False
+        "true to take 95 % intervals from the profile likelihood: some seconds per fit", FITS.profile
     )
 
     @field_validator("parameters")

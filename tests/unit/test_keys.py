@@ -1,7 +1,6 @@
 """Sections of the configuration: the settings of the steps."""
 
 import dataclasses
-import importlib
 import inspect
 import re
 from pathlib import Path
@@ -11,7 +10,8 @@ import pytest
 from laboratory import CSV, YAML
 
 from freerock.config.campaign import CampaignFile, ConfigFile, load_campaign
-from freerock.config.keys_and_defaults import (
+from freerock.config.defaults import FitSettings, ImpactLimits, RotationOptions, RunLimits
+from freerock.config.keys import (
     BlockSection,
     FitsSection,
     FreeSection,
@@ -22,6 +22,7 @@ from freerock.config.keys_and_defaults import (
 from freerock.config.record import Record
 from freerock.config.sensor import LaserSection
 from freerock.config.values import Model, Unit, section_in
+from freerock.models.block import Block
 from freerock.models.free_parameters import PER_RUN
 from freerock.models.laws import KINEMATICS, LAWS
 from freerock.rotation.sensor import Laser
@@ -54,23 +55,16 @@ def defaults(section, without=()):
 @pytest.mark.parametrize(
     ("step", "data", "section", "own"),
     [
-        ("rotation.sensor.Laser", "", LaserSection, "uncertainty"),
-        ("rotation.options.RotationOptions", "", RotationSection, ""),
-        ("runs.limits.RunLimits", "", RunsSection, ""),
-        ("runs.limits.ImpactLimits", "", ImpactsSection, ""),
-        ("models.block.Block", "edge_radius_m", BlockSection, "label release_angle_deg uncertainty"),
-        (
-            "identification.settings.FitSettings",
-            "free",
-            FitsSection,
-            "models kinematics free paper_mode pooled",
-        ),
+        (Laser, "", LaserSection, "uncertainty"),
+        (RotationOptions, "", RotationSection, ""),
+        (RunLimits, "", RunsSection, ""),
+        (ImpactLimits, "", ImpactsSection, ""),
+        (Block, "edge_radius_m", BlockSection, "label release_angle_deg uncertainty"),
+        (FitSettings, "free", FitsSection, "models kinematics free paper_mode pooled"),
     ],
 )
 def test_section_has_the_arguments_and_defaults_of_its_step(step, data, section, own):
-    module, _, name = step.rpartition(".")
-    function = getattr(importlib.import_module(f"freerock.{module}"), name)
-    assert defaults(section, own.split()) == keyword_arguments(function, data.split())
+    assert defaults(section, own.split()) == keyword_arguments(step, data.split())
 
 
 def test_freed_nuisances_are_named_for_every_model():
