@@ -16,7 +16,7 @@ from freerock.config.defaults import FitSettings
 from freerock.identification.against_noise import AgainstRest, is_white
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.inputs_with_priors import Nuisances, Posterior, held, settled
-from freerock.identification.intervals import Uncertainty, uncertainty
+from freerock.identification.intervals import Uncertainty, uncertainty, with_profile
 from freerock.identification.least_squares import Solution, in_si_units, least_squares
 from freerock.identification.levels import REJECTS, RESIDUAL, chance_of, doubt
 from freerock.identification.likelihood import Likelihood
@@ -383,8 +383,6 @@ def _told(end: _End, solution: Solution, resolution: Resolution, holdout: float,
     if moved is end and moved.contributions.p_of_pulls <= REJECTS:
         law = np.hypot(law, moved.contributions.if_as_stated)
     if problem.settings.profile and not failed:
-        from freerock.identification.lmfit_models import with_profile  # for few
-
         known, profiled = with_profile(problem, x, resolution.m, known)
         diagnostics |= {"profile": 1.0} if profiled else {}
     pinned = problem.at_bound(x) & (best.result is None)

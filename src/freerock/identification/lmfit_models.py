@@ -1,7 +1,6 @@
-"""The laws as `lmfit.Model`s, and intervals by the profile likelihood, as lmfit's documentation has them."""
+"""The laws as `lmfit.Model`s."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from inspect import Parameter, Signature
 from typing import Any, ClassVar
 
@@ -10,9 +9,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.config.defaults import FitSettings
-from freerock.identification.intervals import Uncertainty
-from freerock.identification.levels import NORMAL_95
-from freerock.identification.problem import FINE, Problem, Samples
+from freerock.identification.problem import FINE
 from freerock.identification.search import approach
 from freerock.identification.start import posed
 from freerock.models.block import Block
@@ -149,77 +146,3 @@ def _first_value(name: str) -> float:
         each: float(np.sqrt(PARAMETERS[each].grid[0] * PARAMETERS[each].grid[1])) for each in (name, "k")
     }
     return middle[name] * (middle["k"] if PARAMETERS[name].fitted_as == "ratio" else 1.0)
-
-
-def with_profile(problem: Problem, x: Floats, m: int, known: Uncertainty) -> tuple[Uncertainty, bool]:
-    """Uncertainty with intervals of the model's parameters by the profile likelihood, and if there are any.
-
-    Where the residual is coloured the likelihood's curvature exaggerates what is known: the level is raised
-    by the ratio of the standard errors. Beyond a ratio of three there is no level to find, and no interval.
-
-    Parameters
-    ----------
-    problem : Problem
-    x : ndarray, shape (n_parameters,)
-        The fitted numbers at their best.
-    m : int
-        Samples averaged into one.
-    known : Uncertainty
-    """
-    problem = replace(problem, rtol=min(problem.rtol, FINE))
-    intervals = _profile(problem, x, problem.samples(m=m), known.stderr)
-    low, high = known.low.copy(), known.high.copy()
-    for name, ends in intervals.items():
-        low[problem.names.index(name)], high[problem.names.index(name)] = ends
-    return replace(known, low=low, high=high), bool(intervals)
-
-
-def _profile(
-    problem: Problem, x: Floats, samples: Samples, stderr: Floats, steepest: float = 3.0
-) -> dict[str, Floats]:
-    """Ends of the intervals, by the name of the model's parameter; none beyond a ratio `steepest`."""
-    names = MODELS[problem.model]
-    value = problem.physical(x)[: len(names)]
-    logarithms = problem.is_logarithm[: len(names)]
-    spread = stderr[: len(names)] / np.where(logarithms, value, 1.0)
-    minimizer, best = _in_standard_errors(problem, x, samples, stderr, spread)
-    intervals = {}
-    for i, name in enumerate(names):
-        of_name = f"u{i}"
-        ratio = max(1.0, 1 / (best.params[of_name].stderr or np.inf))
-        if best.errorbars and ratio < steepest:
-            found = lmfit.conf_interval(minimizer, best, p_names=[of_name], sigmas=[NORMAL_95 * ratio])
-            ends = spread[i] * (np.array([found[of_name][0][1], found[of_name][-1][1]]) - 10.0)
-            intervals[name] = value[i] * np.exp(ends) if logarithms[i] else value[i] + ends
-    return intervals
-
-
-def _in_standard_errors(
-    problem: Problem, x: Floats, samples: Samples, stderr: Floats, spread: Floats
-) -> "tuple[lmfit.Minimizer, lmfit.minimizer.MinimizerResult]":
-    """The problem with its numbers in standard errors, the best at 10, and its minimum.
-
-    lmfit walks and finds the ends of an interval in shares of the value. Profiled are ln k and ln λ; fitted
-    were ln k and ln λ/k.
-    """
-    to_fitted = np.eye(len(x))
-    to_fitted[problem.is_ratio, 0] = -1.0  # dampings, where nothing is given
-    unit = np.where(np.isfinite(stderr), stderr, 1.0)
-    unit[: len(spread)] = spread
-    to_fitted *= unit
-    parameters = lmfit.Parameters()
-    for i, pinned in enumerate(problem.held(x)):
-        parameters.add(f"u{i}", value=10.0, vary=not pinned)
-
-    def fitted(p: "lmfit.Parameters") -> Floats:
-        return np.asarray(x + to_fitted @ [p[name].value - 10.0 for name in parameters])
-
-    def residual(p: "lmfit.Parameters") -> Floats:
-        return problem.residual(fitted(p), samples)
-
-    def jacobian(p: "lmfit.Parameters") -> Floats:
-        columns = samples.averaged(problem.jacobian(fitted(p), samples)) @ to_fitted
-        return np.asarray(columns[:, [p[name].vary for name in parameters]])
-
-    minimizer = lmfit.Minimizer(residual, parameters, Dfun=jacobian)
-    return minimizer, minimizer.leastsq()
