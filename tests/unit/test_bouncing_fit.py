@@ -61,6 +61,22 @@ def test_friction_is_not_told_where_no_corner_slips():
     assert found.values["e"] == pytest.approx(0.4, abs=5 * found.stderr[0])
 
 
+def test_restitution_is_not_told_by_one_sample_after_the_impact():
+    """Its standard error would exceed what its bounds leave."""
+    whole, noise = measured(0.4, 0.3, 6), np.random.default_rng(1)
+    exact = simulate("bouncing", SQUARE, {"e": 0.4, "mu": 0.3}, whole.time_s, theta0=math.radians(25))
+    n, sigma = int(np.searchsorted(whole.time_s, exact.impacts[0])) + 1, 20 * SIGMA
+    theta, rests = whole.theta[:n] + noise.normal(0, sigma, n), [noise.normal(0, sigma, 600)]
+    motion = replace(whole, time_s=whole.time_s[:n], theta=theta, sigma_theta=sigma, rests=rests)
+    fit = fit_run("bouncing", SQUARE, motion)
+    assert fit.success and "does not determine e" in fit.message and math.isnan(fit.stderr[0])
+    assert 0 < fit.stderr[1] < 0.2  # of μ: the corner slips before
+    longer = fit_run(
+        "bouncing", SQUARE, replace(whole, time_s=whole.time_s[: n + 9], theta=whole.theta[: n + 9])
+    )
+    assert longer.message == "converged" and abs(longer.value[0] - 0.4) < 4 * longer.stderr[0] < 0.1
+
+
 def test_friction_may_be_given():
     given = {"bouncing": {"mu": {"value": 0.4, "vary": False}}}
     fit = fit_run("bouncing", SQUARE, measured(0.4, 0.4, 2), FitSettings(parameters=given))

@@ -256,3 +256,16 @@ def test_models_that_most_runs_choose_or_reject_are_marked(datasets):
     assert marked({runs[0]}) == []
     assert marked(set(runs)) == ["Winkler †"]
     assert marked(set()) == ["Winkler ‡"]
+
+
+@pytest.mark.parametrize(
+    ("stderr", "given", "success", "told"),
+    [(0.1, "", True, False), (math.nan, "", True, True), (math.nan, "fixed", True, False)]
+    + [(math.nan, "", False, False)],
+)
+def test_a_number_without_an_uncertainty_is_explained(datasets, stderr, given, success, told):
+    row = of_run("a", 1, 100.0, success) | {"stderr": stderr, "given": given}
+    tables = {"table1": table1([], {}), "table2": second(pd.DataFrame([row]))}
+    tables |= {"table3": table3(epsilon_table(datasets[1])[:0])}
+    notes = printed_tables(tables, "measured")["table2"].notes
+    assert any(each.startswith("Without ±") for each in notes) == told

@@ -245,7 +245,9 @@ def _of_bounces(problem: Problem, end: Solution, resolution: Resolution) -> Fit:
     ends = [end, *beside_friction(problem, end.x, samples)]
     best = min(ends, key=lambda each: each.mean_square)
     end = replace(best, success=end.success, message=end.message)
-    fit = _holding(problem.undetermined(end.x), problem, end, resolution)
+    fit = _holding(vague := problem.undetermined(end.x), problem, end, resolution)
+    if beyond := problem.beyond_bounds(fit.stderr):
+        fit = _holding((*vague, *beyond), problem, end, resolution)
     square, n = np.square(fit.discrepancy), sum(samples.lengths) // samples.m
     for each in ends:
         apart = n * (each.mean_square / max(best.mean_square, np.finfo(float).tiny) - 1)
@@ -255,7 +257,7 @@ def _of_bounces(problem: Problem, end: Solution, resolution: Resolution) -> Fit:
 
 
 def _holding(names: Sequence[str], problem: Problem, end: Solution, resolution: Resolution) -> Fit:
-    """The fit with parameters held that the run does not determine (`Problem.undetermined`)."""
+    """The fit with parameters held that the run does not determine."""
     value, at = problem.physical(end.x), [problem.names.index(name) for name in names]
     given = {name: Given(value=float(value[i]), vary=False) for name, i in zip(names, at, strict=True)}
     settings = replace(problem.settings, parameters={CANDIDATES[problem.model].law: problem.given | given})

@@ -289,6 +289,15 @@ class Problem:
                 found.append(name)
         return tuple(found)
 
+    def beyond_bounds(self, stderr: Floats) -> tuple[str, ...]:
+        """Parameters of the law of which a standard error [SI] is larger than what their bounds leave."""
+        own = law_of(self.model).parameters
+        return tuple(
+            name
+            for name, u in zip(self.names, stderr, strict=True)
+            if name in own and u > np.ptp(PARAMETERS[name].bounds)
+        )
+
     def rough(self) -> "Problem":
         """The same problem with derivatives that are no more exact than the residual; those of a rigid
         block are in closed form."""

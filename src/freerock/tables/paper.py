@@ -41,7 +41,12 @@ STOPS_NOTE = (
     "rocks for at least half the time. Neither is used further."
 )
 GIVEN_NOTE = "Fixed and tied parameters are stated in the configuration (fits.parameters)."
-UNDETERMINED_NOTE = "An undetermined parameter was held: the run does not depend on it, or jumps there."
+UNDETERMINED_NOTE = (
+    "An undetermined parameter was held: the run depends on it too little for its bounds, or jumps there."
+)
+NO_U_NOTE = (
+    "Without ±: the law does not explain the run, and the run does not show how far off the parameter is."
+)
 PUBLISHED_NOTE = "Published values: doi:{doi}, from the laboratory's own records."
 
 ANGLE_NOTE = "θ₀ measured: mean; ±: standard deviation between the runs."
@@ -324,7 +329,10 @@ def _given_notes(frame: pd.DataFrame) -> list[str]:
 
 def _runs_note(frame: pd.DataFrame) -> list[str]:
     numbers = frame["n_runs"].tolist()
-    return [RUNS_NOTE] * any(n > 1 for n in numbers) + [ONE_RUN_NOTE] * (1 in numbers)
+    without = frame["success"].astype(bool) & frame["mean"].notna() & frame["u_total"].isna()
+    without &= frame["given"].fillna("").eq("") if "given" in frame else True
+    notes = [RUNS_NOTE] * any(n > 1 for n in numbers) + [ONE_RUN_NOTE] * (1 in numbers)
+    return notes + [NO_U_NOTE] * bool(without.any())
 
 
 def _grouped(frame: pd.DataFrame, labels: Labels | None, columns: Sequence[Column]) -> pd.DataFrame:
