@@ -58,7 +58,7 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
     ):
         raise FreerockError(f"fits.parameters.{name}", "no parameter is free", "free one")
     if not law.allows(settings.debonding, len(law.ratios)):
-        what = f"the tensionless rule is not available for {' and '.join(law.ratios)} together"
+        what = f"the tensionless rule is not available for {' and '.join(law.parameters[1:])} together"
         raise FreerockError("fits.debonding", what, f"use geometric or remove {name} from fits.models")
     if "edge_radius" in settings.free and "edge_radius" not in law.may_free:
         raise FreerockError(key, f"rounded edges are not worked out for {name}", "remove edge_radius")

@@ -102,5 +102,5 @@ def _check_parameters(model: str, parameters: Mapping[str, float], rules: Rules)
         what = f"unknown kinematics {rules.kinematics!r}"
         raise FreerockError("kinematics", what, f"use {' or '.join(KINEMATICS)}")
     if not law.allows(rules.debonding, sum(parameters[name] > 0 for name in law.ratios)):
-        what = f"the tensionless rule is not available for {' and '.join(law.ratios)} together"
+        what = f"the tensionless rule is not available for {' and '.join(law.parameters[1:])} together"
         raise FreerockError("debonding", what, "use geometric")

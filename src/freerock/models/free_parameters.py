@@ -81,6 +81,9 @@ PARAMETERS = {
     "kappa": Parameter(  # k over the thickness of a bed that hardens
         "N m-3", "κ", "ratio", 1e-5, bounds=(0.1, 1e3), grid=(1.0, 500, 8), trace=1.0, ratio_unit="1/m"
     ),
+    "tau": Parameter(  # of a bed that relaxes
+        "s", "τ_r", "logarithm", 1e-5, bounds=(1e-4, 10.0), grid=(1e-3, 0.3, 4), trace=1e-3
+    ),
     "e": Parameter("1", "e", "value", 3e-4, bounds=(0.0, 0.95), grid=(0.05, 0.8, 9)),  # of a corner
     "mu": Parameter("1", "μ", "logarithm", 3e-4, bounds=(5e-3, 10.0), grid=(0.02, 2.0, 9)),  # of a corner
     "width": Parameter(

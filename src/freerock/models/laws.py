@@ -139,6 +139,17 @@ LAWS = {
         cites="[@bandis1983]",
         note="Hunt–Crossley on a bed of finite thickness k/κ",
     ),
+    # f = k z + q, q̇ = (c/τ) ż - q/τ
+    "viscoelastic": Law(
+        "Viscoelastic",
+        ("k", "c", "tau"),
+        tuple(name for name in COMMON_NUISANCES if name != "edge_radius"),
+        by_default=False,
+        cases=("winkler",),
+        tensionless=False,
+        cites="[@christensen1982]",
+        note="a bed of springs and dashpots that relaxes in the time τ_r",
+    ),
     # 0 ≤ P_n ⟂ v_n⁺ + e v_n⁻ ≥ 0, |P_t| ≤ μ P_n at each corner
     "bouncing": Law(
         "Bouncing",

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -335,10 +335,18 @@ class _Scene:
         odd = tensionless or block.edge_radius or block.e or not foundation.is_plain
         on = motion.breaks, motion.coefficients
         accuracy = tolerance, max_steps
+        if "tau" in self.law.parameters:
+            return self._relaxing(constants, state, time, *on, *accuracy, theta, rates)
         if is_foundation and not odd and (not len(motion.coefficients) or motion.leans(time)):
             return series.integrate(constants, state, time, *on, *accuracy, theta, rates)
         r = -1.0 if is_foundation else float(self.parameters["r"])
         return kernel.integrate(constants, r, tensionless, state, time, *on, *accuracy, theta, rates)
+
+    def _relaxing(self, constants: tuple[float, ...], *scene: Any) -> tuple[int, int, int, int, int, Floats]:
+        """The same on a bed that relaxes."""
+        from freerock.models import viscoelastic  # compiled by itself, for few
+
+        return viscoelastic.integrate(constants, float(self.parameters["tau"]), *scene)
 
 
 def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None = None) -> tuple[Floats, str]:
