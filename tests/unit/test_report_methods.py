@@ -10,7 +10,7 @@ from freerock.identification.levels import REJECTS
 from freerock.report.methods import Paragraph, bib, markdown
 from freerock.report.references import REFERENCES, bibtex
 
-ENTRY = re.compile(r"@article\{(\w+),\n(?:  \w+ = \{.+\},\n)+\}\n")
+ENTRY = re.compile(r"@(?:article|book)\{(\w+),\n(?:  \w+ = \{.+\},\n)+\}\n")
 
 
 @pytest.fixture

@@ -19,6 +19,7 @@ _LAW_LOOKS = (
     ("#cc79a7", (0, (5, 1, 1, 1)), "v"),
     ("#009e73", ":", "D"),
     ("#56b4e9", (0, (1, 1, 4, 1)), "P"),
+    ("#8c6d1f", (0, (8, 1.5, 1.5, 1.5, 1.5, 1.5)), "*"),
 )
 RIVAL = "#7a3b9a"  # colour of candidates beside the laws themselves
 _BY_LAW = dict(zip(LAWS, cycle(_LAW_LOOKS), strict=False))
@@ -49,10 +50,13 @@ PARAMETER_STYLES: dict[str, Style] = {
     "kappa": {"marker": "v", "color": "#7b5ea7", "markerfacecolor": "none"},
     "e": {"marker": "P", "color": "black"},
     "mu": {"marker": "X", "color": "#d55e00", "markerfacecolor": "none"},
+    "tau": {"marker": "*", "color": "#8c6d1f", "markerfacecolor": "none"},
 }
 HATCHES = {"k": "", "c": "////", "lambda": "////", "r": "", "kappa": "....", "e": "", "mu": "////"}
+HATCHES |= {"tau": "...."}
 DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # on the screen
 MARKERS = {"": "diamond", "s": "square", "^": "triangle", "v": "inverted_triangle", "D": "hex", "P": "cross"}
+MARKERS |= {"*": "star"}
 
 
 def scripts_folder() -> Path:

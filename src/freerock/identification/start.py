@@ -125,7 +125,8 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
 
     Housner's r: the lowest minimum inside the range. At its lower end the error may fall further, as the
     block that stops early is out of step for less time. A law with cases starts from the minima of these,
-    with a trace of the number that each lacks.
+    with a trace of the number that each lacks; of a bed that relaxes also from the minima over its own grid,
+    since those of a slow one and of a quick one lie apart.
 
     Parameters
     ----------
@@ -139,13 +140,16 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
         return _scan_bounces(problem)
     if not law.is_foundation:
         return _scan_r_and_width(problem, horizon_s) if "width" in problem.common else [[_scan_r(problem)]]
+    starts = list[list[float]]()
     if law.cases:
-        traces = {name: fitted(name, PARAMETERS[name].trace) for name in law.ratios}
-        return [
+        traces = {name: fitted(name, PARAMETERS[name].trace) for name in law.parameters[1:]}
+        starts = [
             [(traces | dict(zip(MODELS[case], found, strict=True)))[name] for name in law.parameters]
             for case in law.cases
             for found in scan(replace(problem, model=alike(problem.model, case)), horizon_s)[:2]
         ]
+        if not law.relaxes:
+            return starts
     samples = problem.samples(horizon_s, START.samples)
     coarse = replace(problem, rtol=START.rtol)
     grids = [_grid(problem, name) for name in law.parameters]
@@ -161,7 +165,7 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
         ]
         for point in product(*grids)
     ]
-    return _lowest(coarse, points, [len(grid) for grid in grids], samples)
+    return starts + _lowest(coarse, points, [len(grid) for grid in grids], samples)
 
 
 def _scan_bounces(problem: Problem) -> list[list[float]]:

@@ -48,8 +48,13 @@ class Foundation(NamedTuple):
 
     @classmethod
     def of(cls, parameters: Mapping[str, float]) -> "Foundation":
-        """The foundation that a model's parameters, named as in `laws`, describe; those it lacks are zero."""
-        return cls(parameters["k"], *(parameters.get(name, 0.0) for name in ("c", "lambda", "kappa")))
+        """The foundation that a model's parameters, named as in `laws`, describe; those it lacks are zero.
+
+        Of a bed that relaxes, with "tau", it is what stays when it has: k alone.
+        """
+        lacks = ("c",) if "tau" in parameters else ()
+        damped = (0.0 if name in lacks else parameters.get(name, 0.0) for name in ("c", "lambda", "kappa"))
+        return cls(parameters["k"], *damped)
 
     @property
     def is_damped(self) -> bool:

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.models.block import Block
+from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State, contact_force, lean
-from freerock.models.laws import CANDIDATES
+from freerock.models.laws import CANDIDATES, law_of
 from freerock.models.simulate import simulate_fitted
 
 
@@ -46,6 +46,10 @@ def corners_over_time(
         theta = theta + lean(found, foundation, tilt)  # from the normal of the ground
     depth, depth_rate, rate = rates.T
     lift = found.b * np.sin(theta)
+    if law_of(model).relaxes:
+        along = found.h * np.sin(theta) + found.e * np.cos(theta)
+        fall = np.gradient(depth_rate + along * rate, time_s)
+        return Corners(depth - lift, depth + lift, found.mass_kg * (GRAVITY - fall))
     states = zip(depth, depth_rate, theta, rate, strict=True)
     force = [contact_force(found, foundation, State(*map(float, each)), rules)[0] for each in states]
     return Corners(depth - lift, depth + lift, np.array(force))

@@ -87,6 +87,11 @@ class Law:
         return "k" in self.parameters
 
     @property
+    def relaxes(self) -> bool:
+        """Whether its bed remembers what pressed it (`viscoelastic`)."""
+        return "tau" in self.parameters
+
+    @property
     def is_rivalled(self) -> bool:
         """Whether it is fitted only where others leave more than noise."""
         return bool(self.cases) or self.bounces
@@ -139,17 +144,6 @@ LAWS = {
         cites="[@bandis1983]",
         note="Hunt–Crossley on a bed of finite thickness k/κ",
     ),
-    # f = k z + q, q̇ = (c/τ) ż - q/τ
-    "viscoelastic": Law(
-        "Viscoelastic",
-        ("k", "c", "tau"),
-        tuple(name for name in COMMON_NUISANCES if name != "edge_radius"),
-        by_default=False,
-        cases=("winkler",),
-        tensionless=False,
-        cites="[@christensen1982]",
-        note="a bed of springs and dashpots that relaxes in the time τ_r",
-    ),
     # 0 ≤ P_n ⟂ v_n⁺ + e v_n⁻ ≥ 0, |P_t| ≤ μ P_n at each corner
     "bouncing": Law(
         "Bouncing",
@@ -160,6 +154,17 @@ LAWS = {
         bounces=True,
         cites="[@moreau1988; @wang1992]",
         note="a rigid block whose corners bounce with restitution e and slide with friction μ",
+    ),
+    # f = k z + q, q̇ = (c/τ) ż - q/τ
+    "viscoelastic": Law(
+        "Viscoelastic",
+        ("k", "c", "tau"),
+        tuple(name for name in COMMON_NUISANCES if name != "edge_radius"),
+        by_default=False,
+        cases=("winkler",),
+        tensionless=False,
+        cites="[@flugge1975]",
+        note="a bed of springs and dashpots that relaxes in the time τ_r",
     ),
 }
 

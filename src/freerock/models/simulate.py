@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -324,7 +324,7 @@ class _Scene:
             moved = abs(theta0) + abs(theta_rate0) / block.p + abs(z_rate0) / (block.p * block.b)
             amplitude = min(amplitude, moved) or amplitude
             motion = motion or STILL
-        if is_foundation and not foundation.is_damped:
+        if is_foundation and not (foundation.is_damped or self.parameters.get("c", 0.0)):
             # nothing forgets the errors of a motion without damping
             amplitude *= 0.3
         pivots = self.rules.kinematics == "pivoting"
@@ -335,18 +335,15 @@ class _Scene:
         odd = tensionless or block.edge_radius or block.e or not foundation.is_plain
         on = motion.breaks, motion.coefficients
         accuracy = tolerance, max_steps
-        if "tau" in self.law.parameters:
-            return self._relaxing(constants, state, time, *on, *accuracy, theta, rates)
+        if self.law.relaxes:
+            from freerock.models import viscoelastic  # compiled by itself, for few
+
+            element = float(self.parameters["c"]) / block.mass_kg, float(self.parameters["tau"])
+            return viscoelastic.integrate(constants, element, state, time, *on, *accuracy, theta, rates)
         if is_foundation and not odd and (not len(motion.coefficients) or motion.leans(time)):
             return series.integrate(constants, state, time, *on, *accuracy, theta, rates)
         r = -1.0 if is_foundation else float(self.parameters["r"])
         return kernel.integrate(constants, r, tensionless, state, time, *on, *accuracy, theta, rates)
-
-    def _relaxing(self, constants: tuple[float, ...], *scene: Any) -> tuple[int, int, int, int, int, Floats]:
-        """The same on a bed that relaxes."""
-        from freerock.models import viscoelastic  # compiled by itself, for few
-
-        return viscoelastic.integrate(constants, float(self.parameters["tau"]), *scene)
 
 
 def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None = None) -> tuple[Floats, str]:

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-_ENTRY = re.compile(r"^Cited as (.+)\n(@article\{(\w+),\n(?:  .+\n)+\}\n)", re.M)
+_ENTRY = re.compile(r"^Cited as (.+)\n(@(?:article|book)\{(\w+),\n(?:  .+\n)+\}\n)", re.M)
 
 
 class Reference(NamedTuple):

@@ -21,7 +21,8 @@ def _column(name: str) -> str:
 _OF_LAWS = [name for law in LAWS.values() for name in law.parameters]
 _PUBLISHED = [name for model in PAPER_MODELS for name in LAWS[model].parameters]
 MEDIANS = {_column(name): name for name in dict.fromkeys([*_PUBLISHED, "width", *_OF_LAWS])}
-RARE = [name for law in LAWS.values() if not law.by_default for name in law.parameters]
+_USUAL = [name for law in LAWS.values() if law.by_default for name in law.parameters]
+RARE = [name for name in _OF_LAWS if name not in _USUAL]
 COLUMNS = [*SCENE, "model", "n_freed", "n_runs", *COUNTS, "n_explains"]
 COLUMNS += ["epsilon_theta", "epsilon_holdout", *(name for name, own in MEDIANS.items() if own not in RARE)]
 RARE_COLUMNS = [name for name, own in MEDIANS.items() if own in RARE]  # last, where any is not empty
@@ -108,8 +109,9 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
         candidate. n_runs: those with a choice; n_selected to n_not_fitted: their number by status;
         n_explains: runs in which the candidate leaves no more than the noise at rest. epsilon_theta,
         epsilon_holdout: medians over the runs with a full fit (fractions). r, k_n_m2 [N/m²], c_n_s_m2
-        [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m, kappa_n_m3 [N/m³], e, mu: medians over the runs in
-        which the candidate is named or also possible, NaN where there is none or it has no such parameter.
+        [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m, kappa_n_m3 [N/m³], e, mu, tau_s [s]: medians over
+        the runs in which the candidate is named or also possible, NaN where there is none or it has no such
+        parameter.
     """
     possible = choice[choice["status"].isin(POSSIBLE)]
     key = [*SCENE, "test", "run", "model"]
