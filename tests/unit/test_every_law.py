@@ -25,7 +25,8 @@ def test_every_parameter_has_a_median_a_marker_and_a_hatch():
 @pytest.mark.parametrize("model, name", [(model, name) for model, law in LAWS.items() for name in law.ratios])
 def test_every_parameter_of_a_law_changes_its_motion(model, name):
     k, block, time = 7e6, Block(0.28, 0.07, 5.84), np.linspace(0, 2, 401)
-    values = {"k": k} | {each: 3 * PARAMETERS[each].trace * k for each in LAWS[model].ratios}
+    values = {each: 3 * PARAMETERS[each].trace for each in LAWS[model].parameters}
+    values |= {"k": k, **{each: k * values[each] for each in LAWS[model].ratios}}
     with_it, without = (
         simulate(model, block, each, time, theta0=0.1).theta for each in (values, values | {name: 0.0})
     )

@@ -40,7 +40,7 @@ BOTH = ("guided", "pivoting")
             "general",
             LAWS,
             ("guided",),
-            {"housner_width", "winkler_width", "hunt_crossley_width", "hardening"},
+            {"housner_width", "winkler_width", "hunt_crossley_width", "hardening", "viscoelastic"},
         ),
     ],
 )
