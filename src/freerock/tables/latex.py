@@ -39,6 +39,7 @@ TEX = {
         "’": "'",
     },
     **{"λ": r"$\lambda$", "Λ": r"$\Lambda$", "ε": r"$\varepsilon$", "ε_θ": r"$\varepsilon_\theta$"},
+    **{"τ_r": r"$\tau_r$"},
     **{"t_f": "$t_f$", "θ₀": r"$\theta_0$", "t₀": "$t_0$"},
 }
 _TEX_TOKEN = re.compile(
