@@ -423,15 +423,16 @@ def _integrate(law, element, start, time, breaks, coefficients, tolerance, max_s
             residual = _held(which, y1[:4], regime, near, cell[0], sign, places)
             if abs(residual) <= exact * (1.0 if which == CORNER else b):
                 break
-            correction = -residual / _rate_of(which, y1[:4], regime, near, sign, places)
-            if not abs(correction) < 0.1 * step:
-                if first == 1.0:  # what was aimed at is not reached
-                    which = -1
-                elif attempt == 0:
-                    step *= first
-                    continue
+            if first == 1.0:  # what was aimed at is not reached yet
+                which = -1
                 break
-            step += correction
+            correction = -residual / _rate_of(which, y1[:4], regime, near, sign, places)
+            if abs(correction) < 0.1 * step:
+                step += correction
+            elif attempt == 0:
+                step *= first
+            else:
+                break
         if not accepted:
             rejected += 1
             size = step * (max(0.2, 0.9 * error**-0.1) if error < 1e20 else 0.2)
