@@ -260,8 +260,12 @@ def test_models_that_most_runs_choose_or_reject_are_marked(datasets):
 
 @pytest.mark.parametrize(
     ("stderr", "given", "success", "told"),
-    [(0.1, "", True, False), (math.nan, "", True, True), (math.nan, "fixed", True, False)]
-    + [(math.nan, "", False, False)],
+    [
+        (0.1, "", True, False),
+        (math.nan, "", True, True),
+        (math.nan, "fixed", True, False),
+        (math.nan, "", False, False),
+    ],
 )
 def test_a_number_without_an_uncertainty_is_explained(datasets, stderr, given, success, told):
     row = of_run("a", 1, 100.0, success) | {"stderr": stderr, "given": given}
