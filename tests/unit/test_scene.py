@@ -81,6 +81,12 @@ def test_a_scene_of_a_pivoting_block(here):
     assert Path("record/scene.tdms").read_bytes() != Path("guided/scene.tdms").read_bytes()
 
 
+def test_a_virtual_record_of_a_bed_that_relaxes(here):
+    text = SCENE.replace("housner: {r: 0.9}", "viscoelastic: {k: 7.e+6, c: 5.e+4, tau: 0.01}")
+    assert run(text + LASER, "--into", "record") == 0
+    assert read_record("record/scene.tdms")
+
+
 def test_a_virtual_record_is_a_record_file_the_same_each_time(here):
     for folder in ("one", "two"):
         assert run(SCENE + LASER, "--into", folder) == 0

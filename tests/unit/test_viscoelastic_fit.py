@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from freerock.models.block import GRAVITY, Block
+from freerock.models.contact import Foundation, static_depth
 from freerock.models.corners import corners_over_time
 from freerock.models.laws import Rules
 from freerock.models.simulate import Solver, simulate
+from freerock.models.viscoelastic import CELLS, integrate
 from freerock.runs.motion import Motion
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.hypotheses_tried import identify_run
@@ -21,15 +23,21 @@ LISTED = replace(GUIDED, models=("winkler", "hunt_crossley", "viscoelastic"))
 
 
 def measured(law, parameters, seed, kinematics="guided"):
-    """A run of 5 s with white noise."""
-    time, rules = np.arange(0, 5, 1e-3), Rules(kinematics=kinematics)
-    exact = simulate(law, BLOCK, parameters, time, theta0=THETA0, rules=rules, solver=Solver(1e-10)).theta
+    """A run of 4 s with white noise; under the law that relaxes on four times as many cells as usual."""
+    time, rules = np.arange(0, 4, 2e-3), Rules(kinematics=kinematics)
+    if law == "viscoelastic":
+        bed, exact = Foundation.of(parameters), np.empty(time.size)
+        start = static_depth(BLOCK, bed, THETA0), 0.0, THETA0, 0.0
+        memory = parameters["c"] / BLOCK.mass_kg, parameters["tau"]
+        level = np.empty(0), np.empty((0, 14))
+        scene = bed.constants(BLOCK, kinematics == "pivoting"), memory, start, time, *level
+        integrate(*scene, 1e-10 * THETA0, 1_000_000, exact, np.empty((0, 3)), cells=4 * CELLS)
+    else:
+        exact = simulate(law, BLOCK, parameters, time, theta0=THETA0, rules=rules, solver=Solver(1e-10)).theta
     return Motion(time, exact + np.random.default_rng(seed).normal(0, SIGMA, time.size), SIGMA, THETA0)
 
 
-@pytest.mark.parametrize(
-    ("damping_s", "relaxes_s"), [(5e-3, 2e-3), (5e-3, 0.01), (5e-3, 0.05), (0.02, 0.05), (0.02, 0.2)]
-)
+@pytest.mark.parametrize(("damping_s", "relaxes_s"), [(5e-3, 2e-3), (5e-3, 0.05), (0.02, 0.2)])
 def test_stiffness_damping_and_relaxation_are_found(damping_s, relaxes_s):
     truth = {"k": K, "c": damping_s * K, "tau": relaxes_s}
     found = identify_run(BLOCK, measured("viscoelastic", truth, 4), LISTED)
@@ -67,7 +75,7 @@ def test_it_is_tried_only_where_it_is_listed():
 
 
 def test_the_force_of_such_a_bed_is_what_moves_the_block():
-    """At rest it is the weight; as τ shrinks it comes to Winkler's."""
+    """In flight it is none; as τ shrinks it comes to Winkler's."""
     time, values = np.linspace(0, 0.5, 2001), {"k": K, "c": 5e-3 * K, "theta0": THETA0}
     plain = corners_over_time("winkler", BLOCK, values, time).force
     quick = corners_over_time("viscoelastic", BLOCK, {**values, "tau": 1e-5}, time).force

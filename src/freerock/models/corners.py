@@ -49,7 +49,9 @@ def corners_over_time(
     if law_of(model).relaxes:
         along = found.h * np.sin(theta) + found.e * np.cos(theta)
         fall = np.gradient(depth_rate + along * rate, time_s)
-        return Corners(depth - lift, depth + lift, found.mass_kg * (GRAVITY - fall))
+        low, high = depth - lift, depth + lift
+        pressed = np.where(np.maximum(low, high) > 0, found.mass_kg * (GRAVITY - fall), 0.0)
+        return Corners(low, high, pressed)
     states = zip(depth, depth_rate, theta, rate, strict=True)
     force = [contact_force(found, foundation, State(*map(float, each)), rules)[0] for each in states]
     return Corners(depth - lift, depth + lift, np.array(force))

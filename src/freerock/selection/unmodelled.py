@@ -289,7 +289,7 @@ def _of_forces(path: _Path) -> Iterator[Effect]:
     k, depth = path.values["k"], np.maximum(path.depths, 0.0)
     hardens = path.on_base(k * depth**2)
     yield from _acting("hardening", hardens, lambda a: f"of a bed {1e3 / a:.2g} mm thick")
-    for tau in TRIES.relaxes_s:
+    for tau in () if law_of(path.law).relaxes else TRIES.relaxes_s:
         keep = math.exp(-TRIES.step_s / tau)
         memory = lfilter([1.0], [1.0, -keep], np.diff(depth, axis=1, prepend=depth[:, :1]), axis=1)
         relaxes = path.on_base(k * np.where(depth > 0, memory, 0.0))
@@ -303,6 +303,8 @@ def _of_halves(path: _Path) -> Iterator[Effect]:
     k, depth, b = path.values["k"], np.maximum(path.depths, 0.0), path.block.b
     sides = path.on_base(k * depth * np.sign(path.points)[:, None] / 2)
     yield from _acting("two_beds", sides, "the right one stiffer by {:+.1%}".format, EITHER)
+    if law_of(path.law).relaxes:  # what its bed remembers presses, too
+        return
     right, left = path.pressed(b), path.pressed(-b)
     moment = b * (right + left) * np.cos(path.states[0]) / 2
     corner = path.by(-path.along * (right - left) / 2 + moment, -(right - left) / 2)

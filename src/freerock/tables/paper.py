@@ -42,11 +42,9 @@ STOPS_NOTE = (
 )
 GIVEN_NOTE = "Fixed and tied parameters are stated in the configuration (fits.parameters)."
 UNDETERMINED_NOTE = (
-    "An undetermined parameter was held: the run depends on it too little for its bounds, or jumps there."
+    "An undetermined parameter was held: the run hardly depends on it, or the motion jumps there."
 )
-NO_U_NOTE = (
-    "Without ±: the law does not explain the run, and the run does not show how far off the parameter is."
-)
+NO_U_NOTE = "Without ±: the law does not explain the run, and the error of the parameter is not known."
 PUBLISHED_NOTE = "Published values: doi:{doi}, from the laboratory's own records."
 
 ANGLE_NOTE = "θ₀ measured: mean; ±: standard deviation between the runs."

@@ -280,7 +280,7 @@ def _fade(scene: Scene, release: Release, times: Floats) -> tuple[Floats, State]
     if release.fade_s == 0:
         return np.empty(0), held
     if LAWS[scene.model].relaxes:
-        what = f"a finger that leaves by and by is not worked out under {scene.model}"
+        what = f"a finger that leaves gradually is not worked out under {scene.model}"
         raise FreerockError("fade_s", what, "set it to 0, or take another law")
 
     def support(t: float) -> float:

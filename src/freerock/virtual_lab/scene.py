@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pandas as pd
 from freerock.config.scene import GROUND_COLUMNS, GroundSection, Scene
 from freerock.errors import FreerockError
 from freerock.models.ground import GroundMotion, accelerogram, pulse
-from freerock.models.laws import Rules
+from freerock.models.laws import LAWS, Rules
 from freerock.models.simulate import Response, simulate
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.noise import Noise
@@ -116,6 +117,8 @@ def write_scene_record(scene: Scene, path: Path) -> None:
         number=scene.laser.releases,
         scatter=0.0,
     )
+    if LAWS[model].relaxes:  # no finger that leaves gradually is worked out
+        releases = [replace(each, fade_s=0.0) for each in releases]
     record = simulate_record(
         scene.block.block,
         Laser(**scene.laser.model_dump(exclude={"noise_v", "seed", "releases", "uncertainty"})),
