@@ -31,7 +31,7 @@ def truths() -> dict[str, Truth]:
 
 
 def run(size: str = "full") -> pd.DataFrame:
-    """Discrepancy of every candidate, fitted to the same run.
+    """Discrepancy of every candidate that is tried by default, fitted to the same run.
 
     Returns
     -------
@@ -52,7 +52,8 @@ def _rows(case: tuple[str, Truth]) -> list[Row]:
     assert motion is not None  # none of them overturns
     named = identify_run(truth.nominal, motion, BY_DEFAULT).choice(BY_DEFAULT).selected
     noise = least_mean_square(motion) / float(np.mean(motion.theta**2))
-    fits = {model: fit_run(model, truth.nominal, motion, BY_DEFAULT.settings(model)) for model in CANDIDATES}
+    every = BY_DEFAULT.candidates
+    fits = {model: fit_run(model, truth.nominal, motion, BY_DEFAULT.settings(model)) for model in every}
     return [
         {
             "block": block,

@@ -12,7 +12,8 @@ from freerock.errors import FreerockError
 from freerock.figures.declared import declared
 from freerock.figures.style import save
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, LAWS, PAPER_MODELS
+from freerock.models.laws import LAWS, PAPER_MODELS
+from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock_bench import (
     confusion,
     cost,
@@ -239,7 +240,7 @@ def test_a_cell_of_the_atlas_and_its_figure(tmp_path):
 
 def test_a_rigid_block_needs_one_parameter():
     frame = cost.run("small")
-    assert frame["named"].sum() == 1 and list(frame["model"]) == list(CANDIDATES)
+    assert frame["named"].sum() == 1 and list(frame["model"]) == [*BY_DEFAULT.candidates]
     named = frame[frame["named"]].iloc[0]
     assert (named["model"], named["n_parameters"]) == ("housner", 1)
     assert 0.9 < named["over_noise"] < 1.15

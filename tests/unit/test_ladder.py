@@ -65,9 +65,7 @@ def test_the_kinematics_of_a_squat_block_is_told(model):
     assert (choice.selected, choice.also_possible) == (model, ())
     fit = found.fits[model]
     assert abs(fit.values["k"] - MARBLE["k"]) < 4 * fit.stderr[0]
-    assert {each.evidence.model for each in choice.judged} == set(CANDIDATES) - {
-        "bouncing"
-    }  # no peak shows it
+    assert {each.evidence.model for each in choice.judged} == {*BY_DEFAULT.candidates}
     assert all(each.reason for each in choice.judged)
 
 

@@ -328,7 +328,7 @@ def _given_notes(frame: pd.DataFrame) -> list[str]:
 def _runs_note(frame: pd.DataFrame) -> list[str]:
     numbers = frame["n_runs"].tolist()
     without = frame["success"].astype(bool) & frame["mean"].notna() & frame["u_total"].isna()
-    without &= frame["given"].fillna("").eq("") if "given" in frame else True
+    without &= (frame["given"].isna() | frame["given"].eq("")) if "given" in frame else True
     notes = [RUNS_NOTE] * any(n > 1 for n in numbers) + [ONE_RUN_NOTE] * (1 in numbers)
     return notes + [NO_U_NOTE] * bool(without.any())
 
