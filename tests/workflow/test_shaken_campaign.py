@@ -1,6 +1,7 @@
-"""Ground motions of a campaign: batches, fragility, report; a lost batch, a motion that is none."""
+"""Ground motions of a campaign: batches, fragility, report; a batch lost or killed, a motion that is none."""
 
 import os
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +68,13 @@ def test_a_campaign_with_ground_motions_says_whether_its_blocks_fall(checkout, m
     planned = checkout.planned()
     assert planned["response"] == 1
     assert not {"fit", "record", "tables"} & {*planned}
+    hook, mark = checkout / "accident", checkout / "mark"
+    hook.mkdir()
+    shutil.copy(Path(__file__).with_name("accident.py"), hook / "sitecustomize.py")
+    path = os.pathsep.join(str(checkout / part) for part in ("src", "accident"))
+    when = {"PYTHONPATH": path, "ACCIDENT": "kill job", "MARK": str(mark), "AT": batches[1].name}
+    assert checkout.snakemake(**when).returncode != 0
+    assert mark.exists() and not batches[1].exists()
     assert checkout.snakemake().returncode == 0
     assert batches[1].read_bytes() == whole
 
