@@ -52,11 +52,26 @@ PARAMETER_STYLES: dict[str, Style] = {
     "mu": {"marker": "X", "color": "#d55e00", "markerfacecolor": "none"},
     "tau": {"marker": "*", "color": "#8c6d1f", "markerfacecolor": "none"},
 }
-HATCHES = {"k": "", "c": "////", "lambda": "////", "r": "", "kappa": "....", "e": "", "mu": "////"}
-HATCHES |= {"tau": "...."}
+HATCHES = {
+    "k": "",
+    "c": "////",
+    "lambda": "////",
+    "r": "",
+    "kappa": "....",
+    "e": "",
+    "mu": "////",
+    "tau": "....",
+}
 DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # on the screen
-MARKERS = {"": "diamond", "s": "square", "^": "triangle", "v": "inverted_triangle", "D": "hex", "P": "cross"}
-MARKERS |= {"*": "star"}
+MARKERS = {
+    "": "diamond",
+    "s": "square",
+    "^": "triangle",
+    "v": "inverted_triangle",
+    "D": "hex",
+    "P": "cross",
+    "*": "star",
+}
 
 
 def scripts_folder() -> Path:

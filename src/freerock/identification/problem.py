@@ -290,7 +290,8 @@ class Problem:
         return tuple(found)
 
     def beyond_bounds(self, stderr: Floats) -> tuple[str, ...]:
-        """Parameters of the law of which a standard error [SI] is larger than what their bounds leave."""
+        """Parameters of the law whose standard error, shape (n_parameters,) [SI], exceeds the width of their
+        bounds."""
         own = law_of(self.model).parameters
         return tuple(
             name

@@ -52,9 +52,8 @@ class Foundation(NamedTuple):
 
         Of a bed that relaxes, with "tau", it is what stays when it has: k alone.
         """
-        lacks = ("c",) if "tau" in parameters else ()
-        damped = (0.0 if name in lacks else parameters.get(name, 0.0) for name in ("c", "lambda", "kappa"))
-        return cls(parameters["k"], *damped)
+        c = 0.0 if "tau" in parameters else parameters.get("c", 0.0)
+        return cls(parameters["k"], c, parameters.get("lambda", 0.0), parameters.get("kappa", 0.0))
 
     @property
     def is_damped(self) -> bool:

@@ -46,12 +46,13 @@ def corners_over_time(
         theta = theta + lean(found, foundation, tilt)  # from the normal of the ground
     depth, depth_rate, rate = rates.T
     lift = found.b * np.sin(theta)
-    if law_of(model).relaxes:
+    left, right = depth - lift, depth + lift
+    if law_of(model).relaxes:  # what moves the block: the bed's own force depends on what it remembers
         along = found.h * np.sin(theta) + found.e * np.cos(theta)
         fall = np.gradient(depth_rate + along * rate, time_s)
-        low, high = depth - lift, depth + lift
-        pressed = np.where(np.maximum(low, high) > 0, found.mass_kg * (GRAVITY - fall), 0.0)
-        return Corners(low, high, pressed)
-    states = zip(depth, depth_rate, theta, rate, strict=True)
-    force = [contact_force(found, foundation, State(*map(float, each)), rules)[0] for each in states]
-    return Corners(depth - lift, depth + lift, np.array(force))
+        force = np.where(np.maximum(left, right) > 0, found.mass_kg * (GRAVITY - fall), 0.0)
+    else:
+        states = zip(depth, depth_rate, theta, rate, strict=True)
+        pressed = (contact_force(found, foundation, State(*map(float, each)), rules)[0] for each in states)
+        force = np.fromiter(pressed, float)
+    return Corners(left, right, force)

@@ -71,7 +71,7 @@ def nodes(half_width_m: float, cells: int = CELLS) -> Floats:
 
 
 @compiled(forceinline=True)
-def _edge(regime, y, s, cos, decay, cell):
+def _edge(y, s, cos, decay, cell):
     """Place of the end of a partial contact, D there, and the rate at which the contact grows.
 
     `cell` has whether it grows, a place and, there and by length, what is known: q out of contact where it
@@ -111,7 +111,7 @@ def _rates(regime, y, x_ground, gravity, law, bed, decay, cell):
     of_level, of_slope = bed[0] * y[1] - bed[1] * y[4], bed[0] * y[3] * cos - bed[1] * y[5]
     of_total, of_moment = -bed[1] * y[6], -bed[1] * y[7]
     if regime in (RIGHT, LEFT):
-        x, d, growth = _edge(regime, y, s, cos, decay, cell)
+        x, d, growth = _edge(y, s, cos, decay, cell)
         of_total += d * growth
         of_moment += x * d * growth
     return y[1], a - force - hs * more, y[3], turn + more, of_level, of_slope, of_total, of_moment
@@ -191,7 +191,7 @@ def _cell(regime, near, grows, fading, inside, outside, places):
 def _turned(regime, near, y, fading, cell, inside, outside, places):
     """The cell after the end of the contact turned back: from a node to there, as it is now."""
     s, cos = _sincos(y[2])
-    x, at_end, _ = _edge(regime, y, s, cos, 1.0, cell)
+    x, at_end, _ = _edge(y, s, cos, 1.0, cell)
     node = near if cell[0] else _beyond(regime, near)
     known = fading * (inside[node] if cell[0] else outside[node])
     if not cell[0]:
