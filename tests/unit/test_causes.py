@@ -19,7 +19,7 @@ from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 from freerock.selection import unmodelled
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
-from freerock.selection.causes import ranked, required_effect
+from freerock.selection.causes import Cause, ranked, required_effect
 from freerock.selection.fit_reasons import unmodelled_effect
 from freerock.selection.hypotheses_tried import allowing, identify_run
 from freerock_bench.springs import Motion as Rocking
@@ -139,7 +139,7 @@ def test_an_effect_too_small_to_reject_a_law_is_required_with_what_it_changes(na
     assert (note.verdict, note.name, note.value) == ("warn", "unmodelled_effect", found.deviations)
     assert note.text.startswith(f"requires {name}, ") and " and lambda " in note.text
     at = fit.parameters.index("lambda")
-    more = allowing(fit, found).discrepancy[at] ** 2 - fit.discrepancy[at] ** 2
+    more = allowing(fit, [found], [1.0]).discrepancy[at] ** 2 - fit.discrepancy[at] ** 2
     assert more == pytest.approx(found.shifts["lambda"] ** 2)
 
 
@@ -152,6 +152,37 @@ def test_what_a_required_effect_would_change_stands_in_the_uncertainty():
     shift = found.effects["hunt_crossley"].shifts["lambda"]
     assert best.discrepancy[at] == pytest.approx(math.hypot(held.discrepancy[at], shift), rel=0.01)
     assert abs(best.values["lambda"] - SOIL["lambda"]) < 1.96 * best.u_total[at]
+
+
+def test_what_causes_would_change_counts_by_their_shares():
+    fit = fit_run("hunt_crossley", BLOCK, seen({}))
+    at, size = fit.parameters.index("k"), fit.values["k"]
+    causes = [
+        Cause(name, "", 1.0, 1.0, 1.0, {"k": by * size}) for name, by in (("air", 0.03), ("slip", 0.04))
+    ]
+    for shares, square in (
+        ((0.5, 0.25), 0.5 * 0.03**2 + 0.25 * 0.04**2),
+        ((1.0, 1.0), (0.03**2 + 0.04**2) / 2),
+    ):
+        told = allowing(fit, causes, shares).discrepancy[at] ** 2 - fit.discrepancy[at] ** 2
+        assert told == pytest.approx(square * size**2)
+
+
+def test_a_run_that_nothing_explains_is_known_to_what_its_causes_would_change():
+    laws = ("winkler", "hunt_crossley")
+    hypotheses = replace(BY_DEFAULT, models=laws, kinematics=())
+    motion = seen({"relaxing": 0.3, "relaxes_s": 0.05})
+    found = identify_run(BLOCK, motion, hypotheses)
+    assert not found.explained
+    for model in laws:
+        own, causes = found.fits[model], found.causes[model]
+        alone = fit_run(model, BLOCK, motion, hypotheses.settings(model, ()))
+        square = sum(cause.share * cause.shifts["k"] ** 2 for cause in causes)
+        square /= max(1.0, sum(cause.share for cause in causes))
+        (other,) = (found.fits[name] for name in laws if name != model)
+        odds = (own.diagnostics["mean_square"] / other.diagnostics["mean_square"]) ** 3
+        square += odds / (1 + odds) * (own.value[0] - other.value[0]) ** 2
+        assert own.discrepancy[0] ** 2 == pytest.approx(alone.discrepancy[0] ** 2 + square, rel=1e-6)
 
 
 def test_where_the_law_cannot_be_followed_no_effect_is_required(monkeypatch):

@@ -13,6 +13,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from freerock.errors import FreerockError
+from freerock.identification import intervals
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.least_squares import legal
 from freerock.models.block import GRAVITY, Block
@@ -193,6 +194,28 @@ def test_what_a_law_with_a_pulled_input_would_be_with_the_stated_one_counts_as_d
     assert near.discrepancy[0] < 0.1 * abs(shift)
     far = fit_run("housner", *off_by_height(6e-4, 1e-4))
     assert far.discrepancy[0] >= abs(far.contributions.if_as_stated[0]) > 2 * abs(shift)
+
+
+def test_an_input_contributes_by_its_pull_times_as_much(monkeypatch):
+    off, on = (fit_run("housner", *off_by_height(by, 1e-4)).contributions for by in (3e-4, 5e-5))
+    monkeypatch.setattr(intervals, "_enlarged", lambda *_: 1.0)
+    of_off, of_on = (fit_run("housner", *off_by_height(by, 1e-4)).contributions for by in (3e-4, 5e-5))
+    assert off.pulls[0] == pytest.approx(3.0, rel=0.1) and abs(on.pulls[0]) < 1
+    assert off.values == pytest.approx(off.pulls[0] * of_off.values)
+    assert np.array_equal(on.values, of_on.values)
+    assert np.array_equal(off.impacts, of_off.impacts) and np.array_equal(off.moved, of_off.moved)
+
+
+def test_contributions_grow_as_the_shifts_that_a_run_sees():
+    draw = np.random.default_rng(2)
+    root = np.vstack([draw.standard_normal((3, 4)), np.zeros((1, 4))])  # of four inputs, one is not seen
+    covariance = 0.2 * root @ root.T
+    z = np.array([0.4 * root @ draw.standard_normal(4) for _ in range(400)])
+    z[:, 3] = 5.0
+    squares = [intervals._enlarged(2 * each, covariance, 1e-2) ** 2 for each in z]
+    expected = 4 * 0.16 / 0.2
+    assert np.mean(squares) == pytest.approx(expected, rel=0.1)
+    assert all(intervals._enlarged(1e-3 * each, covariance, 1e-2) == 1.0 for each in z[:5])
 
 
 def test_an_input_beyond_its_prior_counts_as_one_number_in_the_search():

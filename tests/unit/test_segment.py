@@ -147,6 +147,16 @@ def test_faults_of_a_run(run, expected, reason):
     assert reason in found.verdict.texts[0]
 
 
+def test_a_run_far_off_its_hold_begins_at_a_peak():
+    theta, release = one_run()
+    seen = np.minimum(theta, 0.85 * theta.max())  # the sensor reads no farther
+    (run,) = find_runs(*record((seen, release))[0])
+    assert run.verdict.names == ("hold_unseen",)
+    peak = theta[round((run.release_s - 1.0) * RATE_HZ)]
+    assert peak < 0
+    assert run.theta0 == pytest.approx(peak, rel=2e-3)
+
+
 def touched(grow=1.0, slow=1.0):
     """A run that from 1.5 s after its release on is driven, or slowed, by a hand."""
     theta, release = one_run(r=0.95)

@@ -88,17 +88,30 @@ def uncertainty(
     found = _in_si_units(problem, x, free, of_x, replace(known, dof=known.dof[:n]), widened)
     left = np.eye(len(best.z)) - by_inputs[n:]
     of_z = np.diag(both)[n:]
+    of_shifts = both[n:, n:] + left @ left.T
     with np.errstate(invalid="ignore", divide="ignore"):
-        pulls = best.z / np.sqrt(of_z + np.sum(left**2, axis=1))
+        pulls = best.z / np.sqrt(np.diag(of_shifts))
         remaining = np.sqrt(of_z + np.sum(by_inputs[n:] ** 2, axis=1))
     of_inputs = np.zeros((len(x), len(best.z)))
-    of_inputs[free] = by_inputs[:n]
+    of_inputs[free] = by_inputs[:n] * _enlarged(best.z, of_shifts, learned)
     every = contributed(replace(best.nuisances, problem=problem), x, of_inputs)
     at = [every.inputs.index(each) for each in best.nuisances.sources]
     every.moved[at], every.remaining[at] = best.z, remaining
     every.impacts[:, at] = problem.gradient(x)[:, free] @ best.impacts
     every.pulls[at] = np.where(remaining**2 < 1 - learned, pulls, np.nan)
     return found, every
+
+
+def _enlarged(z: Floats, covariance: Floats, learned: float) -> float:
+    """Factor on the contributions of inputs whose shifts z exceed their covariance; at least 1.
+
+    √(χ²/ν) of the ν directions that the run sees, with more than a share `learned` of variance (Birge 1932,
+    doi:10.1103/PhysRev.40.207). Shifts that are too large mean priors that are too narrow, or a wrong law.
+    """
+    size, directions = np.linalg.eigh(covariance)
+    seen = size > learned
+    squares = (z @ directions[:, seen]) ** 2 / size[seen]
+    return max(1.0, float(np.sqrt(squares.mean()))) if seen.any() else 1.0
 
 
 def _in_si_units(

@@ -46,8 +46,9 @@ def as_measured(
         theta = simulate_fitted(law, turning, values, every, rules=rules, solver=solver, rates=rates)
     else:
         order = np.argsort(every, kind="stable")
+        back = np.empty_like(order)
+        back[order] = np.arange(order.size)
         theta = simulate_fitted(law, turning, values, every[order], rules=rules, solver=solver, rates=rates)
-        back = np.argsort(order, kind="stable")
         theta, rates = theta[back], None if rates is None else rates[back]
     theta = theta.reshape(len(beside), -1)
     if rates is None:

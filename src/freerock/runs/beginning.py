@@ -19,6 +19,7 @@ HOLD_OF = f"give a hold window with {MIN_BLOCKS * BLOCK_S:g} s of valid samples 
 FROM_PEAK = "the run begins at its first clean peak"
 LEAVE_OUT = "the motion before is not free rocking; exclude the run, or set its release by hand"
 LEAST_PEAK = 0.2  # of the largest angle seen, by judgement: a run that begins lower says little
+FAR = 0.1  # of θ0, off the hold: farther than a fit looks for the release
 
 
 class Beginning(NamedTuple):
@@ -46,7 +47,8 @@ class Beginning(NamedTuple):
 def from_hold(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -> Beginning:
     """A run that begins with the release from a hold and ends at an instant [s].
 
-    Where the block was stopped on its way, it begins there; where only slowed, at its first clean peak.
+    Where the block was stopped on its way, it begins there. Where it was only slowed, or its motion is far
+    from one that is let go from the hold, it begins at its first clean peak.
     """
     stop, reasons = find_stop(signal, hold, end_s), list[Reason]()
     if stop:
@@ -63,6 +65,10 @@ def from_hold(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -> B
             text = f"{fell} was braked at {stop.start_s:.2f} s, and no clean peak follows: {LEAVE_OUT}"
             reasons.append(Reason("warn", "braked", text))
     release = find_release(signal, hold, end_s, limits)
+    if abs(release.push) > FAR and (peak := from_peak(signal, release.instant_s, end_s, limits)):
+        text = f"it moves as if released from an angle {release.push:+.1%} off θ0: the block was pushed, or "
+        text += f"held beyond the range of the sensor; {FROM_PEAK}, {peak.release.instant_s:.3f} s"
+        return peak._replace(reasons=(*reasons, Reason("warn", "hold_unseen", text)))
     held = held_angle(signal, hold, release.instant_s, limits)
     return Beginning(hold.start_s, release, held, release.instant_s + limits.finger_s, tuple(reasons))
 

@@ -21,7 +21,6 @@ from freerock.rotation.beam import displaced, turned
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.allowed_hypotheses import Hypotheses
-from freerock.selection.causes import ranked
 from freerock.selection.fit_reasons import (
     explains_as_well,
     notes_on_scene,
@@ -81,7 +80,7 @@ def doubts_about(
     disturbance = None
     if "alternating_restitution" not in measured.names:  # its cause acts all through the run
         disturbance = find_disturbance(block, motion, found.fits, hypotheses.settings)
-    unexplained = Reason("warn", "unexplained", UNEXPLAINED + _causes_of(block, motion, found, hypotheses))
+    unexplained = Reason("warn", "unexplained", UNEXPLAINED + _causes_of(found))
     if disturbance is None:
         return [unexplained]
     start_s, end_s = disturbance
@@ -99,17 +98,13 @@ def doubts_about(
     return [Reason("warn", name, f"{what}: leave the run out"), unexplained]
 
 
-def _causes_of(block: Block, motion: Motion, found: Identified, hypotheses: Hypotheses) -> str:
+def _causes_of(found: Identified) -> str:
     """The causes of a misfit, of the candidate of which the first cause leaves least; none where no
     laboratory is known."""
-    if motion.laboratory is None:
+    if not found.causes:
         return ""
-    causes = {model: ranked(found.at_best(model, block, motion, hypotheses)) for model in found.fits}
-    named = [model for model in causes if causes[model]]
-    if not named:
-        return ""
-    best = min(named, key=lambda model: causes[model][0].left)
-    told = "; ".join(cause.text for cause in causes[best])
+    best = min(found.causes, key=lambda model: found.causes[model][0].left)
+    told = "; ".join(cause.text for cause in found.causes[best])
     return f"; of the misfit of {MODEL_LABELS[best]} would take: {told}"
 
 

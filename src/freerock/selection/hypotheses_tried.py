@@ -21,6 +21,7 @@ from freerock.identification.against_noise import LOUDNESS, hopeless_from, least
 from freerock.identification.fit import Fit, fit_record
 from freerock.identification.inputs_with_priors import Posterior, at_end
 from freerock.identification.levels import NEAR, REJECTS, TELLS, TRACE
+from freerock.identification.model_discrepancy import PARTS
 from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.free_parameters import PER_RUN
@@ -28,7 +29,7 @@ from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
 from freerock.selection.allowed_hypotheses import Hypotheses, Hypothesis, holds
-from freerock.selection.causes import Cause, required_effect
+from freerock.selection.causes import Cause, ranked, required_effect
 from freerock.selection.choice import Choice, Evidence, choose, evidence, plainly
 from freerock.selection.holdout import of_other_runs
 from freerock.selection.quick import (
@@ -116,6 +117,8 @@ class Identified:
     effects : dict of str to Cause
         By candidate, selected from this run alone: the effect that it requires beside it. What that would
         change is part of the `discrepancy` of its fit.
+    causes : dict of str to list of Cause
+        By candidate, of a run that nothing explains: the causes of its misfit, likewise.
     """
 
     fits: dict[str, Fit] = field(default_factory=dict)
@@ -125,6 +128,7 @@ class Identified:
     alternatives: dict[Hypothesis, Fit] = field(default_factory=dict)
     before: Fit | None = None
     effects: dict[str, Cause] = field(default_factory=dict)
+    causes: dict[str, list[Cause]] = field(default_factory=dict)
 
     def copied(self) -> "Identified":
         """The same, to which fits may be added."""
@@ -217,13 +221,33 @@ def of_set(fits: Mapping[str, Fit]) -> dict[str, Fit]:
     }
 
 
-def beside(fit: Fit, others: Sequence[Fit]) -> Fit:
-    """A fit whose `discrepancy` takes up the mean square difference to others that explain the run.
+def of_unexplained(fits: Mapping[str, Fit]) -> dict[str, Fit]:
+    """Fits of a run that nothing explains, each beside the others that may be used."""
+    usable = {name: fit for name, fit in fits.items() if fit.success}
+    return {
+        name: beside(fit, [other for other in usable.values() if other is not fit], by_misfit)
+        for name, fit in usable.items()
+    }
 
-    By their odds exp(-ΔBIC/2) against it; of those that have its first number.
+
+def by_bic(fit: Fit, other: Fit) -> float:
+    """Logarithm of the odds of another fit against one, where both leave noise."""
+    return (fit.bic - other.bic) / 2
+
+
+def by_misfit(fit: Fit, other: Fit) -> float:
+    """The same where both leave more: a misfit has about as many independent values as a run has parts."""
+    ratio = fit.diagnostics["mean_square"] / other.diagnostics["mean_square"]
+    return PARTS / 2 * math.log(ratio)
+
+
+def beside(fit: Fit, others: Sequence[Fit], log_odds: Callable[[Fit, Fit], float] = by_bic) -> Fit:
+    """A fit whose `discrepancy` takes up the mean square difference to others, by their odds against it.
+
+    Of those that have its first number.
     """
     others = [other for other in others if fit.parameters[0] in other.parameters]
-    odds = np.exp(np.clip([(fit.bic - other.bic) / 2 for other in others], None, 700.0))
+    odds = np.exp(np.clip([log_odds(fit, other) for other in others], None, 700.0))
     square = np.square(fit.discrepancy)
     for share, other in zip(odds / (1 + odds.sum()), others, strict=True):
         at = np.array([other.values.get(each, own) for each, own in fit.values.items()])
@@ -231,10 +255,11 @@ def beside(fit: Fit, others: Sequence[Fit]) -> Fit:
     return replace(fit, discrepancy=np.sqrt(square))
 
 
-def allowing(fit: Fit, effect: Cause) -> Fit:
-    """A fit whose `discrepancy` takes up what an effect that no law contains would change."""
-    shifts = [effect.shifts.get(name, 0.0) for name in fit.parameters]
-    return replace(fit, discrepancy=np.hypot(fit.discrepancy, shifts))
+def allowing(fit: Fit, causes: Sequence[Cause], shares: Sequence[float]) -> Fit:
+    """A fit whose `discrepancy` takes up what causes that no law contains would change, by their shares."""
+    shifts = np.array([[cause.shifts.get(name, 0.0) for name in fit.parameters] for cause in causes])
+    squares = np.array(shares) @ shifts**2 / max(1.0, sum(shares))
+    return replace(fit, discrepancy=np.sqrt(np.square(fit.discrepancy) + squares))
 
 
 def _contends(model: str, found: Identified) -> bool:
@@ -501,6 +526,8 @@ class _Search:
                 for other in found.alternatives
             ):
                 del found.alternatives[each]
+        if not explaining:
+            self._take_up_causes(found)
         alone, found.fits = found.fits, found.fits | of_set(found.fits)
         selected = found.choice(self.hypotheses).selected
         if explaining and selected in alone:
@@ -513,8 +540,17 @@ class _Search:
             effect = required_effect(found.at_best(selected, self.block, self.motion, self.hypotheses))
             if effect:
                 found.effects[selected] = effect
-                found.fits[selected] = allowing(found.fits[selected], effect)
+                found.fits[selected] = allowing(found.fits[selected], [effect], [1.0])
         return found
+
+    def _take_up_causes(self, found: Identified) -> None:
+        """The causes of the misfit of each candidate; `discrepancy` takes up these and the other fits."""
+        found.fits |= of_unexplained(found.fits)
+        for model, fit in found.fits.items():
+            causes = ranked(found.at_best(model, self.block, self.motion, self.hypotheses))
+            if causes:
+                found.causes[model] = causes
+                found.fits[model] = allowing(fit, causes, [cause.share for cause in causes])
 
     def _with_freed_inputs(self, selected: Hypothesis, bar: float) -> dict[Hypothesis, Fit]:
         """Hypotheses with fewer numbers than the selected one that explain the run as well where the input
