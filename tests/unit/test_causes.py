@@ -69,16 +69,16 @@ def test_a_run_of_no_known_laboratory_has_no_causes():
 SOIL, THETA0 = {"k": 2.86e6, "lambda": 8.16e7}, math.radians(8)
 
 
-def unexplained(besides, lost=0, incline=0.0):
+def unexplained(besides=None, **others):
     """Causes of a run of another simulator with something that the law of its fit has not."""
-    motion = seen(besides, lost, incline)
+    motion = seen(besides or {}, **others)
     fit = fit_run("hunt_crossley", BLOCK, replace(motion, laboratory=None))
     return ranked(at_end(posed("hunt_crossley", (BLOCK,), (motion,), FitSettings()), fit.values, None))
 
 
-def seen(besides, lost=0, incline=0.0):
+def seen(besides, lost=0, incline=0.0, base=None):
     """A run of another simulator with something that the law of its fit has not."""
-    scene = Scene(BLOCK, SOIL, False, THETA0, 1e-7, besides=besides)
+    scene = Scene(BLOCK, SOIL, False, THETA0, 1e-7, base=base or {}, besides=besides)
     moves = Rocking(scene, 1e3, 2.5)
     way = read(moves.states, scene, LASER.position, incline)
     way = way - read(moves.stands[:6, None], scene, LASER.position, incline)
@@ -97,8 +97,9 @@ def seen(besides, lost=0, incline=0.0):
         ("hardening", {"besides": {"thickness_m": 20e-3}}, 50.0),
         ("relaxation", {"besides": {"relaxing": 0.05, "relaxes_s": 0.02}}, 0.05),
         ("two_beds", {"besides": {"two_beds": 0.01}}, 0.02),
-        ("samples", {"besides": {}, "lost": 3}, 3e-3),
-        ("beam", {"besides": {}, "incline": 0.02}, 0.02),
+        ("base", {"base": {"hollow_m": 1e-5}}, 1e-5),
+        ("samples", {"lost": 3}, 3e-3),
+        ("beam", {"incline": 0.02}, 0.02),
     ],
 )
 def test_what_no_law_has_is_named_with_its_size(name, how, size):

@@ -126,7 +126,7 @@ def hints_for(
     laws = [
         model
         for model in fits
-        if not CANDIDATES[model].is_rival and law_of(model).is_foundation and not law_of(model).cases
+        if law_of(model).is_foundation and not law_of(model).cases and not CANDIDATES[model].width
     ]
     as_mirrored = mirrored(motion)
     for model in laws:
@@ -137,7 +137,7 @@ def hints_for(
         if leaves_noise(model, block, replace(settings, debonding=other), start, motion):
             text = would.format(f"fits.debonding: {other}")
             yield Reason("warn", "other_debonding", text)
-        if as_mirrored is not None and leaves_noise(model, block, settings, None, as_mirrored):
+        if as_mirrored is not None and not CANDIDATES[model].is_rival and leaves_noise(model, block, settings, None, as_mirrored):
             yield Reason("warn", "other_sign", would.format("the other sign of the laser"))
 
 

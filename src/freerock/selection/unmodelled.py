@@ -47,6 +47,8 @@ class Tries:
         Relaxation times of a bed [s].
     grips : tuple of float
         Friction coefficients of a base that slips.
+    hollow_m : float
+        Depth of a hollow base, for its derivative [m].
     like_it : (float, float)
         Times itself, within which the amount of an effect lies that has no size of its own.
     places : int
@@ -65,6 +67,7 @@ class Tries:
     dull_rad_s: float = 2e-3
     relaxes_s: tuple[float, ...] = (0.005, 0.02, 0.08)
     grips: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
+    hollow_m: float = 1e-5
     like_it: tuple[float, float] = (0.3, 3.0)
     places: int = 48
     line_hz: tuple[float, float] = (14.0, 120.0)
@@ -96,7 +99,7 @@ def effects(best: Posterior) -> Iterator[Effect]:
     path = _Path.of(best)
     if path is not None:
         yield from _of_forces(path)
-        yield from _of_halves(path)
+        yield from _of_base(path)
 
 
 def forces(best: Posterior) -> list[Effect]:
@@ -224,10 +227,10 @@ class _Path:
         theta, _, z, _ = self.states
         return np.asarray(z + np.outer(self.points, np.sin(theta)))
 
-    def pressed(self, u: float) -> Floats:
-        """Force per width of the law at a place of the base [N/m]."""
+    def pressed(self, u: Floats | float, gap: Floats | float = 0.0) -> Floats:
+        """Force per width of the law at places of the base [N/m], which lie so far above its corners [m]."""
         theta, rate, z, z_rate = self.states
-        depth, deeper = z + u * np.sin(theta), z_rate + u * rate * np.cos(theta)
+        depth, deeper = z + u * np.sin(theta) - gap, z_rate + u * rate * np.cos(theta)
         touching = np.maximum(depth, 0.0)
         return np.where(depth > 0, Foundation.of(self.values).pressure(touching, deeper), 0.0)
 
@@ -296,8 +299,8 @@ def _of_forces(path: _Path) -> Iterator[Effect]:
         yield from _acting("relaxation", relaxes, f"of the bed, {{:.1%}} in {1e3 * tau:g} ms".format)
 
 
-def _of_halves(path: _Path) -> Iterator[Effect]:
-    """A bed or a corner that differs from left to right."""
+def _of_base(path: _Path) -> Iterator[Effect]:
+    """A bed or a corner that differs from left to right, and a base that is hollow in its middle."""
     if not law_of(path.law).is_foundation:
         return
     k, depth, b = path.values["k"], np.maximum(path.depths, 0.0), path.block.b
@@ -305,6 +308,10 @@ def _of_halves(path: _Path) -> Iterator[Effect]:
     yield from _acting("two_beds", sides, "the right one stiffer by {:+.1%}".format, EITHER)
     if law_of(path.law).relaxes:  # what its bed remembers presses, too
         return
+    hollow = TRIES.hollow_m * (1 - (path.points[:, None] / b) ** 2)
+    less = path.pressed(path.points[:, None], hollow) - path.pressed(path.points[:, None])
+    gap = path.on_base(less / TRIES.hollow_m)
+    yield from _acting("base", gap, lambda a: f"hollow by {1e3 * a:.2g} mm")
     right, left = path.pressed(b), path.pressed(-b)
     moment = b * (right + left) * np.cos(path.states[0]) / 2
     corner = path.by(-path.along * (right - left) / 2 + moment, -(right - left) / 2)
