@@ -14,7 +14,7 @@ from freerock.populations.predict import PREDICTIONS
 from freerock.products.estimates import estimates_of
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv, write_csv
-from freerock.tables.restitution import restitution_comparison
+from freerock.tables.restitution_comparison import restitution_comparison
 from freerock.tables.summary import table1, table2, table3
 from freerock.tables.tidy import tidy_tables
 

@@ -3,7 +3,7 @@ from fabricated import fits, record
 
 from freerock.models.block import Block
 from freerock.tables.populations import populations_table
-from freerock.tables.restitution import restitution_comparison
+from freerock.tables.restitution_comparison import restitution_comparison
 from freerock.tables.tidy import parameters_table, restitution_table, runs_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}

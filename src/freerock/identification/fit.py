@@ -106,7 +106,7 @@ class Fit:
         with the inputs moved also where that does not explain the run); coloured (1 where neighbouring
         residuals correlate); white (1 where the residual agrees with
         white noise); noise (1 where it agrees with the noise at rest), noise_p, noise_ratio, noise_low_hz,
-        noise_high_hz (chance of that, and the band that tells most, see `noise.AgainstRest`);
+        noise_high_hz (chance of that, and the band that tells most, see `against_noise.AgainstRest`);
         effective_samples; charged (part of the BIC that is for freed numbers and inputs);
         widened (largest factor by which a standard error was raised, of a run whose first
         half disagrees with the whole); in_phase_r, in_phase_epsilon_theta (of a rigid block that stops

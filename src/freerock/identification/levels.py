@@ -30,8 +30,8 @@ def deviations(chance: float) -> float:
 
 REJECTS = level(3)  # 1.7e-4: pulls, or a lacking damping, at which a law is rejected
 TRACE = deviations(REJECTS)  # 3.8 standard errors of a number that a law lacks
-# Chance of the residual as `noise.AgainstRest` has it. That is an upper bound, since sensors may be a tenth
-# louder than at rest: of 1 400 clean runs of seven noises none lies below it.
+# Chance of the residual as `against_noise.AgainstRest` has it. That is an upper bound, since sensors may be
+# a tenth louder than at rest: of 1 400 clean runs of seven noises none lies below it.
 RESIDUAL = 1e-3
 # Standard errors off zero, from which a number that was taken for granted is freed: 4.0. Of 320 level runs
 # none had a tilt of more than 3.3.

@@ -56,8 +56,8 @@ class StartSettings:
         Standard deviations of the noise, likewise.
     heights : tuple of int
         From how many heights a curve of the first, second, third degree leaves one to tell a tilt. The
-        degrees rise as do those of the restitutions (`runs.evenness`). Of 71 bases off level the fits that
-        start from this tilt all found it within 0.002 degrees.
+        degrees rise as do those of the restitutions (`runs.uneven_restitution`). Of 71 bases off level the
+        fits that start from this tilt all found it within 0.002 degrees.
     """
 
     samples: int = 250

@@ -18,7 +18,7 @@ from freerock.products.runs import motions_in
 from freerock.runs.motion import Motion
 from freerock.tables.candidates import accepted_fits
 from freerock.tables.csvfile import write_csv
-from freerock.tables.restitution import restitution_comparison
+from freerock.tables.restitution_comparison import restitution_comparison
 from freerock.tables.restitution_law import restitution_law
 from freerock.tables.summary import table1, table2, table3
 from freerock.tables.swings import swings

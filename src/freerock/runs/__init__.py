@@ -7,7 +7,6 @@ __all__ = [
     "angular_rate",
     "begun_in_motion",
     "by_hand",
-    "evenness",
     "impacts",
     "judged",
     "measured_total",
@@ -17,5 +16,6 @@ __all__ = [
     "release",
     "segment",
     "tops",
+    "uneven_restitution",
     "verdict",
 ]

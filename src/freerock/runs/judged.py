@@ -14,11 +14,11 @@ from freerock.rotation.lattice import scatter
 from freerock.rotation.still import stationary_phases
 from freerock.runs.begun_in_motion import Position
 from freerock.runs.by_hand import NOTHING, ByHand
-from freerock.runs.evenness import doubt_about_evenness
 from freerock.runs.impacts import Impacts, doubt_about, find_impacts
 from freerock.runs.left_out import impacts_used, missed
 from freerock.runs.quiet import sensor_noise
 from freerock.runs.segment import Run, find_runs
+from freerock.runs.uneven_restitution import doubt_about_evenness
 from freerock.runs.verdict import Verdict
 
 TILTS = "alternating_restitution"

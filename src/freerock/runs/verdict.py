@@ -1,6 +1,7 @@
 """The verdict on a run or a record: how far it may be used, and why, one reason per check.
 
-The checks are in `checks`, their thresholds in `limits`, warnings after the fits in `selection.doubts`.
+The checks are in `checks` and `uneven_restitution`, their thresholds in `config.defaults`, warnings after the
+fits in `selection.doubts`.
 """
 
 from collections.abc import Iterable

@@ -43,7 +43,7 @@ class Evidence:
     charged : float
         Part of it that is for the freed numbers and the inputs.
     noise_p, noise_ratio, noise_low_hz, noise_high_hz : float
-        The residual against the noise at rest (`freerock.identification.noise.AgainstRest`).
+        The residual against the noise at rest (`freerock.identification.against_noise.AgainstRest`).
     added_damping : float
         Standard errors by which a number that the law lacks would be above zero.
     pulls_p : float
@@ -173,8 +173,8 @@ def evidence(fit: Fit) -> Evidence:
 def choose(evidence: Sequence[Evidence]) -> Choice:
     """The smallest candidate that explains a run, and every other one that the data can't tell from it.
 
-    A candidate explains a run when its residual is the noise at rest (`noise.against_rest`), holds no trace
-    of a number that the law lacks, and no held-out ε_θ is above 1. Of those, the data tell apart what
+    A candidate explains a run when its residual is the noise at rest (`against_noise.against_rest`), holds no
+    trace of a number that the law lacks, and no held-out ε_θ is above 1. Of those, the data tell apart what
     differs by `TELLS` (`Evidence.rules_out`): the wrong one of two candidates of as many numbers is then
     named alone with a chance of Φ(−√TELLS) = 8e-4 at most, however far apart they are, and so is a larger one
     whose further number has one sign. Among the others, the least numbers win, then the lowest BIC. A

@@ -137,7 +137,9 @@ def hints_for(
         if leaves_noise(model, block, replace(settings, debonding=other), start, motion):
             text = would.format(f"fits.debonding: {other}")
             yield Reason("warn", "other_debonding", text)
-        if as_mirrored is not None and not CANDIDATES[model].is_rival and leaves_noise(model, block, settings, None, as_mirrored):
+        if as_mirrored is None or CANDIDATES[model].is_rival:
+            continue
+        if leaves_noise(model, block, settings, None, as_mirrored):
             yield Reason("warn", "other_sign", would.format("the other sign of the laser"))
 
 

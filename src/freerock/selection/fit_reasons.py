@@ -10,8 +10,8 @@ from freerock.identification.levels import EFFECTS, NORMAL_95, PULLED, SLOWER, W
 from freerock.identification.problem import release_bounds
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS, MODELS
-from freerock.runs.evenness import EVEN
 from freerock.runs.motion import Motion
+from freerock.runs.uneven_restitution import EVEN
 from freerock.runs.verdict import Level, Reason
 from freerock.selection.allowed_hypotheses import Hypothesis
 from freerock.selection.causes import Cause

@@ -10,7 +10,7 @@ __all__ = [
     "plan",
     "populations",
     "recovered",
-    "restitution",
+    "restitution_comparison",
     "restitution_law",
     "summary",
     "swings",

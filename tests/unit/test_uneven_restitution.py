@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from freerock.models.block import Block
-from freerock.runs.evenness import BENT, EVEN, doubt_about_evenness, unevennesses
 from freerock.runs.impacts import Impacts, restitution_covariance, restitution_from_peaks
+from freerock.runs.uneven_restitution import BENT, EVEN, doubt_about_evenness, unevennesses
 
 BLOCK = Block(0.28, 0.07, 5.84)
 STDERR = 5e-5  # of a peak [rad]
