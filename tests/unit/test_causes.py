@@ -11,17 +11,18 @@ from freerock.identification.fit import fit_run
 from freerock.identification.inputs_with_priors import at_end
 from freerock.identification.start import posed
 from freerock.models.block import Block
+from freerock.models.given import Given
 from freerock.models.simulate import simulate_theta
 from freerock.rotation.beam import turned
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
-from freerock.selection import unmodelled
+from freerock.selection import hypotheses_tried, unmodelled
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.causes import Cause, ranked, required_effect
 from freerock.selection.fit_reasons import unmodelled_effect
-from freerock.selection.hypotheses_tried import allowing, identify_run
+from freerock.selection.hypotheses_tried import allowing, identify_run, identify_runs
 from freerock_bench.springs import Motion as Rocking
 from freerock_bench.springs import Scene, read
 
@@ -170,20 +171,50 @@ def test_what_causes_would_change_counts_by_their_shares():
 
 
 def test_a_run_that_nothing_explains_is_known_to_what_its_causes_would_change():
-    laws = ("winkler", "hunt_crossley")
+    laws = ("winkler", "hunt_crossley", "general")
     hypotheses = replace(BY_DEFAULT, models=laws, kinematics=())
     motion = seen({"relaxing": 0.3, "relaxes_s": 0.05})
     found = identify_run(BLOCK, motion, hypotheses)
     assert not found.explained
-    for model in laws:
-        own, causes = found.fits[model], found.causes[model]
+    for model, own in found.fits.items():
+        causes = [cause for cause in found.causes[model] if cause.name != "oscillation"]
         alone = fit_run(model, BLOCK, motion, hypotheses.settings(model, ()))
         square = sum(cause.share * cause.shifts["k"] ** 2 for cause in causes)
         square /= max(1.0, sum(cause.share for cause in causes))
-        (other,) = (found.fits[name] for name in laws if name != model)
-        odds = (own.diagnostics["mean_square"] / other.diagnostics["mean_square"]) ** 3
-        square += odds / (1 + odds) * (own.value[0] - other.value[0]) ** 2
+        others = [found.fits[name] for name in found.fits if name != model]
+        odds = [(own.epsilon_theta / other.epsilon_theta) ** 3 for other in others]
+        for each, other in zip(odds, others, strict=True):
+            square += each / (1 + sum(odds)) * (own.value[0] - other.value[0]) ** 2
         assert own.discrepancy[0] ** 2 == pytest.approx(alone.discrepancy[0] ** 2 + square, rel=1e-6)
+
+
+def test_causes_that_no_run_tells_apart_change_by_the_most_of_each():
+    motion = seen({"relaxing": 0.3, "relaxes_s": 0.05})
+    fit = fit_run("winkler", BLOCK, motion)
+    best = at_end(posed("winkler", (BLOCK,), (motion,), FitSettings()), fit.values, fit.contributions)
+    together = next(cause for cause in ranked(best) if "relaxation" in cause.what)
+    assert together.name != "relaxation"
+    assert together.shifts["k"] < -0.05 * fit.values["k"] and together.shifts["c"] < -0.1 * fit.values["c"]
+
+
+def test_a_number_that_is_fixed_stays_certain():
+    options = {**BY_DEFAULT.options, "parameters": {"winkler": {"k": Given(value=3.2e6, vary=False)}}}
+    hypotheses = replace(BY_DEFAULT, models=("winkler", "hunt_crossley"), kinematics=(), options=options)
+    found = identify_run(BLOCK, seen({"relaxing": 0.3, "relaxes_s": 0.05}), hypotheses)
+    fit = found.fits["winkler"]
+    assert not found.explained
+    assert fit.u_total[0] == 0 and fit.discrepancy[1] > 0
+
+
+def test_a_run_that_the_others_of_its_record_contradict_has_causes(monkeypatch):
+    motion, cause = seen({}), Cause("air", "", 1.0, 1.0, 1.0, {"k": 0.1 * SOIL["k"]})
+    hypotheses = replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
+    alone = identify_runs(BLOCK, {1: motion}, hypotheses)[1]
+    assert alone.explained and not alone.causes
+    monkeypatch.setattr(hypotheses_tried, "of_other_runs", lambda *of: dict.fromkeys(of[3], 2.0))
+    monkeypatch.setattr(hypotheses_tried, "ranked", lambda _: [cause])
+    found = identify_runs(BLOCK, {1: motion}, hypotheses)[1]
+    assert not found.explained and found.causes["hunt_crossley"] == [cause]
 
 
 def test_where_the_law_cannot_be_followed_no_effect_is_required(monkeypatch):

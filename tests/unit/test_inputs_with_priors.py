@@ -196,26 +196,34 @@ def test_what_a_law_with_a_pulled_input_would_be_with_the_stated_one_counts_as_d
     assert far.discrepancy[0] >= abs(far.contributions.if_as_stated[0]) > 2 * abs(shift)
 
 
-def test_an_input_contributes_by_its_pull_times_as_much(monkeypatch):
-    off, on = (fit_run("housner", *off_by_height(by, 1e-4)).contributions for by in (3e-4, 5e-5))
-    monkeypatch.setattr(intervals, "_enlarged", lambda *_: 1.0)
-    of_off, of_on = (fit_run("housner", *off_by_height(by, 1e-4)).contributions for by in (3e-4, 5e-5))
-    assert off.pulls[0] == pytest.approx(3.0, rel=0.1) and abs(on.pulls[0]) < 1
-    assert off.values == pytest.approx(off.pulls[0] * of_off.values)
-    assert np.array_equal(on.values, of_on.values)
-    assert np.array_equal(off.impacts, of_off.impacts) and np.array_equal(off.moved, of_off.moved)
+def test_an_input_that_is_pulled_adds_to_the_errors_of_the_law():
+    off, on = (fit_run("housner", *off_by_height(by, 1e-4)) for by in (3e-4, 5e-5))
+    known = off.contributions
+    assert known.enlarged == pytest.approx(known.pulls[0], rel=1e-6) and known.pulls[0] > 2.5
+    excess = math.sqrt(known.enlarged**2 - 1) * np.abs(known.values[:, 0])
+    assert known.excess == pytest.approx(excess)
+    assert np.all(off.discrepancy >= excess)
+    assert off.u_total**2 == pytest.approx(off.stderr**2 + off.discrepancy**2 + known.values[:, 0] ** 2)
+    assert abs(on.contributions.pulls[0]) < 1
+    assert on.contributions.enlarged == 1.0 and not on.discrepancy.any()
 
 
-def test_contributions_grow_as_the_shifts_that_a_run_sees():
-    draw = np.random.default_rng(2)
-    root = np.vstack([draw.standard_normal((3, 4)), np.zeros((1, 4))])  # of four inputs, one is not seen
-    covariance = 0.2 * root @ root.T
-    z = np.array([0.4 * root @ draw.standard_normal(4) for _ in range(400)])
-    z[:, 3] = 5.0
-    squares = [intervals._enlarged(2 * each, covariance, 1e-2) ** 2 for each in z]
-    expected = 4 * 0.16 / 0.2
-    assert np.mean(squares) == pytest.approx(expected, rel=0.1)
-    assert all(intervals._enlarged(1e-3 * each, covariance, 1e-2) == 1.0 for each in z[:5])
+def test_shifts_of_inputs_are_held_against_their_covariance():
+    along, across, unseen = np.array([1.0, 1, 0]), np.array([1.0, -1, 0]), np.array([0, 0, 1.0])
+    covariance = 0.32 * np.outer(along, along) + 0.02 * np.outer(across, across)  # eigenvalues 0.64, 0.04
+    for z, squares in ((along, 2 / 0.64), (across, 2 / 0.04), (along + unseen, 2 / 0.64)):
+        assert intervals._enlarged(3 * z, covariance, 1e-2) == pytest.approx(3 * math.sqrt(squares / 2))
+    assert intervals._enlarged(across, covariance, 0.1) == 1.0  # the only direction that is seen has no shift
+    assert intervals._enlarged(0.1 * along, covariance, 1e-2) == 1.0
+    assert intervals._enlarged(np.zeros(0), np.zeros((0, 0)), 1e-2) == 1.0
+
+
+def test_where_the_data_determine_nothing_a_fit_says_so():
+    _, motion = measured(3)
+    first = np.flatnonzero(motion.theta < 0)[0] - 20
+    short = replace(motion, time_s=motion.time_s[:first], theta=motion.theta[:first])
+    fit = fit_run("housner", BLOCK, short)
+    assert not fit.success and fit.message == "the data do not determine the parameters"
 
 
 def test_an_input_beyond_its_prior_counts_as_one_number_in_the_search():

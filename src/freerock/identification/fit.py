@@ -382,8 +382,10 @@ def _told(end: _End, solution: Solution, resolution: Resolution, holdout: float,
     value, fixed = problem.physical(x), known.stderr == 0
     law = np.where(fixed, 0.0, model_discrepancy(value, parts)) if any(doubts) else np.zeros(len(x))
     law *= max(doubts)
-    if moved is end and moved.contributions.p_of_pulls <= REJECTS:
-        law = np.hypot(law, moved.contributions.if_as_stated)
+    if moved is end:
+        law = np.hypot(law, moved.contributions.excess)
+        if moved.contributions.p_of_pulls <= REJECTS:
+            law = np.hypot(law, moved.contributions.if_as_stated)
     if problem.settings.profile and not failed:
         known, profiled = with_profile(problem, x, resolution.m, known)
         diagnostics |= {"profile": 1.0} if profiled else {}

@@ -93,21 +93,23 @@ def uncertainty(
         pulls = best.z / np.sqrt(np.diag(of_shifts))
         remaining = np.sqrt(of_z + np.sum(by_inputs[n:] ** 2, axis=1))
     of_inputs = np.zeros((len(x), len(best.z)))
-    of_inputs[free] = by_inputs[:n] * _enlarged(best.z, of_shifts, learned)
+    of_inputs[free] = by_inputs[:n]
     every = contributed(replace(best.nuisances, problem=problem), x, of_inputs)
     at = [every.inputs.index(each) for each in best.nuisances.sources]
     every.moved[at], every.remaining[at] = best.z, remaining
     every.impacts[:, at] = problem.gradient(x)[:, free] @ best.impacts
     every.pulls[at] = np.where(remaining**2 < 1 - learned, pulls, np.nan)
-    return found, every
+    return found, replace(every, enlarged=_enlarged(best.z, of_shifts, learned))
 
 
 def _enlarged(z: Floats, covariance: Floats, learned: float) -> float:
-    """Factor on the contributions of inputs whose shifts z exceed their covariance; at least 1.
+    """How many times their covariance allows the shifts z of inputs are; at least 1.
 
     √(χ²/ν) of the ν directions that the run sees, with more than a share `learned` of variance (Birge 1932,
-    doi:10.1103/PhysRev.40.207). Shifts that are too large mean priors that are too narrow, or a wrong law.
+    doi:10.1103/PhysRev.40.207).
     """
+    if not np.isfinite(covariance).all():  # the data do not determine the numbers
+        return 1.0
     size, directions = np.linalg.eigh(covariance)
     seen = size > learned
     squares = (z @ directions[:, seen]) ** 2 / size[seen]

@@ -33,6 +33,9 @@ class Contributions:
     impacts : ndarray, shape (n_numbers, n_inputs)
         Shift of each number where an input is held one remaining standard uncertainty above where the fit
         has it, and all else is fitted again (Conway 2011, arXiv:1103.0354), in the unit of the number.
+    enlarged : float
+        Birge's ratio: how many times their covariance allows the shifts of the inputs are; at least 1. Beyond
+        that, priors are too narrow or the law is wrong.
     """
 
     inputs: tuple[Input, ...]
@@ -41,6 +44,7 @@ class Contributions:
     remaining: Floats
     pulls: Floats
     impacts: Floats
+    enlarged: float = 1.0
 
     @classmethod
     def held(cls, inputs: tuple[Input, ...], values: Floats) -> Self:
@@ -67,6 +71,11 @@ class Contributions:
         if j is None:
             return np.zeros(len(self.values))
         return np.asarray(-self.impacts[:, j] * self.moved[j] / self.remaining[j])
+
+    @property
+    def excess(self) -> Floats:
+        """What `enlarged` adds to the uncertainty of each number by inputs; shape (n_numbers,)."""
+        return np.asarray(np.sqrt((self.enlarged**2 - 1) * np.sum(self.values**2, axis=1)))
 
     def total(self, *others: Floats) -> Floats:
         """Combined standard uncertainty with those of noise and law, each of shape (n_numbers,)."""

@@ -66,8 +66,9 @@ def from_hold(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -> B
             reasons.append(Reason("warn", "braked", text))
     release = find_release(signal, hold, end_s, limits)
     if abs(release.push) > FAR and (peak := from_peak(signal, release.instant_s, end_s, limits)):
-        text = f"it moves as if released from an angle {release.push:+.1%} off θ0: the block was pushed, or "
-        text += f"held beyond the range of the sensor; {FROM_PEAK}, {peak.release.instant_s:.3f} s"
+        how = "pushed" if release.push > 0 else "held back"
+        text = f"it moves as if released from an angle {release.push:+.1%} off θ0: the block was {how}, "
+        text += f"or held beyond the range of the sensor; {FROM_PEAK}, {peak.release.instant_s:.3f} s"
         return peak._replace(reasons=(*reasons, Reason("warn", "hold_unseen", text)))
     held = held_angle(signal, hold, release.instant_s, limits)
     return Beginning(hold.start_s, release, held, release.instant_s + limits.finger_s, tuple(reasons))

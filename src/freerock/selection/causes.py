@@ -44,7 +44,7 @@ class Cause(NamedTuple):
     off : float
         Its amount, in the unit of the effect or input.
     shifts : dict of str to float
-        By how much it would change each free number [SI].
+        By how much it would change each free number [SI]; the most that one of several named together would.
     deviations : float
         Standard errors by which the amount is off zero, where the law explains the run; else NaN.
     """
@@ -191,13 +191,17 @@ def _named(end: Posterior, tried: list[_Tried]) -> list[Cause]:
         if each.name in told or len(causes) == TOLD:
             continue
         told.add(each.name)
-        twins = dict[str, str]()
+        twins = dict[str, _Tried]()
         for other in tried:
             if other.name not in told and abs(other.direction @ each.direction) > ALIKE:
-                twins.setdefault(other.name, f"{other.name}, {other.text}")
+                twins.setdefault(other.name, other)
         told |= {*twins}
-        what = " or ".join([each.text, *[*twins.values()][: TWINS - 1]])
-        causes.append(each.cause(end, what))
+        among = [*twins.values()][: TWINS - 1]
+        what = " or ".join([each.text, *(f"{other.name}, {other.text}" for other in among)])
+        cause = each.cause(end, what)
+        changes = [cause.shifts, *(other.cause(end, "").shifts for other in among)]
+        most = {name: max((shifts[name] for shifts in changes), key=abs) for name in cause.shifts}
+        causes.append(cause._replace(shifts=most))
     return causes
 
 

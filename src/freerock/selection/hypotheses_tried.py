@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from freerock.arrays import Floats
 from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.against_noise import LOUDNESS, hopeless_from, least_mean_square
@@ -132,7 +133,8 @@ class Identified:
 
     def copied(self) -> "Identified":
         """The same, to which fits may be added."""
-        return replace(self, fits={**self.fits}, left_out={**self.left_out}, errors={**self.errors})
+        fits, left_out, errors = {**self.fits}, {**self.left_out}, {**self.errors}
+        return replace(self, fits=fits, left_out=left_out, errors=errors, causes={**self.causes})
 
     @property
     def explained(self) -> bool:
@@ -186,7 +188,10 @@ def identify_run(block: Block, motion: Motion, hypotheses: Hypotheses) -> Identi
             search.fit(Hypothesis(law))
     while search.fits and (untried := search.worth_trying()):
         search.try_all(untried)
-    return search.found()
+    found = search.found()
+    if not found.explained:
+        take_up_causes(found, block, motion, search.hypotheses)
+    return found
 
 
 def identify_runs(
@@ -206,6 +211,9 @@ def identify_runs(
         settings = {number: hypotheses.settings(model, found[number].widened) for number in fits}
         for number, epsilon in of_other_runs(model, block, motions, fits, settings).items():
             found[number].fits[model] = replace(fits[number], epsilon_holdout_runs=epsilon)
+    for number, each in found.items():
+        if singly[number].explained and not each.explained:
+            take_up_causes(each, block, motions[number], hypotheses.on(block, motions[number]))
     return found
 
 
@@ -237,29 +245,45 @@ def by_bic(fit: Fit, other: Fit) -> float:
 
 def by_misfit(fit: Fit, other: Fit) -> float:
     """The same where both leave more: a misfit has about as many independent values as a run has parts."""
-    ratio = fit.diagnostics["mean_square"] / other.diagnostics["mean_square"]
-    return PARTS / 2 * math.log(ratio)
+    return PARTS / 2 * math.log(fit.epsilon_theta / other.epsilon_theta)
 
 
 def beside(fit: Fit, others: Sequence[Fit], log_odds: Callable[[Fit, Fit], float] = by_bic) -> Fit:
     """A fit whose `discrepancy` takes up the mean square difference to others, by their odds against it.
 
-    Of those that have its first number.
+    Of those that have its first number; nothing of a number that is fixed.
     """
     others = [other for other in others if fit.parameters[0] in other.parameters]
     odds = np.exp(np.clip([log_odds(fit, other) for other in others], None, 700.0))
-    square = np.square(fit.discrepancy)
+    square = np.zeros(len(fit.value))
     for share, other in zip(odds / (1 + odds.sum()), others, strict=True):
         at = np.array([other.values.get(each, own) for each, own in fit.values.items()])
-        square = square + share * (at - fit.value) ** 2
-    return replace(fit, discrepancy=np.sqrt(square))
+        square += share * (at - fit.value) ** 2
+    return _less_certain(fit, square)
 
 
 def allowing(fit: Fit, causes: Sequence[Cause], shares: Sequence[float]) -> Fit:
     """A fit whose `discrepancy` takes up what causes that no law contains would change, by their shares."""
     shifts = np.array([[cause.shifts.get(name, 0.0) for name in fit.parameters] for cause in causes])
-    squares = np.array(shares) @ shifts**2 / max(1.0, sum(shares))
-    return replace(fit, discrepancy=np.sqrt(np.square(fit.discrepancy) + squares))
+    return _less_certain(fit, np.array(shares) @ shifts**2 / max(1.0, sum(shares)))
+
+
+def _less_certain(fit: Fit, square: Floats) -> Fit:
+    """A fit with more added to the square of its `discrepancy`; nothing to that of a number that is fixed."""
+    square = np.where(fit.stderr == 0, 0.0, square)
+    return replace(fit, discrepancy=np.sqrt(np.square(fit.discrepancy) + square))
+
+
+def take_up_causes(found: Identified, block: Block, motion: Motion, hypotheses: Hypotheses) -> None:
+    """The causes of the misfit of each candidate; `discrepancy` takes up these and the other fits."""
+    found.fits |= of_unexplained(found.fits)
+    for model, fit in found.fits.items():
+        causes = ranked(found.at_best(model, block, motion, hypotheses))
+        if causes:
+            found.causes[model] = causes
+        moving = [cause for cause in causes if any(cause.shifts.values())]
+        if moving and fit.contributions is None:  # else its numbers are those beside inputs that moved
+            found.fits[model] = allowing(fit, moving, [cause.share for cause in moving])
 
 
 def _contends(model: str, found: Identified) -> bool:
@@ -526,8 +550,6 @@ class _Search:
                 for other in found.alternatives
             ):
                 del found.alternatives[each]
-        if not explaining:
-            self._take_up_causes(found)
         alone, found.fits = found.fits, found.fits | of_set(found.fits)
         selected = found.choice(self.hypotheses).selected
         if explaining and selected in alone:
@@ -542,15 +564,6 @@ class _Search:
                 found.effects[selected] = effect
                 found.fits[selected] = allowing(found.fits[selected], [effect], [1.0])
         return found
-
-    def _take_up_causes(self, found: Identified) -> None:
-        """The causes of the misfit of each candidate; `discrepancy` takes up these and the other fits."""
-        found.fits |= of_unexplained(found.fits)
-        for model, fit in found.fits.items():
-            causes = ranked(found.at_best(model, self.block, self.motion, self.hypotheses))
-            if causes:
-                found.causes[model] = causes
-                found.fits[model] = allowing(fit, causes, [cause.share for cause in causes])
 
     def _with_freed_inputs(self, selected: Hypothesis, bar: float) -> dict[Hypothesis, Fit]:
         """Hypotheses with fewer numbers than the selected one that explain the run as well where the input
