@@ -1,6 +1,7 @@
 """Settings of all tests, and the shipped campaign, analysed once for those that look at its products."""
 
 import gc
+import os
 import shutil
 from pathlib import Path
 
@@ -24,7 +25,9 @@ def pytest_itemcollected(item):
 
 
 def pytest_collection_modifyitems(items):
-    """Files with long tests first, so that of two processes none waits at the end."""
+    """Files with long tests first, so that of several processes none waits at the end."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        return  # one process takes the files as they are named
     long = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: item.path not in long)
 

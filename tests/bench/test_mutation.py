@@ -59,11 +59,11 @@ def test_related_tests_a_module_import_it_or_one_that_does():
 
 
 def test_a_bug_is_caught_and_the_copy_mended(tmp_path):
-    checkout, file = Path(tmp_path), ROOT / "src/freerock/units.py"
+    checkout, file = Path(tmp_path), ROOT / "src/freerock/runs/verdict.py"
     for name in ("src", "tests"):
         mutation.shutil.copytree(ROOT / name, checkout / name)
     mutation.shutil.copy(ROOT / "pyproject.toml", checkout)
-    worse = next(each for each in mutants_of(ROOT / "src/freerock/runs/verdict.py") if "1" in each.before)
+    worse = next(each for each in mutants_of(file) if "1" in each.before)
     row = mutation.tried(worse, checkout)
-    assert row["caught"] and row["room"] == "runs" and "test_" in row["by"]
-    assert (checkout / "src/freerock/units.py").read_bytes() == file.read_bytes()
+    assert row["caught"] and row["room"] == "runs" and "test_verdict.py::" in row["by"]
+    assert (checkout / "src/freerock/runs/verdict.py").read_bytes() == file.read_bytes()

@@ -122,7 +122,7 @@ def test_with_the_inputs_held_the_same_runs_are_not_explained():
 
 def test_pulls_are_standard_normal_and_inputs_are_better_known_after_the_fit():
     pulls, inside = [], []
-    for seed in range(40):
+    for seed in range(20):
         _, motion = measured(100 + seed)
         fit = fit_run("housner", BLOCK, motion)
         assert evidence(fit).explains

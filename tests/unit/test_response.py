@@ -138,9 +138,9 @@ def test_draws_begin_with_the_means_and_have_their_spread():
 
 @pytest.mark.slow
 def test_a_lognormal_is_found_and_its_interval_holds_the_truth():
-    """Forty sets of falls by a known curve, five responses to each of 40 motions that share their luck."""
+    """Sixteen sets of falls by a known curve, five responses to each of 40 motions that share their luck."""
     hits, median, beta = 0, 0.4, 0.35
-    for seed in range(40):
+    for seed in range(16):
         draw = np.random.default_rng(seed)
         x = np.geomspace(0.1, 1.5, 40)[:, None] * np.ones(5)
         fell = (draw.uniform(size=40)[:, None] < ndtr(np.log(x / median) / beta)).astype(float)
@@ -149,7 +149,7 @@ def test_a_lognormal_is_found_and_its_interval_holds_the_truth():
         found = fragility(table)
         hits += found.median_low <= median <= found.median_high
         assert found.counted["n"].sum() == 200
-    assert hits >= 33
+    assert hits >= 14
     many = np.random.default_rng(1).uniform(0.1, 1.5, 40000)
     fell = (np.random.default_rng(2).uniform(size=many.size) < ndtr(np.log(many / median) / beta)).astype(
         float

@@ -1,6 +1,8 @@
 """A small campaign in a checkout of its own, and Snakemake run in it."""
 
 import fcntl
+import functools
+import json
 import math
 import os
 import re
@@ -12,6 +14,8 @@ from pathlib import Path
 
 from warm import commands
 
+from freerock.files import sha256
+from freerock.jobs.reruns import MEANINGS, meaning
 from freerock.models.block import Block
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.record import Recording, Release, simulate_record
@@ -121,12 +125,26 @@ def once(tmp_path_factory, name: str, make) -> Path:
     return folder
 
 
+@functools.cache
+def meanings() -> str:
+    """What the code means, as a first run writes it down in a second or two."""
+    files = [*(ROOT / "src").rglob("*.py"), *(ROOT / "workflow/scripts").glob("*.py")]
+    return json.dumps({sha256(file): meaning(str(file)) for file in files})
+
+
+def note_meanings(folder: Path) -> None:
+    """Have Snakemake start in a copy of the code as where it has run before."""
+    (folder / MEANINGS.parent).mkdir()
+    (folder / MEANINGS).write_text(meanings())
+
+
 def check_out(folder: Path) -> Checkout:
     """The workflow and the package without a campaign."""
     for part in ("src", "workflow", "profiles"):
         shutil.copytree(ROOT / part, folder / part)
     shutil.copy2(ROOT / "Snakefile", folder)
     (folder / "config" / "campaigns").mkdir(parents=True)
+    note_meanings(folder)
     return Checkout(folder)
 
 

@@ -14,7 +14,7 @@ def test_each_law_alone_makes_a_report(tmp_path):
     checkout = check_out(tmp_path)
     yaml = CAMPAIGN.replace("truth: truth.json\n", "")
     (checkout / "raw/lab").mkdir(parents=True)
-    write_record(checkout / "raw/lab/squat_mat.tdms", simulated("squat", 1))
+    write_record(checkout / "raw/lab/squat_mat.tdms", simulated("squat", 1, angle_deg=10, rate_hz=500.0))
     for law in LAWS:
         add_campaign(checkout, "lab", f"{yaml}fits: {{models: [{law}]}}\n", [("squat_mat", "", "squat")])
         done = checkout.snakemake()
