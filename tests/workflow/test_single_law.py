@@ -20,7 +20,7 @@ def test_each_law_alone_makes_a_report(tmp_path):
     )
     (checkout / "raw/lab").mkdir(parents=True)
     write_record(checkout / "raw/lab/squat_mat.tdms", simulated("squat", 1, angle_deg=10, rate_hz=500.0))
-    for law in LAWS:
+    for law in (name for name in LAWS if name != "viscoelastic"):  # as in test_viscoelastic_campaign.py
         add_campaign(checkout, "lab", f"{yaml}fits: {{models: [{law}]}}\n", [("squat_mat", "", "squat")])
         done = checkout.snakemake()
         assert done.returncode == 0, f"{law}: {done.stderr}"
