@@ -333,8 +333,8 @@ def test_no_page_is_higher_than_a_journals_and_every_block_is_on_one(tables, tmp
 
 @pytest.fixture(scope="module")
 def of_many_blocks(tables):
-    """What figures take, by name, of a campaign of twelve blocks, each with the records of b1."""
-    names = [f"b{i}" for i in range(1, 13)]
+    """What figures take, by name, of a campaign of eight blocks, each with the records of b1."""
+    names = [f"b{i}" for i in range(1, 9)]
 
     def frame(own, block):
         if "test" in own:

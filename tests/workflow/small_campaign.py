@@ -34,7 +34,7 @@ lasers:
   high: {beam: horizontal, position_m: 0.2, range_m: 0.1}
   low: {beam: horizontal, position_m: 0.1, range_m: 0.1}
 records_per_job: 1
-figures: [models, residuals, restitution, parameters, misfit_map, predictions]
+figures: [restitution, parameters, misfit_map]
 """
 COLUMNS = "test,file,channel,block,foundation,laser,exclude,override,reason,note\n"
 BLOCKS = {

@@ -28,7 +28,7 @@ lasers:
   laser: {{beam: horizontal, position_m: 0.07, range_m: 0.1, units: V}}
 processing: {{runs: {{start: motion, min_impacts: 0}}}}
 records_per_job: 2
-figures: [models, residuals, restitution, parameters, misfit_map, predictions, parts, pulls]
+figures: [parameters, parts, pulls]
 fits: {{models: [housner]}}
 """
 

@@ -4,6 +4,7 @@ import ast
 import json
 import os
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -20,13 +21,21 @@ SCRIPTS = {
 } - SHAKEN
 
 
-def test_every_module_a_step_imports_is_among_its_code(finished):
-    """Against sys.modules at the end of each script of a real run."""
+def test_every_module_a_step_imports_is_among_its_code(finished, checkout):
+    """Against sys.modules at the end of each script of a real run, and of figures drawn by name."""
+    shutil.rmtree(checkout / "trace")
+    (checkout / "trace").mkdir()
+    path = os.pathsep.join(str(checkout / part) for part in ("src", "hook"))
+    wanted = [f"results/small/figures/{name}.pdf" for name in ("models", "residuals", "predictions")]
+    done = checkout.snakemake(*wanted, PYTHONPATH=path, TRACE=str(checkout / "trace"))
+    assert done.returncode == 0, done.stderr
     seen = set()
-    for trace in (finished / "trace").iterdir():
+    traces = [(each, trace) for each in (finished, checkout) for trace in (each / "trace").iterdir()]
+    assert len({trace.name for each, trace in traces if each is checkout}) == len(wanted)
+    for each, trace in traces:
         script = re.match(r".*\.py", trace.name)[0]
         seen.add(script)
-        imported = {Path(path).relative_to(finished.folder) for path in trace.read_text().split("\n")}
+        imported = {Path(path).relative_to(each.folder) for path in trace.read_text().split("\n")}
         figures = {path.stem for path in imported if path.parent.name == "figures"} - {
             *("__init__", "style", "looks"),
         }

@@ -1,5 +1,7 @@
 """A campaign of one law: nothing in its tables, figures and report needs another."""
 
+import re
+
 import pytest
 from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 
@@ -8,14 +10,17 @@ from freerock.tables.csvfile import read_csv
 from freerock.virtual_lab.tdms import write_record
 
 pytestmark = pytest.mark.slow
+FIGURES = ("models", "residuals", "restitution", "parameters", "misfit_map", "predictions")
 
 
 def test_each_law_alone_makes_a_report(tmp_path):
     checkout = check_out(tmp_path)
-    yaml = CAMPAIGN.replace("truth: truth.json\n", "")
+    yaml = re.sub(
+        "figures: .*", f"figures: [{', '.join(FIGURES)}]", CAMPAIGN.replace("truth: truth.json\n", "")
+    )
     (checkout / "raw/lab").mkdir(parents=True)
     write_record(checkout / "raw/lab/squat_mat.tdms", simulated("squat", 1, angle_deg=10, rate_hz=500.0))
-    for law in LAWS:
+    for law in (name for name in LAWS if name != "viscoelastic"):  # as in test_viscoelastic_campaign.py
         add_campaign(checkout, "lab", f"{yaml}fits: {{models: [{law}]}}\n", [("squat_mat", "", "squat")])
         done = checkout.snakemake()
         assert done.returncode == 0, f"{law}: {done.stderr}"

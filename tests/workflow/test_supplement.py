@@ -109,7 +109,7 @@ def test_metadata_name_who_what_and_the_paper(unpacked):
         {"relatedIdentifier": "10.1000/xyz", "relatedIdentifierType": "DOI", "relationType": "IsSupplementTo"}
     ]
     told = (unpacked / "README.md").read_text(encoding="utf-8")
-    assert "The records are simulated" in told and "1. `models`: " in told
+    assert "The records are simulated" in told and "1. `restitution`: " in told
 
 
 def test_the_crate_is_read_back(unpacked):
