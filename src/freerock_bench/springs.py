@@ -132,7 +132,7 @@ class Motion:
 
     def __init__(self, scene: Scene, rate_hz: float, longest_s: float = LONGEST_S) -> None:
         self.scene, self.rate_hz = scene, rate_hz
-        self.stands = _standing(scene)
+        self.stands = standing(scene)
         self.held = _held(scene)
         rigid = "r" in scene.law
         self.states = (
@@ -327,7 +327,7 @@ def _held(scene: Scene) -> Floats:
     return _state(scene, float(brentq(excess, -high, high, xtol=1e-14)), scene.theta0)
 
 
-def _standing(scene: Scene) -> Floats:
+def standing(scene: Scene) -> Floats:
     """State at rest, before and after."""
     if "r" in scene.law:
         return _state(scene, 0.0, 0.0)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,15 +10,14 @@ import pytest
 
 from freerock.config.defaults import FitSettings
 from freerock.identification.start import tops_of
-from freerock.models.contact import Foundation, State, static_depth
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.doubts import UNEXPLAINED, doubts_about, find_disturbance
 from freerock.selection.hypotheses_tried import Identified, identify_run
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
-from freerock.virtual_lab.record import Scene, free_rocking
-from freerock_bench import moves as mishaps
+from freerock_bench.springs import Motion as Rocking
+from freerock_bench.springs import Scene
 
 BLOCK, ANGLE, _ = CONFIGURATIONS["config2"]
 SIGMA = math.radians(0.01)
@@ -34,14 +34,26 @@ def fitted(foundation, off=1.03, louder=5.0):
     }
 
 
-def run(moves, foundation="aerstop"):
-    """A measured run of 3 s, that began with these moves."""
-    parameters = FOUNDATIONS[foundation]
-    since = np.arange(3 * RATE_HZ) / RATE_HZ
-    start = State(static_depth(BLOCK, Foundation.of(parameters), ANGLE), 0.0, ANGLE, 0.0)
-    motion = moves(Scene("hunt_crossley", BLOCK, parameters), since, start)
+MISHAPS = {
+    "none": {},
+    "hit": {"blow": (0.6, 1.0, 0.04)},
+    "hit later": {"blow": (0.9, 1.0, 0.04)},
+    "pushed": {"rate": 0.06},
+    "braked": {"blow": (0.1, 0.5, 0.0)},
+    "caught": {"blow": (0.1, 0.0, 0.0)},
+    "off level": {"besides": {"tilt": math.radians(0.3)}},
+    "rounded": {"base": {"radius_m": 2e-3}},
+}
+
+
+@cache
+def run(mishap="none"):
+    """A measured run of 3 s in which something besides the law acted."""
+    since, differs = np.arange(3 * RATE_HZ) / RATE_HZ, MISHAPS[mishap]
+    theta = Rocking(Scene(BLOCK, FOUNDATIONS["aerstop"], False, ANGLE, 1e-7, **differs), RATE_HZ, 3.0).theta
+    theta = np.pad(theta, (0, since.size))[: since.size]
     noise = SIGMA * np.random.default_rng(5).standard_normal(since.size)
-    return Motion(since, motion.theta + noise, SIGMA, ANGLE, 1e-5, 2e-4)
+    return Motion(since, theta + noise, SIGMA, ANGLE, 1e-5, 2e-4)
 
 
 def found(motion, foundation="aerstop"):
@@ -49,7 +61,7 @@ def found(motion, foundation="aerstop"):
 
 
 def test_tops_are_those_of_the_motion():
-    motion = run(free_rocking)
+    motion = run()
     tops = tops_of(motion)
     assert len(tops) >= 4
     assert [math.copysign(1, top.height) for top in tops[:4]] == [-1, 1, -1, 1]
@@ -58,23 +70,23 @@ def test_tops_are_those_of_the_motion():
         assert abs(top.height) == pytest.approx(np.abs(motion.theta[near]).max(), abs=5 * SIGMA)
 
 
-@pytest.mark.parametrize("at_s", [0.6, 0.9])
-def test_a_blow_is_found_between_the_tops_beside_it(at_s):
-    disturbance = found(run(mishaps.hit(at_s, 0.04)))
+@pytest.mark.parametrize("mishap", ["hit", "hit later"])
+def test_a_blow_is_found_between_the_tops_beside_it(mishap):
+    at_s, disturbance = MISHAPS[mishap]["blow"][0], found(run(mishap))
     assert disturbance.start_s <= at_s <= disturbance.end_s
     assert disturbance.end_s - disturbance.start_s < 0.5
 
 
-@pytest.mark.parametrize("moves", [mishaps.pushed(0.06), mishaps.braked(0.1, 0.5), mishaps.caught(0.1, 0.1)])
-def test_what_comes_before_the_first_top_is_of_the_release(moves):
-    motion = run(moves)
+@pytest.mark.parametrize("mishap", ["pushed", "braked", "caught"])
+def test_what_comes_before_the_first_top_is_of_the_release(mishap):
+    motion = run(mishap)
     disturbance = found(motion)
     assert disturbance.start_s == 0 < disturbance.end_s == tops_of(motion)[0].time_s
 
 
-@pytest.mark.parametrize("moves", [mishaps.off_level(math.radians(0.3)), mishaps.rounded(2e-3)])
-def test_what_acts_all_the_time_is_no_disturbance(moves):
-    assert found(run(moves)) is None
+@pytest.mark.parametrize("mishap", ["off level", "rounded"])
+def test_what_acts_all_the_time_is_no_disturbance(mishap):
+    assert found(run(mishap)) is None
 
 
 def doubts(motion, *measured):
@@ -83,15 +95,15 @@ def doubts(motion, *measured):
 
 
 def test_the_doubts_are_named_and_say_when():
-    hit, unexplained = doubts(run(mishaps.hit(0.6, 0.04)))
+    hit, unexplained = doubts(run("hit"))
     assert (hit.verdict, hit.name, unexplained.name) == ("warn", "disturbed", "unexplained")
     assert "something acted on the block between 0.5" in hit.text and ";" not in hit.text
-    released, _ = doubts(run(mishaps.pushed(0.06)))
+    released, _ = doubts(run("pushed"))
     assert released.name == "disturbed_release" and "free rocking begins only 0.5" in released.text
 
 
 def test_of_no_known_laboratory_no_cause_is_told():
-    tilted = run(mishaps.off_level(math.radians(0.3)))
+    tilted = run("off level")
     (alone,) = doubts(tilted)
     assert (alone.name, alone.text) == ("unexplained", UNEXPLAINED)
     (beside,) = doubts(tilted, Reason("warn", "alternating_restitution", "restitution alternates"))
@@ -99,7 +111,7 @@ def test_of_no_known_laboratory_no_cause_is_told():
 
 
 def test_a_run_that_is_explained_or_was_not_fitted_gives_no_doubt():
-    motion, hypotheses = run(free_rocking), replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
+    motion, hypotheses = run(), replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
     explained = identify_run(BLOCK, motion, hypotheses)
     assert explained.explained
     for whole in (explained, Identified()):
@@ -108,10 +120,10 @@ def test_a_run_that_is_explained_or_was_not_fitted_gives_no_doubt():
 
 def test_what_is_hardly_more_than_noise_is_not_searched():
     whole = fitted("aerstop", louder=1.1)
-    assert find_disturbance(BLOCK, run(mishaps.hit(0.6, 0.04)), whole, lambda model: FitSettings()) is None
+    assert find_disturbance(BLOCK, run("hit"), whole, lambda model: FitSettings()) is None
 
 
 def test_a_run_that_ends_at_once_has_no_tops():
-    motion = run(free_rocking)
+    motion = run()
     short = Motion(motion.time_s[:50], motion.theta[:50], SIGMA, ANGLE)
     assert tops_of(short) == [] and found(short) is None

@@ -3,7 +3,7 @@
 import math
 import re
 from dataclasses import replace
-from types import SimpleNamespace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -15,8 +15,9 @@ from freerock.identification.inputs_with_priors import at_end
 from freerock.identification.levels import ASKED
 from freerock.identification.settings import check
 from freerock.identification.start import posed
-from freerock.models.contact import Foundation, State, static_depth
+from freerock.models.ground import tilted
 from freerock.models.laws import LAWS
+from freerock.models.simulate import Solver, simulate
 from freerock.rotation.as_measured import as_measured
 from freerock.rotation.sensor import Laser
 from freerock.rotation.sensor_response import moments
@@ -30,8 +31,8 @@ from freerock.selection.fit_reasons import explains_as_well
 from freerock.selection.hypotheses_tried import identify_run, identify_runs
 from freerock.selection.quick import asked_later, asks_for, blur_of, law_suffices, off_zero
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
-from freerock.virtual_lab.record import Scene, free_rocking
-from freerock_bench import moves as mishaps
+from freerock_bench.springs import Motion as Rocking
+from freerock_bench.springs import Scene, standing
 
 BLOCK, ANGLE, _ = CONFIGURATIONS["config3"]
 SIGMA = math.radians(0.006)
@@ -40,17 +41,31 @@ PLAIN = replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
 WIDTH = replace(PLAIN, kinematics=("guided",))  # and another contact width
 
 
-def run(moves, foundation="aerstop", seed=3, theta0=ANGLE, hold=ANGLE, sigma=SIGMA, block=BLOCK):
-    """A measured run that began with these moves, and the hold from which it was let go."""
-    parameters = FOUNDATIONS[foundation]
-    start = State(static_depth(block, Foundation.of(parameters), theta0), 0.0, theta0, 0.0)
-    theta = moves(Scene("hunt_crossley", block, parameters), SINCE, start).theta
+@cache
+def rocking(foundation, theta0, tilt_deg, **differs):
+    """θ(t) by the second simulator, from where the block stands on its base."""
+    besides = {"tilt": math.radians(tilt_deg)}
+    scene = Scene(BLOCK, FOUNDATIONS[foundation], False, theta0, 1e-7, besides=besides, **differs)
+    stands = standing(scene)[2]
+    theta = Rocking(replace(scene, theta0=theta0 + stands), 1e3, 2.5).theta - stands
+    return np.pad(theta, (0, SINCE.size))[: SINCE.size]
+
+
+def measured(theta, seed=3, hold=ANGLE, sigma=SIGMA):
+    """A measured run of this motion, and the hold from which it was let go."""
     noise = sigma * np.random.default_rng(seed).standard_normal(SINCE.size)
     return Motion(SINCE, theta + noise, sigma, hold, 1e-5, 2e-4)
 
 
-def tilted(degrees, **how):
-    return run(mishaps.off_level(math.radians(degrees)), **how)
+def run(foundation="aerstop", seed=3, theta0=ANGLE, tilt_deg=0.0, **differs):
+    """A measured run on a base off level, by a push or with a blow."""
+    return measured(rocking(foundation, theta0, tilt_deg, **differs), seed)
+
+
+def by_the_law(block, foundation, theta0=ANGLE, shift=0.0):
+    """θ(t) of another block, or at shifted instants."""
+    law, time_s = FOUNDATIONS[foundation], SINCE + shift
+    return simulate("hunt_crossley", block, law, time_s, theta0=theta0, solver=Solver(1e-12)).theta
 
 
 def notes(motion, found, hypotheses=PLAIN):
@@ -60,7 +75,7 @@ def notes(motion, found, hypotheses=PLAIN):
 @pytest.mark.parametrize("foundation", FOUNDATIONS)
 @pytest.mark.parametrize("degrees", [0.2, -0.05])
 def test_a_base_off_level_is_found_with_its_error_and_spares_the_law(foundation, degrees):
-    motion = tilted(degrees, foundation=foundation)
+    motion = run(foundation, tilt_deg=degrees)
     found = identify_run(BLOCK, motion, PLAIN)
     choice = found.choice(PLAIN)
     assert (choice.selected, choice.explained, found.widened) == ("hunt_crossley", True, ("tilt",))
@@ -80,12 +95,12 @@ def test_a_base_off_level_is_found_with_its_error_and_spares_the_law(foundation,
 
 
 def test_without_the_tilt_the_law_would_be_far_off():
-    fit = fit_run("hunt_crossley", BLOCK, tilted(0.2))
+    fit = fit_run("hunt_crossley", BLOCK, run(tilt_deg=0.2))
     assert abs(fit.values["k"] / FOUNDATIONS["aerstop"]["k"] - 1) > 0.02
 
 
 def test_a_tilt_that_hides_in_the_noise_is_asked_for_and_only_noted():
-    motion = tilted(0.012)
+    motion = run(tilt_deg=0.012)
     found = identify_run(BLOCK, motion, PLAIN)
     assert found.widened == ("tilt",)
     (note,) = notes(motion, found)
@@ -94,7 +109,7 @@ def test_a_tilt_that_hides_in_the_noise_is_asked_for_and_only_noted():
 
 @pytest.mark.parametrize("foundation", FOUNDATIONS)
 def test_a_level_base_and_a_good_release_are_taken_for_granted(foundation):
-    motion = run(free_rocking, foundation)
+    motion = run(foundation)
     found = identify_run(BLOCK, motion, PLAIN)
     assert found.explained and found.widened == () and notes(motion, found) == []
     fit = found.fits["hunt_crossley"]
@@ -105,7 +120,7 @@ def test_a_level_base_and_a_good_release_are_taken_for_granted(foundation):
 
 @pytest.mark.parametrize(("rate", "late"), [(0.15, "later"), (-0.15, "earlier")])
 def test_a_push_is_found_as_another_release(rate, late):
-    motion = run(mishaps.pushed(rate))
+    motion = run(rate=rate)
     found = identify_run(BLOCK, motion, PLAIN)
     assert (found.explained, found.widened) == (True, ("release",))
     fit = found.fits["hunt_crossley"]
@@ -123,7 +138,7 @@ def test_a_push_is_found_as_another_release(rate, late):
 
 
 def test_a_block_that_was_let_go_lower_than_it_was_held_was_held_back():
-    motion = run(free_rocking, theta0=0.97 * ANGLE)
+    motion = run(theta0=0.97 * ANGLE)
     found = identify_run(BLOCK, motion, PLAIN)
     (note,) = notes(motion, found)
     assert found.widened == ("release",)
@@ -134,8 +149,8 @@ def test_a_block_that_was_let_go_lower_than_it_was_held_was_held_back():
 
 def test_a_tilt_is_found_under_worn_corners_too():
     worn, tilt = replace(BLOCK, contact_width_m=0.95 * BLOCK.width_m), math.radians(0.25)
-    moves = mishaps.off_level(tilt)
-    theta = moves(Scene("housner", worn, {"r": 0.9}), SINCE, State(0.0, 0.0, ANGLE, 0.0)).theta
+    ground = tilted(tilt, SINCE[-1])
+    theta = simulate("housner", worn, {"r": 0.9}, SINCE, theta0=ANGLE, base_excitation=ground).theta
     noise = SIGMA * np.random.default_rng(6).standard_normal(SINCE.size)
     motion = Motion(SINCE, theta + noise, SIGMA, ANGLE, 1e-5, 2e-4)
     hypotheses = replace(BY_DEFAULT, models=("housner",))
@@ -151,13 +166,8 @@ def test_a_tilt_is_found_under_worn_corners_too():
 
 def rounded(radius, foundation="marble", seed=3, sigma=SIGMA, theta0=ANGLE):
     """A run of a block with rounded edges, let go in balance on them."""
-    law = Foundation.of(FOUNDATIONS[foundation])
-    depth = static_depth(replace(BLOCK, edge_radius_m=radius), law, theta0)
-
-    def moves(scene, since, start):
-        return mishaps.rounded(radius)(scene, since, start._replace(z=depth))
-
-    return run(moves, foundation, seed, theta0, theta0, sigma)
+    theta = by_the_law(replace(BLOCK, edge_radius_m=radius), foundation, theta0)
+    return measured(theta, seed, theta0, sigma)
 
 
 @pytest.mark.parametrize("radius", [7e-4, 2e-3])
@@ -269,7 +279,7 @@ def test_where_neither_does_better_width_and_edges_are_both_told():
 @pytest.mark.parametrize("louder", [1, 8])
 def test_a_narrower_contact_is_not_taken_for_rounded_edges(fraction, louder):
     worn = replace(BLOCK, contact_width_m=fraction * BLOCK.width_m)
-    motion = run(free_rocking, "marble", sigma=louder * SIGMA, block=worn)
+    motion = measured(by_the_law(worn, "marble"), sigma=louder * SIGMA)
     found = identify_run(BLOCK, motion, WIDTH)
     assert (found.choice(WIDTH).selected, found.widened) == ("hunt_crossley_width", ())
     assert notes(motion, found, WIDTH) == []
@@ -328,12 +338,12 @@ def test_edges_stay_sharp_where_rounded_ones_are_not_worked_out():
 
 def test_neither_takes_up_a_blow():
     for at in (0.3, 0.5):
-        found = identify_run(BLOCK, run(mishaps.hit(at, 0.2), "marble"), PLAIN)
+        found = identify_run(BLOCK, run("marble", blow=(at, 1.0, 0.2)), PLAIN)
         assert not found.explained and found.widened == ()
 
 
 def test_each_run_is_held_against_the_others_with_its_own_tilt_and_release():
-    motions = {1: tilted(0.1), 2: tilted(0.1, seed=4), 3: run(mishaps.pushed(-0.15))}
+    motions = {1: run(tilt_deg=0.1), 2: run(seed=4, tilt_deg=0.1), 3: run(rate=-0.15)}
     found = identify_runs(BLOCK, motions, PLAIN)
     assert [each.widened for each in found.values()] == [("tilt",), ("tilt",), ("release",)]
     for each in found.values():
@@ -342,7 +352,7 @@ def test_each_run_is_held_against_the_others_with_its_own_tilt_and_release():
 
 
 def test_a_joint_fit_has_one_tilt_for_all_its_runs():
-    motions = [tilted(0.1), tilted(0.1, seed=4)]
+    motions = [run(tilt_deg=0.1), run(seed=4, tilt_deg=0.1)]
     settings = PLAIN.settings("hunt_crossley", ("tilt",))
     alone = [fit_run("hunt_crossley", BLOCK, motion, settings) for motion in motions]
     joint = fit_record("hunt_crossley", BLOCK, motions, settings, start=alone[0].values)
@@ -355,7 +365,7 @@ def test_a_joint_fit_has_one_tilt_for_all_its_runs():
 def test_what_is_freed_already_or_held_as_in_the_paper_is_not_asked_for():
     paper = replace(PLAIN, free=dict.fromkeys(LAWS, ()))
     assert paper.of("hunt_crossley", ("release", "tilt")).widened == ()
-    found = identify_run(BLOCK, tilted(0.1), paper)
+    found = identify_run(BLOCK, run(tilt_deg=0.1), paper)
     assert not found.explained and found.widened == ()
     per_impact = replace(PLAIN, free={**PLAIN.free, "housner": ("theta0", "t0", "r_per_impact")})
     assert per_impact.of("housner", ("tilt",)).widened == ()
@@ -365,23 +375,19 @@ def test_what_is_freed_already_or_held_as_in_the_paper_is_not_asked_for():
 @pytest.mark.parametrize("seed", [3, 4])
 @pytest.mark.parametrize("foundation", FOUNDATIONS)
 def test_a_brake_is_no_tilt_to_the_later_swings_and_a_tilt_beside_a_push_is(foundation, seed):
-    def asked(moves):
-        motion = run(moves, foundation, seed)
+    def asked(**differs):
+        motion = run(foundation, seed, **differs)
         fit = fit_record(
             "hunt_crossley", BLOCK, [motion], PLAIN.settings("hunt_crossley", ("release", "tilt"))
         )
         return asked_later(BLOCK, motion, PLAIN.settings("hunt_crossley"), fit)
 
-    def tilted_and_pushed(scene, since, start):
-        leaning = mishaps.off_level(math.radians(0.05))
-        return leaning(scene, since, start._replace(theta_rate=0.05))
-
-    assert "tilt" not in asked(mishaps.braked(0.04, 0.2))
-    assert "tilt" in asked(tilted_and_pushed)
+    assert "tilt" not in asked(blow=(0.04, 0.8, 0.0))
+    assert "tilt" in asked(tilt_deg=0.05, rate=0.05)
 
 
 def test_later_swings_that_are_not_there_ask_for_nothing():
-    motion = run(mishaps.pushed(0.05))
+    motion = run(rate=0.05)
     short = motion.time_s < 0.3
     motion = replace(motion, time_s=motion.time_s[short], theta=motion.theta[short])
     fit = fit_record("hunt_crossley", BLOCK, [motion], PLAIN.settings("hunt_crossley"))
@@ -391,12 +397,7 @@ def test_later_swings_that_are_not_there_ask_for_nothing():
 def blurred(response_ms, stated_ms=0.0, seed=3):
     """A run by a sensor that averages over some milliseconds, and what of it is stated."""
     at, weights = moments(response_ms / 1e3)
-
-    def moves(scene, since, start):
-        seen = [mishaps.pushed(0.0)(scene, since + shift, start).theta for shift in at]
-        return SimpleNamespace(theta=weights @ seen)
-
-    motion = run(moves, "marble", seed)
+    motion = measured(weights @ [by_the_law(BLOCK, "marble", shift=shift) for shift in at], seed)
     return replace(motion, view=View(BLOCK, Laser(units="rad", response_ms=stated_ms)) if stated_ms else None)
 
 
@@ -441,10 +442,8 @@ def test_the_law_alone_suffices_to_later_swings_of_a_brake_and_not_of_worn_corne
         fit = fit_record("hunt_crossley_width", BLOCK, [motion], settings)
         return law_suffices(BLOCK, motion, PLAIN.settings, fit)
 
-    worn = replace(BLOCK, contact_width_m=0.97 * BLOCK.width_m)
-
-    def of_worn_corners(scene, since, start):
-        return mishaps.pushed(0.05)(replace(scene, block=worn), since, start)
-
-    assert suffices(run(mishaps.braked(0.04, 0.2), "marble", seed))
-    assert not suffices(run(of_worn_corners, "marble", seed))
+    worn = {"left_m": 0.015 * BLOCK.width_m, "right_m": 0.015 * BLOCK.width_m}
+    pushed = Scene(BLOCK, FOUNDATIONS["marble"], False, ANGLE, 1e-7, base=worn, rate=0.05)
+    theta = Rocking(pushed, 1e3, 2.5).theta[: SINCE.size]
+    assert suffices(run("marble", seed, blow=(0.04, 0.8, 0.0)))
+    assert not suffices(measured(np.pad(theta, (0, SINCE.size - theta.size)), seed))

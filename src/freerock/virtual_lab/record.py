@@ -7,7 +7,7 @@ is how a pivoting block and a rigid one move sideways; a guided one goes b(1 - c
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -18,9 +18,8 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State, accelerations, contact_force, lean, static_depth
-from freerock.models.ground import GroundMotion
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
-from freerock.models.simulate import Response, Solver, simulate
+from freerock.models.simulate import Solver, simulate
 from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.noise import Disturbance, Noise, converted
@@ -49,24 +48,6 @@ class Scene:
     rules: Rules = GEOMETRIC
 
 
-Moves = Callable[[Scene, Floats, State], Response]
-"""How a block moves once it is free: (scene, time since [s], state at the start) → motion."""
-
-
-def free_rocking(scene: Scene, since: Floats, start: State, ground: GroundMotion | None = None) -> Response:
-    """The law alone moves the block; for other motions see `freerock_bench.moves`."""
-    return simulate(
-        scene.model,
-        scene.block,
-        scene.parameters,
-        since,
-        theta0=start,
-        base_excitation=ground,
-        rules=scene.rules,
-        solver=EXACT,
-    )
-
-
 @dataclass(frozen=True)
 class Release:
     """One release: how the operator does it, and the parameters of the law on that occasion.
@@ -82,8 +63,6 @@ class Release:
         after the block has come to rest [s]. fade_s = 0 is a sudden release.
     blocked_s : sequence of (float, float)
         When, counted from the start of the tilt, a hand is in the beam [s].
-    moves : callable
-        How the block moves once the finger has left.
     """
 
     theta0: float
@@ -93,7 +72,6 @@ class Release:
     fade_s: float = 0.01
     pause_s: float = 2.0
     blocked_s: Sequence[tuple[float, float]] = ()
-    moves: Moves = free_rocking
 
 
 @dataclass(frozen=True)
@@ -238,7 +216,10 @@ def _release(
     fading, rocking = (grid >= let_go) & (grid < free), grid >= free
     held = replace(release, theta0=release.theta0 + stands)
     theta[fading], begin = _fade(scene, held, grid[fading] - let_go)
-    motion = release.moves(scene, grid[rocking] - free, begin)
+    since = grid[rocking] - free
+    motion = simulate(
+        scene.model, scene.block, scene.parameters, since, theta0=begin, rules=scene.rules, solver=EXACT
+    )
     theta[rocking] = motion.theta
     depth = np.zeros(grid.size)
     if recording.corner_sinks and on_bed:
