@@ -19,7 +19,7 @@ from freerock.runs.noise import noise_at_rest
 from freerock.runs.quiet import quiet_stretches, usual_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict
-from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypotheses
+from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.doubts import doubts_about
 from freerock.selection.hypotheses_tried import Identified, identify_run
 
@@ -76,21 +76,16 @@ def measured(
 
 
 def analysed(
-    time_s: Floats,
-    volts: Floats,
-    laser: Laser,
-    block: Block,
-    hypotheses: Hypotheses = BY_DEFAULT,
-    laboratory: Laboratory | None = None,
+    time_s: Floats, volts: Floats, laser: Laser, block: Block, laboratory: Laboratory | None = None
 ) -> Analysed:
-    """What the jobs of a campaign make of that run; all else, and the errors, as in `measured`."""
+    """What the jobs of a campaign make of that run by default; all else, and the errors, as in `measured`."""
     run, _, motion, _ = measured(time_s, volts, laser, block, laboratory)
     if motion is None:
         return Analysed(run.verdict, Identified(), None)
-    found = identify_run(block, motion, hypotheses)
-    doubts = doubts_about(run.verdict, block, motion, found, hypotheses)
+    found = identify_run(block, motion, BY_DEFAULT)
+    doubts = doubts_about(run.verdict, block, motion, found, BY_DEFAULT)
     if laboratory is not None:
         for model, fit in found.fits.items():
-            settings = hypotheses.settings(model, found.widened)
+            settings = BY_DEFAULT.settings(model, found.widened)
             found.fits[model] = with_contributions(fit, motion, laboratory, settings)
     return Analysed(run.verdict.adding(doubts), found, motion)

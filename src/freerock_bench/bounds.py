@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from freerock import bounds
-from freerock_bench.document import renew
+from freerock_bench.document import in_markdown, renew
 
 MARK = ("<!-- bounds -->\n\n", "\n\n<!-- end of the bounds -->")
 LINE = re.compile(r"^([A-Z0-9_]+) = .*?  # ([^;:\n]+)", re.M)
@@ -18,12 +18,8 @@ PLAIN = {"S": "s", "SI": "in SI units", "UNITS": "in any unit", "BYTES_PER_S": "
 
 def markdown() -> str:
     """A row for each bound: of what, and how much."""
-    rows = [f"| {what} | {_size(name)} |" for name, what in LINE.findall(_source())]
-    return "\n".join(["| quantity | at most |", "|---|---|", *rows])
-
-
-def _source() -> str:
-    return Path(str(bounds.__file__)).read_text(encoding="utf-8")
+    source = Path(str(bounds.__file__)).read_text(encoding="utf-8")
+    return in_markdown(["quantity", "at most"], [(what, _size(name)) for name, what in LINE.findall(source)])
 
 
 def _size(name: str) -> str:

@@ -71,7 +71,8 @@ def answer(candidate: str, truth: Truth, found: Mapping[int, Identified]) -> Row
         percent, stderrs = _error(name, true, [each.fits[named] for each in found.values()] if named else [])
         inside = abs(stderrs) < TWO_SIDED if math.isfinite(stderrs) else math.nan
         row |= {f"{name}_error_percent": percent, f"{name}_error_stderrs": stderrs, f"{name}_inside": inside}
-    paper = [each.fits[CANDIDATES[candidate].law] for each in found.values() if _fitted(candidate, each)]
+    law = CANDIDATES[candidate].law
+    paper = [each.fits[law] for each in found.values() if law in each.fits]
     percent, stderrs = _error("k", true, paper)
     return row | {"paper_error_percent": percent, "paper_error_stderrs": stderrs}
 
@@ -121,10 +122,6 @@ def _together(runs: Sequence[Evidence]) -> Evidence:
         noise_p=min(1.0, len(runs) * worst.noise_p),
         added_damping=sum(each.added_damping for each in runs) / math.sqrt(len(runs)),
     )
-
-
-def _fitted(candidate: str, found: Identified) -> bool:
-    return CANDIDATES[candidate].law in found.fits
 
 
 def _error(name: str, true: Mapping[str, float], fits: Sequence[Fit]) -> tuple[float, float]:

@@ -53,7 +53,7 @@ def test_a_study_is_one_module_with_one_function(name):
 def test_a_figure_is_one_module_with_one_function_and_its_caption(name):
     assert declared(f"freerock_bench.figures.{name}")["caption"].endswith(".")
     draw = inspect.signature(getattr(figures, name).draw)
-    assert list(draw.parameters) == ["frame", *(["page"] if name == "stability" else []), "labels"]
+    assert list(draw.parameters) == ["frame", *(["page"] if name == "stability" else [])]
 
 
 def test_interleaved_times_every_call_and_keeps_the_results():

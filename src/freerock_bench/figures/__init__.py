@@ -1,7 +1,6 @@
-"""Figures of the studies: a module each, by the study's name, and in it one function, `draw(frame, labels)`.
+"""Figures of the studies: a module each, by the study's name, and in it one function, `draw(frame)`.
 
-The frame is the one that `run` of the study gives; `labels` are printed names of blocks and foundations, for
-the figures that name them. Returned are the figure, or its pages, and the rows drawn.
+The frame is the one that `run` of the study gives. Returned are the figure and the rows drawn.
 """
 
 __all__ = [

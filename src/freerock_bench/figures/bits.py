@@ -3,7 +3,7 @@
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import Labels, headed, styled
+from freerock.figures.style import Drawing, headed, styled
 from freerock_bench.bits import told
 
 FIGURE = {
@@ -18,7 +18,7 @@ NOMINAL = {"k": 95}  # of its interval
 
 
 @styled()
-def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+def draw(frame: pd.DataFrame) -> Drawing:
     """A panel per share, a line per noise."""
     shares = told(frame)
     figure = Figure(figsize=(7.2, 2.8))

@@ -6,7 +6,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from freerock.figures.style import Labels, headed, styled
+from freerock.figures.style import Drawing, headed, styled
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, Candidate
 
 FIGURE = {
@@ -51,7 +51,7 @@ def confusion_summary(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 @styled()
-def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+def draw(frame: pd.DataFrame) -> Drawing:
     """Matrix of truth and named candidate, all noises together, of truths that were not always named."""
     frame = _confident(frame)
     truths = list(dict.fromkeys(frame[TRUTH].itertuples(index=False, name=None)))

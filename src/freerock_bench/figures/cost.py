@@ -3,7 +3,7 @@
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import Labels, Style, headed, styled
+from freerock.figures.style import Drawing, Style, headed, styled
 from freerock.models.laws import MODEL_LABELS
 
 FIGURE = {
@@ -23,7 +23,7 @@ APART = 0.06  # between the marks of two blocks
 
 
 @styled()
-def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+def draw(frame: pd.DataFrame) -> Drawing:
     """ε_θ over that of the noise against the number of parameters, a line per block."""
     figure = Figure(figsize=(4.6, 3.6))
     ax = figure.subplots()
@@ -34,7 +34,7 @@ def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFra
         places = rows["n_parameters"] + shift
         ax.plot(places, rows["over_noise"], **(look | {"linestyle": "", "alpha": 0.25, "markersize": 4}))
         best = rows[rows["least"]].drop_duplicates("n_parameters").sort_values("n_parameters")
-        name = f"{(labels or {}).get(str(block), block)}: {MODEL_LABELS[str(truth)]}"
+        name = f"{block}: {MODEL_LABELS[str(truth)]}"
         ax.plot(best["n_parameters"] + shift, best["over_noise"], **look, markersize=5, label=name)
         ring = rows[rows["named"]]
         ax.plot(

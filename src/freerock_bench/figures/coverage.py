@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from scipy.stats import binom
 
-from freerock.figures.style import Labels, headed, styled
+from freerock.figures.style import Drawing, headed, styled
 from freerock.models.free_parameters import SYMBOLS
 from freerock_bench.harness import coverage
 
@@ -23,7 +23,7 @@ DARKEST, DARK = 60, 78  # per cent; below, text is white
 
 
 @styled()
-def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+def draw(frame: pd.DataFrame) -> Drawing:
     """A heat map for the interval of the standard error and one for the total, misses framed."""
     rows = coverage(frame)
     figure = Figure(figsize=(7.0, 1.0 + 0.17 * rows["case"].nunique()))

@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import FOUNDATION_STYLES, Axes, Labels, headed, label, styled
+from freerock.figures.style import FOUNDATION_STYLES, Axes, Drawing, headed, styled
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS
 
@@ -19,7 +19,7 @@ BLOCK_MARKERS = "osD^v"
 
 
 @styled()
-def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+def draw(frame: pd.DataFrame) -> Drawing:
     """Re-identified over published parameters, and the distances of the published models in their bounds."""
     figure = Figure(figsize=(7.0, 3.2))
     left, right = figure.subplots(1, 2)
@@ -32,9 +32,9 @@ def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFra
     right.set_title("(b) Table 3: distances and their bounds", loc="left")
     _ratios(left, frame[(frame["table"] == 2) & frame["published"].notna()], colours, markers)
     _distances(right, frame[frame["table"] == 3], colours)
-    handles = [Line2D([], [], color=c, linewidth=3, label=label(labels, name)) for name, c in colours.items()]
+    handles = [Line2D([], [], color=c, linewidth=3, label=name) for name, c in colours.items()]
     handles += [
-        Line2D([], [], color="0.3", linestyle="", marker=marker, label=label(labels, name))
+        Line2D([], [], color="0.3", linestyle="", marker=marker, label=name)
         for name, marker in markers.items()
     ]
     if (frame["message"].dropna() != "converged").any():

@@ -5,7 +5,7 @@ from itertools import cycle
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import Labels, headed, styled
+from freerock.figures.style import Drawing, headed, styled
 
 FIGURE = {
     "caption": "How often blocks that differ in k and λ are told apart, by the number of blocks and runs. "
@@ -16,7 +16,7 @@ MARKERS = "osD^v<"
 
 
 @styled()
-def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+def draw(frame: pd.DataFrame) -> Drawing:
     """Power over the difference of one block from the others by the runs of each block; false alarms of all
     cases without a difference, and of the test that takes all spreads for the same."""
     figure = Figure(figsize=(7.2, 3.4))

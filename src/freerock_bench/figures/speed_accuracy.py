@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
-from freerock.figures.style import Axes, Labels, Style, styled
+from freerock.figures.style import Axes, Drawing, Style, styled
 from freerock.models.laws import LAWS, MODEL_LABELS
 from freerock.models.published import TABLE_3
 
@@ -46,7 +46,7 @@ STYLES: dict[str, Style] = {
 
 
 @styled()
-def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+def draw(frame: pd.DataFrame) -> Drawing:
     """Time against ε_θ, down to a hundredth of the noise; what is better stands at the edge."""
     data = frame[frame["outcome"] == "completed"]
     laws = [law for law in LAWS if (data["model"] == law).any()]

@@ -173,7 +173,6 @@ def solve(scene: Scene, span_s: float) -> Solution:
             if block.rigid and after != regime:
                 y = [0.0, 0.0, 0.0, scene.parameters["r"] * y[3]]
                 if len(found.impacts) > 1 and t - found.impacts[-2][0] < CHATTER_S:
-                    found.end_s = t
                     return found
             regime = after
         if stop in scene.breaks[:1]:
@@ -188,7 +187,6 @@ def solve(scene: Scene, span_s: float) -> Solution:
             found.theta_rate_rad_s.append(float(y[3]))
         if not resting and t < stop:
             t = stop
-        found.end_s = t
     return found
 
 

@@ -4,7 +4,7 @@ python -m freerock_bench.golden             # renews the package's own, a quarte
 python -m freerock_bench.golden FOLDER 0.5  # up to 0.5 s, into a folder
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 
@@ -14,7 +14,7 @@ from freerock.arrays import Floats
 from freerock_bench.golden import dop853, taylor
 from freerock_bench.golden.fixed_point import number
 from freerock_bench.golden.motion import Motion
-from freerock_bench.golden.scenes import SPAN_S, Scene, instants
+from freerock_bench.golden.scenes import SPAN_S, Scene, instants, scenes
 from freerock_bench.golden.taylor import Solution
 
 MOST_APART_RAD = 1e-11  # θ by the two methods, at every instant quoted
@@ -52,25 +52,15 @@ class Golden:
     apart_s: float
 
 
-def run(wanted: Mapping[str, Scene], span_s: float = SPAN_S, tell: bool = False) -> list[Golden]:
-    """Scenes by both methods.
-
-    Parameters
-    ----------
-    wanted : mapping of str to Scene
-    span_s : float
-        Last instant asked for [s].
-    tell : bool
-        Whether a line is printed for each.
-    """
+def run(span_s: float) -> list[Golden]:
+    """Every scene by both methods up to an instant [s], with a printed line for each."""
     made = []
-    for scene in wanted.values():
-        made.append(golden(scene, span_s))
-        if tell:
-            last = made[-1]
-            apart = f"{last.apart_rad:.1e} rad, {last.apart_rad_s:.1e} rad/s, {last.apart_s:.1e} s"
-            events = f"{len(last.impacts)} impacts, {len(last.peaks)} peaks"
-            print(f"{scene.name}: up to {last.time_s[-1]:g} s, {events}, apart {apart}", flush=True)
+    for scene in scenes().values():
+        last = golden(scene, span_s)
+        apart = f"{last.apart_rad:.1e} rad, {last.apart_rad_s:.1e} rad/s, {last.apart_s:.1e} s"
+        events = f"{len(last.impacts)} impacts, {len(last.peaks)} peaks"
+        print(f"{scene.name}: up to {last.time_s[-1]:g} s, {events}, apart {apart}", flush=True)
+        made.append(last)
     return made
 
 

@@ -31,8 +31,6 @@ class Solution:
     impacts, peaks : list of (float, float, float)
         Instant [s], θ [rad], θ̇ [rad/s] where θ changes its sign (θ̇ before the impact of Housner's block) and
         where θ̇ does.
-    end_s : float
-        The last instant solved [s].
     """
 
     time_s: list[float] = field(default_factory=list)
@@ -40,7 +38,6 @@ class Solution:
     theta_rate_rad_s: list[float] = field(default_factory=list)
     impacts: list[tuple[float, float, float]] = field(default_factory=list)
     peaks: list[tuple[float, float, float]] = field(default_factory=list)
-    end_s: float = 0.0
 
 
 def solve(scene: Scene, span_s: float) -> Solution:
@@ -70,11 +67,10 @@ def solve(scene: Scene, span_s: float) -> Solution:
             _extremes(series, now, last, found)
             motion.state = [at(each, last) for each in series]
             now += last
-            found.end_s = number(now) / 2**UNIT
             if after != regime and motion.rigid and regime != (REST,):
                 motion.state[2], motion.state[3] = 0, motion.r * motion.state[3] >> PLACES
                 motion.state[4], motion.state[5] = 0, ONE
-                if len(found.impacts) > 1 and found.end_s - found.impacts[-2][0] < CHATTER_S:
+                if len(found.impacts) > 1 and number(now) / 2**UNIT - found.impacts[-2][0] < CHATTER_S:
                     return found
             regime = after
         motion.shaken = goal == fixed(Fraction(str(PULSE_START_S)) * 2**UNIT)
