@@ -4,7 +4,6 @@ python -m freerock_bench.scale run [6 60 600 …] | plan [600 6000 …]
 """
 
 import argparse
-import csv
 import math
 import os
 import re
@@ -14,14 +13,14 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import defaultdict
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from statistics import median
 
 os.environ["OMP_NUM_THREADS"] = "1"  # as in the workflow's jobs
 
 import numpy as np
+import pandas as pd
 
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS, palermo_releases
 from freerock.virtual_lab.record import simulate_record
@@ -30,18 +29,16 @@ from freerock.virtual_lab.tdms import write_records
 ROOT = Path(__file__).parents[2]
 RECORDS_PER_JOB = 40
 COLUMNS = "test,file,channel,block,foundation,laser,exclude,override,reason,note\n"
+SCENES = [*product(CONFIGURATIONS, FOUNDATIONS)]  # of the records, in turn
+LASERS = {"config1": "at_220mm", "config2": "at_200mm", "config3": "at_100mm"}
 
 
-def records(n: int, seed: int = 1):
-    """Name, scene and simulated record of one release, from the scenes of the Palermo campaign in turn."""
-    scenes = [(block, foundation) for block in CONFIGURATIONS for foundation in FOUNDATIONS]
-    for number in range(n):
-        block, foundation = scenes[number % len(scenes)]
-        shape, angle, laser = CONFIGURATIONS[block]
-        generator = np.random.RandomState(seed + number)
-        releases = palermo_releases(angle, FOUNDATIONS[foundation], generator, number=1)
-        made = simulate_record(shape, laser, "hunt_crossley", releases, seed=seed + number)
-        yield f"r{number:05d}", block, foundation, made
+def record(number: int):
+    """A simulated record of one release."""
+    block, foundation = SCENES[number % len(SCENES)]
+    (shape, angle, laser), seed = CONFIGURATIONS[block], 1 + number
+    releases = palermo_releases(angle, FOUNDATIONS[foundation], np.random.RandomState(seed), number=1)
+    return simulate_record(shape, laser, "hunt_crossley", releases, seed=seed)
 
 
 def write_campaign(folder: Path, n: int, *, files: bool = True) -> None:
@@ -53,18 +50,16 @@ def write_campaign(folder: Path, n: int, *, files: bool = True) -> None:
     kept = re.search(r"^blocks:.*?(?=^# Tables)", palermo, re.M | re.S)[0]
     head = f"title: Many records\norigin: simulated\nrecords_per_job: {RECORDS_PER_JOB}\n"
     (folder / "config/campaigns/scale.yaml").write_text(head + kept)
-    laser = {"config1": "at_220mm", "config2": "at_200mm", "config3": "at_100mm"}
-    scenes = [(block, foundation) for block in CONFIGURATIONS for foundation in FOUNDATIONS]
-    lines = []
-    for number in range(n):
-        block, foundation = scenes[number % len(scenes)]
-        lines.append(f"r{number:05d},r{number:05d}.tdms,,{block},{foundation},{laser[block]},,,,\n")
+    names, lines = [f"r{number:05d}" for number in range(n)], []
+    for number, name in enumerate(names):
+        block, foundation = SCENES[number % len(SCENES)]
+        lines.append(f"{name},{name}.tdms,,{block},{foundation},{LASERS[block]},,,,\n")
     (folder / "config/campaigns/scale.csv").write_text(COLUMNS + "".join(lines))
     if files:
-        write_records(folder / "raw/scale", ((test, made) for test, _, _, made in records(n)))
+        write_records(folder / "raw/scale", ((name, record(i)) for i, name in enumerate(names)))
     else:
-        for number in range(n):
-            (folder / f"raw/scale/r{number:05d}.tdms").touch()
+        for name in names:
+            (folder / f"raw/scale/{name}.tdms").touch()
 
 
 def snakemake(folder: Path, *arguments: str, cores: int = 2) -> dict:
@@ -112,8 +107,8 @@ def run(numbers: list[int], cores: int) -> None:
             f"one record more {jobs(added)} jobs",
             flush=True,
         )
-        for step, (seconds, memory) in by_step.items():
-            print(f"        {step:26s} {seconds / n:6.3f} s CPU per record, {memory:4.0f} MB")
+        for step, spent in by_step.iterrows():
+            print(f"        {step:26s} {spent.cpu_time / n:6.3f} s CPU per record, {spent.max_rss:4.0f} MB")
     for (n, wall), (more, longer) in pairwise(walls):
         exponent = math.log(longer / wall) / math.log(more / n)
         print(f"{n} to {more} records: wall time grows with the power {exponent:.2f}")
@@ -127,17 +122,12 @@ def add_one(folder: Path, n: int) -> dict:
     return snakemake(folder, "--dry-run")
 
 
-def steps(folder: Path) -> dict:
+def steps(folder: Path) -> pd.DataFrame:
     """Processor time [s] and largest memory [MB] of each step, as Snakemake's benchmark files give them."""
-    spent = defaultdict(lambda: (0.0, 0.0))
-    for path in sorted((folder / "results/scale/benchmarks").glob("*.tsv")):
-        with open(path, newline="") as file:
-            (row,) = csv.DictReader(file, delimiter="\t")
-        step = re.sub(r"^(record|fit|quality)_.*", r"\1", path.stem)
-        seconds, memory = spent[step]
-        numbers = [float(row[key]) if row[key] not in ("-", "NA") else 0.0 for key in ("cpu_time", "max_rss")]
-        spent[step] = seconds + numbers[0], max(memory, numbers[1])
-    return dict(spent)
+    paths = sorted((folder / "results/scale/benchmarks").glob("*.tsv"))
+    spent = pd.concat([pd.read_csv(path, sep="\t", na_values=["-"]) for path in paths])
+    names = [re.sub(r"^(record|fit|quality)_.*", r"\1", path.stem) for path in paths]
+    return spent.groupby(names, sort=False).agg({"cpu_time": "sum", "max_rss": "max"})
 
 
 def plan(numbers: list[int]) -> None:
@@ -151,19 +141,17 @@ def plan(numbers: list[int]) -> None:
         )
 
 
-def main() -> int:
+def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    commands = parser.add_subparsers(dest="command", required=True)
-    for command, numbers in (("run", [6, 60, 600]), ("plan", [600, 6000])):
-        commands.add_parser(command).add_argument("numbers", type=int, nargs="*", default=numbers)
-    commands.choices["run"].add_argument("--cores", type=int, default=2)
+    parser.add_argument("command", choices=["run", "plan"])
+    parser.add_argument("numbers", type=int, nargs="*", help="of records; 6 60 600, and 600 6000 of a plan")
+    parser.add_argument("--cores", type=int, default=2)
     given = parser.parse_args()
     if given.command == "plan":
-        plan(given.numbers)
+        plan(given.numbers or [600, 6000])
     else:
-        run(given.numbers, given.cores)
-    return 0
+        run(given.numbers or [6, 60, 600], given.cores)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()
