@@ -11,18 +11,17 @@ import argparse
 import asyncio
 import http.client
 import json
-import mmap
 import os
 import random
 import resource
 import shutil
 import signal
-import struct
 import sys
 import tempfile
 from collections import Counter
 from contextlib import closing, suppress
 from errno import ENOSPC
+from multiprocessing.sharedctypes import RawArray
 from pathlib import Path
 from typing import Any
 
@@ -53,20 +52,16 @@ class Fault:
     """What happens to a desk at one of its writes; in memory that its process shares with this one."""
 
     def __init__(self) -> None:
-        self._shared = mmap.mmap(-1, 8)
+        self._shared = RawArray("i", 2)
 
     def set(self, kind: str, at: int) -> None:
         """Choose a kind of `FAULTS` and the write at which it happens, or the bytes a file may have."""
-        self._shared[:] = struct.pack("ii", FAULTS.index(kind), at)
-
-    def look(self) -> tuple[str, int]:
-        """The kind, and how many writes are left before it."""
-        kind, left = struct.unpack("ii", self._shared[:])
-        return FAULTS[kind], left
+        self._shared[:] = FAULTS.index(kind), at
 
     def strike(self, event: str, arguments: tuple[Any, ...] = ()) -> None:
         """Happen, if this is the write; a hook of Python's audit."""
-        kind, left = self.look()
+        number, left = self._shared
+        kind = FAULTS[number]
         if kind == "none" or event not in WRITES or (event == "open" and not _writes(*arguments)):
             return
         if kind == "short":

@@ -12,6 +12,7 @@ renews the table in the documentation from the product of `snakemake studies`.
 import math
 import sys
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -25,7 +26,7 @@ from freerock.models.block import Block
 from freerock.rotation.faults import listed_faults, signal_quality
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
-from freerock.runs.segment import find_runs
+from freerock.runs.segment import Run, find_runs
 from freerock.virtual_lab.noise import Disturbance, Noise
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
@@ -186,21 +187,15 @@ def _clean(motions: Sequence[Original], n_records: int, bits: int) -> Iterator[C
     for trial in range(n_records):
         draw = np.random.RandomState([len(SETTINGS), trial])
         record, block, laser = motions[trial % len(motions)]
-        try:
+        alarm, runs = True, list[Run]()  # of a record that is refused
+        with suppress(FreerockError):
             found = find_rotation(record.time_s, _measured(record, None, draw, bits), laser, block)
-        except FreerockError:
-            alarms, doubted = alarms + 1, doubted + 1
-            continue
-        alarms += bool(listed_faults(found))
-        time_s, theta, sigma, flags = (
-            found[name].values for name in ("time", "theta", "sigma_theta", "flags")
-        )
-        try:
-            runs = find_runs(time_s, theta, sigma, flags, block, signal_quality(found))
-        except FreerockError:
-            runs = []
-        true = len(record.truth["runs"])
-        doubted += len(runs) != true or any(run.verdict.level != "ok" for run in runs)
+            alarm = bool(listed_faults(found))
+            signal = [found[name].values for name in ("time", "theta", "sigma_theta", "flags")]
+            runs = find_runs(*signal, block, signal_quality(found))
+        alarms += alarm
+        missed = len(runs) != len(record.truth["runs"])
+        doubted += missed or any(run.verdict.level != "ok" for run in runs)
     of = f", {bits} bits" if bits else ""
     for name, count in ((f"none{of}", alarms), (f"none{of}, runs", doubted)):
         yield name, "", "", math.nan, n_records, count, count / n_records, 0

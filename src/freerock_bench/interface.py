@@ -5,7 +5,6 @@
 writes it anew from the package and the products of an analysed campaign. `tests` refuse a name that is gone.
 """
 
-import csv
 import json
 import sys
 from collections.abc import Iterator, Mapping
@@ -20,6 +19,7 @@ from freerock.config.reference import json_schema
 from freerock.config.scene import Scene
 from freerock.config.values import Section
 from freerock.products.netcdf import open_fits, open_record
+from freerock.tables.csvfile import read_csv
 
 FILES: dict[str, type[Section]] = {"config.yaml": ConfigFile, "campaign": CampaignFile, "scene": Scene}
 Names = dict[str, list[str]]
@@ -39,8 +39,7 @@ def of_products(results: Path) -> dict[str, Names]:
     """Columns of the tables and variables of the datasets of an analysed campaign."""
     columns, variables = {}, {}
     for path in sorted((results / "tables").glob("*.csv")):
-        with open(path, newline="", encoding="utf-8") as table:
-            columns[path.name] = next(csv.reader(table))
+        columns[path.name] = [*read_csv(path)]
     for kind, opened in (("records", open_record), ("fits", open_fits)):
         found: set[str] = set()
         for path in sorted((results / kind).glob("*.nc")):

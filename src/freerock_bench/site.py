@@ -17,6 +17,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import redirect_stdout, suppress
 from pathlib import Path
+from unittest.mock import patch
 
 from sphinx.cmd.build import build_main
 
@@ -134,12 +135,8 @@ def command_line() -> str:
 def help_of(*words: str) -> str:
     """The help of a command, 96 columns wide."""
     printed = io.StringIO()
-    before, os.environ["COLUMNS"] = os.environ.get("COLUMNS"), "96"
-    with redirect_stdout(printed), suppress(SystemExit):
+    with patch.dict(os.environ, COLUMNS="96"), redirect_stdout(printed), suppress(SystemExit):
         main([*words, "--help"])
-    del os.environ["COLUMNS"]
-    if before is not None:
-        os.environ["COLUMNS"] = before
     return printed.getvalue()
 
 

@@ -15,6 +15,7 @@ from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
@@ -240,30 +241,23 @@ class Scale:
         theta = freerock(problem, time, 1e-10).theta
         theta = theta + np.random.default_rng(1).normal(0, NOISE_RAD, time.size)
         motion = Motion(time, theta, NOISE_RAD, problem.theta0, theta0_stderr=NOISE_RAD)
-        fit = partial(fit_run, problem.model, problem.block, motion)
-        kept, runs, rest_s = simulate.simulate_theta, 0.0, math.inf
-        for _ in range(3):
-            spans: list[float] = []
-            spent: list[float] = []
+        kept, spans, spent, rest_s = simulate.simulate_theta, list[float](), list[float](), math.inf
 
-            def counted(
-                *arguments: Any, spans: list[float] = spans, spent: list[float] = spent, **options: Any
-            ) -> tuple[Floats, str]:
-                begin = clock.perf_counter()
-                made = kept(*arguments, **options)
-                spent.append(clock.perf_counter() - begin)
-                spans.append(float(arguments[3][-1]))
-                return made
-
-            simulate.simulate_theta = counted
+        def counted(*arguments: Any, **options: Any) -> tuple[Floats, str]:
             begin = clock.perf_counter()
-            try:
-                fit()
-            finally:
-                simulate.simulate_theta = kept
-            runs = sum(spans) / float(self.time[-1])
-            rest_s = min(rest_s, clock.perf_counter() - begin - sum(spent))
-        return runs, rest_s
+            made = kept(*arguments, **options)
+            spent.append(clock.perf_counter() - begin)
+            spans.append(float(arguments[3][-1]))
+            return made
+
+        for _ in range(3):
+            spans.clear()
+            spent.clear()
+            with patch.object(simulate, "simulate_theta", counted):
+                begin = clock.perf_counter()
+                fit_run(problem.model, problem.block, motion)
+                rest_s = min(rest_s, clock.perf_counter() - begin - sum(spent))
+        return sum(spans) / float(self.time[-1]), rest_s
 
 
 def _row(scale: Scale, name: str, kind: str, setting: str, note: str, found: Solution, seconds: float) -> Row:

@@ -8,9 +8,9 @@ from matplotlib.artist import Artist
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
 
-from freerock.figures.style import Axes, Labels, Style, axis_of, ratio_axis_of, styled
+from freerock.figures.style import Axes, Drawing, Style, axis_of, ratio_axis_of, styled
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import MODEL_LABELS
 
@@ -54,7 +54,7 @@ PAGES: dict[str, tuple[list[str], str, Bounds | None]] = {
 
 
 @styled()
-def draw(frame: pd.DataFrame, page: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+def draw(frame: pd.DataFrame, page: str) -> Drawing:
     """A page of the stability atlas, of `PAGES`: a row of panels a group, each of a method."""
     by, title, bounds = PAGES[page]
     cells = frame[frame["map"] == page]
@@ -129,12 +129,7 @@ def _panel(ax: Axes, cells: pd.DataFrame, bounds: Bounds | None) -> None:
     if bounds:
         x0, x1 = (np.interp(np.log(v), np.log(xs), np.arange(len(xs))) for v in bounds[cells["x"].iloc[0]])
         y0, y1 = (np.interp(np.log(v), np.log(ys), np.arange(len(ys))) for v in bounds[cells["y"].iloc[0]])
-        ax.plot(
-            [x0 - 0.5, x1 + 0.5, x1 + 0.5, x0 - 0.5, x0 - 0.5],
-            [y0 - 0.5, y0 - 0.5, y1 + 0.5, y1 + 0.5, y0 - 0.5],
-            color="black",
-            linewidth=0.8,
-        )
+        ax.add_patch(Rectangle((x0 - 0.5, y0 - 0.5), x1 - x0 + 1, y1 - y0 + 1, fill=False, linewidth=0.8))
 
 
 def _number(value: float) -> str:

@@ -93,7 +93,13 @@ def plain_right_hand_side(problem: Problem) -> Callable[[float, Floats], Floats]
 
 
 def scipy(
-    method: str, compiled: bool, problem: Problem, time: Floats, rtol: float, limit: float = math.inf
+    method: str,
+    compiled: bool,
+    problem: Problem,
+    time: Floats,
+    rtol: float,
+    limit: float = math.inf,
+    atol: float | None = None,
 ) -> Solution:
     """`scipy.integrate.solve_ivp` with the compiled or with the plain right-hand side.
 
@@ -111,6 +117,8 @@ def scipy(
         Relative tolerance.
     limit : float
         Evaluations after which to give up.
+    atol : float, optional
+        Absolute tolerance of every component; without it a share of each one's amplitude.
     """
     call = partial(_with_law, problem.law) if compiled else plain_right_hand_side(problem)
     count = 0
@@ -131,7 +139,7 @@ def scipy(
                 method=method,
                 t_eval=time,
                 rtol=rtol,
-                atol=ATOL_SHARE * rtol * problem.amplitudes,
+                atol=ATOL_SHARE * rtol * problem.amplitudes if atol is None else atol,
             )
     except _Limit:
         return Solution(np.full(time.size, np.nan), count, "step_limit")
@@ -146,16 +154,7 @@ def ode45(problem: Problem, time: Floats, rtol: float = 1e-3) -> Solution:
     Its defaults are 1e-3 and 1e-6. SciPy's RK45 is the same pair; its step control differs in details.
     Parameters as in `scipy`.
     """
-    result = solve_ivp(
-        plain_right_hand_side(problem),
-        (0.0, time[-1]),
-        problem.start,
-        method="RK45",
-        t_eval=time,
-        rtol=rtol,
-        atol=1e-3 * rtol,
-    )
-    return solution(problem, time, result.y[2], result.nfev, result.success)
+    return scipy("RK45", False, problem, time, rtol, atol=1e-3 * rtol)
 
 
 def _with_law(law: Floats, t: float, y: Floats) -> Floats:
