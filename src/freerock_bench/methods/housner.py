@@ -46,27 +46,13 @@ def housner_events(problem: Problem, time: Floats, rtol: float, limit: float = m
     Parameters as in `scipy`. Rest is taken for reached where a swing is shorter than rtol [s].
     """
     block, r = problem.block, problem.parameters["r"]
-    p2, theta_cr = block.p**2, block.theta_cr
+    atol = ATOL_SHARE * rtol * problem.amplitudes[2:]
     theta = np.zeros(time.size)
     evaluations, start, state = 0, 0.0, (problem.theta0, 0.0)
     sign = math.copysign(1.0, problem.theta0)
     while start < time[-1]:
-
-        def rates(t: float, y: Floats, sign: float = sign) -> tuple[float, float]:
-            return y[1], -sign * p2 * math.sin(theta_cr - sign * y[0])
-
-        impact = _terminal(lambda t, y, sign=sign: sign * y[0], -1)
         at = time[time >= start]
-        result = solve_ivp(
-            rates,
-            (start, time[-1]),
-            state,
-            method="DOP853",
-            t_eval=at,
-            rtol=rtol,
-            atol=ATOL_SHARE * rtol * problem.amplitudes[2:],
-            events=impact,
-        )
+        result = _to_the_next_impact(block, None, sign, (start, *state), time[-1], (rtol, atol), at)
         evaluations += result.nfev
         first = time.size - at.size
         last = first + len(result.t)
@@ -135,6 +121,7 @@ def housner_overturns(block: Block, r: float, amplitude: float, period_s: float,
         Relative tolerance.
     """
     omega, lift_off = 2 * math.pi / period_s, GRAVITY * math.tan(block.theta_cr)
+    tolerances = rtol, rtol * np.array([block.theta_cr, block.p * block.theta_cr])
 
     def ground(t: float) -> float:
         return amplitude * math.sin(omega * t)
@@ -152,7 +139,7 @@ def housner_overturns(block: Block, r: float, amplitude: float, period_s: float,
             sign, rate = math.copysign(1.0, math.sin(omega * t)), 0.0
         else:
             sign = math.copysign(1.0, theta or rate)
-        result = _to_the_next_impact(block, ground, sign, (t, theta, rate), period_s, rtol)
+        result = _to_the_next_impact(block, ground, sign, (t, theta, rate), period_s, tolerances)
         if len(result.t_events[1]):
             return True
         if not len(result.t_events[0]):
@@ -162,32 +149,30 @@ def housner_overturns(block: Block, r: float, amplitude: float, period_s: float,
 
 def _to_the_next_impact(
     block: Block,
-    ground: Callable[[float], float],
+    ground: Callable[[float], float] | None,
     sign: float,
     state: tuple[float, float, float],
     until_s: float,
-    rtol: float,
+    tolerances: tuple[float, Floats],
+    at: Floats | None = None,
 ) -> Any:
-    """Motion on one corner from t, θ, θ̇ until an impact, until the block has fallen, or until an instant."""
+    """Motion on one corner from t, θ, θ̇ until an impact, until the block has fallen, or until an instant.
+
+    The ground's acceleration is by time [m/s²], None of ground at rest; tolerances are relative and absolute.
+    """
     begun, theta, rate = state
     p2, theta_cr = block.p**2, block.theta_cr
 
     def rates(t: float, y: Floats) -> tuple[float, float]:
         phi = theta_cr - sign * y[0]
-        return y[1], p2 * (math.cos(phi) * ground(t) / GRAVITY - sign * math.sin(phi))
+        shaken = math.cos(phi) * ground(t) / GRAVITY if ground else 0.0
+        return y[1], p2 * (shaken - sign * math.sin(phi))
 
     impact = _terminal(lambda t, y: sign * y[0] if t > begun else 1.0, -1)
     fallen = _terminal(lambda t, y: abs(y[0]) - math.pi / 2, 1)
-    scale = [theta_cr, block.p * theta_cr]
-    return solve_ivp(
-        rates,
-        (begun, until_s),
-        (theta, rate),
-        method="DOP853",
-        rtol=rtol,
-        atol=rtol * np.array(scale),
-        events=(impact, fallen),
-    )
+    rtol, atol = tolerances
+    span, events = (begun, until_s), (impact, fallen)
+    return solve_ivp(rates, span, (theta, rate), "DOP853", at, rtol=rtol, atol=atol, events=events)
 
 
 def _terminal(function: Any, direction: int) -> Any:
