@@ -191,8 +191,9 @@ def _clean(motions: Sequence[Original], n_records: int, bits: int) -> Iterator[C
         with suppress(FreerockError):
             found = find_rotation(record.time_s, _measured(record, None, draw, bits), laser, block)
             alarm = bool(listed_faults(found))
-            signal = [found[name].values for name in ("time", "theta", "sigma_theta", "flags")]
-            runs = find_runs(*signal, block, signal_quality(found))
+            time_s, theta = found["time"].values, found["theta"].values
+            sigma, flags = found["sigma_theta"].values, found["flags"].values
+            runs = find_runs(time_s, theta, sigma, flags, block, signal_quality(found))
         alarms += alarm
         missed = len(runs) != len(record.truth["runs"])
         doubted += missed or any(run.verdict.level != "ok" for run in runs)

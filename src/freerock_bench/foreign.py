@@ -19,6 +19,7 @@ import pandas as pd
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError, exit_code
+from freerock.identification.levels import NORMAL_95
 from freerock.products.groups import runs_of
 from freerock.products.netcdf import open_fits, open_record
 from freerock.products.verdicts import verdict_of_run
@@ -167,7 +168,7 @@ def _restitution(measured: pd.DataFrame, release_s: float, run: Mapping[str, Any
     stderr = measured["r_stderr"].to_numpy(float)[same]
     return {
         "n_r": off.size,
-        "n_r_inside": int(np.sum(np.abs(off) < 1.96 * stderr)),
+        "n_r_inside": int(np.sum(np.abs(off) < NORMAL_95 * stderr)),
         "r_error": float(np.median(np.abs(off))) if off.size else math.nan,
         "r_wrong": int(np.sum((np.abs(off) > SURE * stderr) & (np.abs(off) > LEAST_R))),
     }

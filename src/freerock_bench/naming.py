@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import norm
 
 from freerock.identification.fit import Fit
+from freerock.identification.levels import NORMAL_95
 from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.runs.motion import Motion
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
@@ -16,7 +16,6 @@ from freerock.selection.hypotheses_tried import Identified, identify_runs
 from freerock_bench.virtual_run import Row, Truth
 
 NAMES = ("r", "k", "c", "lambda", "width")
-TWO_SIDED = float(norm.ppf(0.975))
 
 
 def identified(truth: Truth, motions: Sequence[Motion]) -> dict[int, Identified]:
@@ -69,7 +68,7 @@ def answer(candidate: str, truth: Truth, found: Mapping[int, Identified]) -> Row
     true = {**truth.parameters, "width": 2 * truth.block.b}
     for name in NAMES:
         percent, stderrs = _error(name, true, [each.fits[named] for each in found.values()] if named else [])
-        inside = abs(stderrs) < TWO_SIDED if math.isfinite(stderrs) else math.nan
+        inside = abs(stderrs) < NORMAL_95 if math.isfinite(stderrs) else math.nan
         row |= {f"{name}_error_percent": percent, f"{name}_error_stderrs": stderrs, f"{name}_inside": inside}
     law = CANDIDATES[candidate].law
     paper = [each.fits[law] for each in found.values() if law in each.fits]
