@@ -14,7 +14,7 @@ from freerock.models.laws import MODEL_LABELS
 from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2, TABLE_3
 from freerock.models.simulate import simulate
 from freerock.runs.motion import Motion
-from freerock.virtual_lab import workbook
+from freerock_bench import workbook
 
 TEXT = (Path(__file__).parents[2] / "docs/trust.md").read_text(encoding="utf-8")
 NOISE = math.radians(0.0063)

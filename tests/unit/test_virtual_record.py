@@ -210,10 +210,8 @@ def test_more_releases_and_coarser_converter():
 def test_command_line(tmp_path, capsys):
     for arguments in ([], [str(tmp_path / "somewhere_else")]):
         assert main(arguments) == 1
-        told = "no folder palermo_virtual or wooden_blocks given; name one, as raw/palermo_virtual"
+        told = "no folder palermo_virtual given; name one, as raw/palermo_virtual"
         assert capsys.readouterr().err == f"freerock.virtual_lab: {told}\n"
-    assert main([str(tmp_path / "wooden_blocks")]) == 0
-    assert (tmp_path / "wooden_blocks/free_rocking.xlsx").exists()
 
 
 @pytest.mark.parametrize(("theta0", "release_side"), [(0.085, "positive"), (-0.085, "negative")])

@@ -14,7 +14,7 @@ from freerock.rotation.sensor import Laser
 from freerock.runs.motion import motion_of
 from freerock.runs.segment import find_runs
 from freerock.selection.allowed_hypotheses import candidates
-from freerock.virtual_lab import workbook
+from freerock_bench import workbook
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = ROOT / "raw/wooden_blocks" / workbook.FILE

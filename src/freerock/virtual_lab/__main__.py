@@ -1,7 +1,6 @@
-"""Write a campaign of the virtual laboratory into its folder.
+"""Write the virtual Palermo campaign into its folder.
 
 python -m freerock.virtual_lab raw/palermo_virtual
-python -m freerock.virtual_lab raw/wooden_blocks
 """
 
 import sys
@@ -9,20 +8,17 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from freerock.errors import FreerockError, exit_code
-from freerock.virtual_lab import palermo, workbook
-
-CAMPAIGNS = {"palermo_virtual": palermo.write_campaign, "wooden_blocks": workbook.write_campaign}
+from freerock.virtual_lab.palermo import write_campaign
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Write the campaign that the folder on the command line is named after; returns the exit code."""
+    """Write the campaign into the folder on the command line; returns the exit code."""
 
     def write() -> None:
-        folder = Path(arguments[0]) if len(arguments) == 1 else Path()
-        if folder.name not in CAMPAIGNS:
-            what = f"no folder {' or '.join(CAMPAIGNS)} given"
+        if [Path(each).name for each in arguments] != ["palermo_virtual"]:
+            what = "no folder palermo_virtual given"
             raise FreerockError("freerock.virtual_lab", what, "name one, as raw/palermo_virtual")
-        CAMPAIGNS[folder.name](folder)
+        write_campaign(arguments[0])
 
     return exit_code(write)
 

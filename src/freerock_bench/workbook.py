@@ -1,6 +1,6 @@
 """A simulated stand-in for a public workbook of rotations θ(t), in its layout.
 
-    python -m freerock.virtual_lab raw/wooden_blocks
+    python -m freerock_bench.workbook raw/wooden_blocks
 
 The University of Catania published the rotations of nine wooden blocks in free rocking (Zenodo record
 6670588) as an Excel workbook: on its second sheet, below three rows of headings, a pair of columns (time
@@ -11,6 +11,7 @@ The blocks are as real ones are: they turn about their corners, and the corners 
 """
 
 import re
+import sys
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -122,3 +123,7 @@ def write_campaign(folder: str | Path) -> None:
     write_workbook(folder / FILE, pairs)
     write_truth(folder, truth)
     write_manifest(folder, [FILE, "truth.json"])
+
+
+if __name__ == "__main__":
+    write_campaign(*sys.argv[1:])
