@@ -307,7 +307,7 @@ def test_there_is_no_such_campaign(capsys):
 
 @pytest.mark.parametrize("at", [0, 1, 2])
 def test_what_fails_half_way_is_undone(monkeypatch, at):
-    """Of two copies and what is written after them each fails in turn, and nothing of what came before stays."""
+    """Two copies and what is written after them fail in turn, and nothing of what came before stays."""
     before, done = everything(), []
     write_one, copy_one = add.replace_together, add.take
 

@@ -1,48 +1,61 @@
 """The list of all runs of a campaign, from the tables of the last `snakemake`."""
 
-import csv
-import io
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from freerock.config.campaign import Campaign
 from freerock.config.record import Record
 from freerock.config.review_log import BY_HAND
 from freerock.errors import FreerockError
-from freerock.files import read_bytes, read_json
+from freerock.files import read_json
 from freerock.jobs.batches import batches
 from freerock.jobs.home import SCRIPTS
 from freerock.jobs.ledger import FOLDER, read_entry
 from freerock.jobs.reruns import code_checksum
 from freerock.models.laws import MODEL_LABELS
+from freerock.tables.csvfile import read_csv
 
 Json = dict[str, Any]
 _code = cache(code_checksum)  # of a script, while the desk is open
 
 
 def listed_rows(results: Path) -> dict[str, list[Json]]:
-    """The rows of each test, as `pictures.rows_of` has them; none without tables that can be read."""
-    runs, choice = (_table(results / f"tables/{name}.csv") for name in ("runs", "choice"))
+    """The lines of each test by the tables of a campaign; none without tables that can be read."""
     try:
-        chosen = {(row["test"], row["run"]): row for row in choice if row["status"] == "selected"}
-        found: dict[str, list[Json]] = {}
-        for row in runs:
-            own = chosen.get((row["test"], row["run"]))
-            numbers = {key: _float(row[key]) for key in ("release_s", "duration_s", "theta0_deg")}
-            found.setdefault(row["test"], []).append(
-                {key: row[key] for key in ("test", "block", "foundation", "verdict", "reasons")}
-                | {"run": int(row["run"]) if row["run"] else None, "excluded": row["excluded"] == "True"}
-                | numbers
-                | {
-                    "model": MODEL_LABELS.get(own["model"], "") if own else "",
-                    "explained": own is not None and own["explains"] == "True",
-                    "epsilon": _float(own["epsilon_theta"]) if own else None,
-                }
-            )
-    except (KeyError, ValueError):
+        runs, choice = (read_csv(results / f"tables/{name}.csv") for name in ("runs", "choice"))
+        return lines_of_runs(runs, choice)
+    except (FreerockError, OSError, AttributeError, KeyError, ValueError):
         return {}
+
+
+def lines_of_runs(runs: pd.DataFrame, choice: pd.DataFrame) -> dict[str, list[Json]]:
+    """The lines of each test in the list of runs, from the tidy tables runs and choice.
+
+    Parameters
+    ----------
+    runs, choice : pandas.DataFrame
+        Tidy tables; a record without runs has one line.
+    """
+    selected = choice[choice["status"] == "selected"]
+    chosen = {(row.test, str(row.run)): row for row in selected.itertuples()}
+    found: dict[str, list[Json]] = {}
+    for row in runs.itertuples():
+        own = chosen.get((row.test, str(row.run)))
+        found.setdefault(row.test, []).append(
+            {key: getattr(row, key) for key in ("test", "block", "foundation", "verdict", "reasons")}
+            | {"run": None if pd.isna(row.run) else int(row.run)}
+            | {key: _number(getattr(row, key)) for key in ("release_s", "duration_s", "theta0_deg")}
+            | {
+                "excluded": bool(row.excluded),
+                "model": MODEL_LABELS.get(own.model, "") if own else "",
+                "explained": own is not None and bool(own.explains),
+                "epsilon": _number(own.epsilon_theta) if own else None,
+            }
+        )
     return found
 
 
@@ -71,12 +84,5 @@ def is_behind(line: Record, then: Mapping[str, Any] | None) -> bool:
     return then is not None and any(then.get(key, "") != getattr(line, key) for key in BY_HAND)
 
 
-def _table(path: Path) -> list[dict[str, str]]:
-    try:
-        return list(csv.DictReader(io.StringIO(read_bytes(path).decode())))
-    except (FreerockError, UnicodeDecodeError, csv.Error):
-        return []
-
-
-def _float(text: str) -> float | None:
-    return float(text) if text else None
+def _number(value: Any) -> float | None:
+    return None if pd.isna(value) else float(value)

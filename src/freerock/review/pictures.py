@@ -10,48 +10,22 @@ from freerock.models.block import Block
 from freerock.models.free_parameters import symbol_of
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
 from freerock.products.choices import GROUP
-from freerock.products.groups import impacts_of, reasons_in, release_angle_of, runs_of, total_uncertainty
+from freerock.products.groups import impacts_of, release_angle_of, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
+from freerock.review.listing import lines_of_runs
 from freerock.review.reprocessing import Analysed
 from freerock.review.signals import Json, on_screen, thin
-from freerock.runs.verdict import in_one_line
 from freerock.tables.candidates import STATUS_WORDS
 from freerock.tables.text import quantity, unit_text
 
 
 def rows_of(test: str, found: Analysed) -> list[Json]:
     """The lines of a record in the list of runs: one for each run, or one for a record without any."""
+    from freerock.tables.tidy import choice_table, runs_table
+
     record, fits = found
-    fitted = runs_of(fits) if fits is not None else {}
-    same = {"test": test, "block": record.attrs["block"], "foundation": record.attrs["foundation"]}
-    rows = []
-    for number, run in runs_of(record).items():
-        verdict = verdict_of_run(number, run, fits)
-        release = run["release"].item()
-        rows.append(
-            same
-            | {"run": number, "verdict": verdict.level, "reasons": in_one_line(verdict.reasons)}
-            | {"excluded": bool(run.attrs["excluded"]), "overridden": bool(run.attrs["overridden"])}
-            | {"release_s": release, "duration_s": run["end"].item() - release}
-            | {"theta0_deg": math.degrees(run["theta0"].item())}
-            | _chosen(fitted.get(number))
-        )
-    if not rows:
-        left_out = record.attrs["verdict"] != "fail"
-        outcome = {"verdict": record.attrs["verdict"], "reasons": in_one_line(reasons_in(record.attrs))}
-        rows.append(same | outcome | {"run": None, "excluded": left_out} | _chosen(None))
-    return rows
-
-
-def _chosen(group: xr.DataTree | None) -> Json:
-    """Name of the candidate chosen for a run, whether it explains the run, and its ε_θ."""
-    if group is None or GROUP not in group.children:
-        return {"model": "", "explained": False, "epsilon": None}
-    choice = group.children[GROUP]
-    model = str(choice.attrs["selected"])
-    epsilon = group.children[model]["epsilon_theta"].item() if model in group.children else math.nan
-    explained = bool(choice.attrs["explained"])
-    return {"model": MODEL_LABELS.get(model, ""), "explained": explained, "epsilon": on_screen(epsilon)}
+    known = [fits] if fits is not None else []
+    return lines_of_runs(runs_table([record], known), choice_table(known))[test]
 
 
 def run_picture(found: Analysed, number: int, block: Block, means: bool = True) -> Json:
