@@ -1,9 +1,9 @@
 """A record file to θ(t), runs and impacts."""
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -40,24 +40,6 @@ POSITIONS = ("position_x", "position_z")  # of the centre of the block, from mot
 Settings = Mapping[str, Any]
 
 
-class _Channel(NamedTuple):
-    """A channel: time [s], signal and its unit as the file states it, and what its reader found out."""
-
-    time_s: Floats
-    signal: Floats
-    unit: str
-    notes: dict[str, str]
-
-
-class _Processed(NamedTuple):
-    """θ(t) of a record, its runs, and the impacts and total uncertainties of each."""
-
-    record: xr.Dataset
-    runs: list[Run]
-    impacts: list[Impacts]
-    totals: list[MeasuredTotal]
-
-
 def give_up(settings: Settings, output: str | Path, reason: str) -> None:
     """Write the dataset of a record in whose processing something unforeseen happened."""
     write_failure(output, Reason("fail", "not_processed", reason), settings["attributes"])
@@ -89,7 +71,11 @@ def make_record(
     attributes = settings["attributes"] | {"provenance": provenance([], settings)}
     try:
         attributes["provenance"] = provenance([file for file in _files(settings) if file.exists()], settings)
-        processed = None if settings["excluded"] else _process(settings, rotate or rotation_of)
+        if settings["excluded"]:
+            excluded = Reason("ok", "excluded", f"excluded: {settings['excluded']}")
+            write_failure(output, excluded, attributes)
+            return
+        record, judged, totals = _process(settings, rotate or rotation_of)
     except FreerockError as error:
         if of_the_machine(error):
             raise
@@ -98,24 +84,19 @@ def make_record(
         log.error(failure)
         write_failure(output, Reason("fail", "not_processed", str(failure)), attributes)
         return
-    if processed is None:
-        excluded = Reason("ok", "excluded", f"excluded: {settings['excluded']}")
-        write_failure(output, excluded, attributes)
-        return
-    record, runs, impacts, totals = processed
-    write_record(output, record, runs, impacts, attributes, packed, totals)
-    _log(processed)
+    runs = [run for run, _ in judged]
+    write_record(output, record, runs, [impacts for _, impacts in judged], attributes, packed, totals)
+    _log(record, runs)
 
 
-def _log(processed: _Processed) -> None:
+def _log(record: xr.Dataset, runs: Sequence[Run]) -> None:
     """What was found, for the record's log."""
-    attrs = processed.record.attrs
     for key in READERS_NOTES:
-        if key in attrs:
-            log.info("%s: %s", key.replace("_", " "), attrs[key])
-    for fault in listed_faults(processed.record):
+        if key in record.attrs:
+            log.info("%s: %s", key.replace("_", " "), record.attrs[key])
+    for fault in listed_faults(record):
         log.info("%s from %.3f s to %.3f s: %s", fault.name, fault.start_s, fault.end_s, fault.note)
-    for run in processed.runs:
+    for run in runs:
         verdict = ": ".join([run.verdict.level, *run.verdict.texts])
         log.info("run %d, released at %.3f s: %s", run.number, run.release_s, verdict)
 
@@ -126,8 +107,10 @@ def _files(settings: Settings) -> list[Path]:
     return [Path(settings["raw"], file) for file in [settings["file"], *tables]]
 
 
-def _process(settings: Settings, rotate: Callable[[Settings], xr.Dataset]) -> _Processed:
-    """Volts to impacts."""
+def _process(
+    settings: Settings, rotate: Callable[[Settings], xr.Dataset]
+) -> tuple[xr.Dataset, Sequence[tuple[Run, Impacts]], list[MeasuredTotal]]:
+    """Volts to impacts: θ(t) of the record, its runs with their impacts, the total uncertainties of each."""
     by_hand = ByHand(settings["overrides"], settings["exclusions"], settings.get("stretches", ()))
     block, record = Block(**settings["block"]), _used(rotate(settings), by_hand)
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
@@ -139,7 +122,7 @@ def _process(settings: Settings, rotate: Callable[[Settings], xr.Dataset]) -> _P
     judged = judged_runs(signal, block, signal_quality(record), by_hand, *limits, step, where)
     laboratory = Laboratory.of(settings["laboratory"])
     totals = [measured_total(run.theta0, run.theta0_stderr, found, laboratory) for run, found in judged]
-    return _Processed(record, [run for run, _ in judged], [impacts for _, impacts in judged], totals)
+    return record, judged, totals
 
 
 def _used(record: xr.Dataset, by_hand: ByHand) -> xr.Dataset:
@@ -172,22 +155,23 @@ def rotation_of(settings: Settings) -> xr.Dataset:
         check_file(settings["raw"], settings["file"], settings["sha256"])
     lasers = [_sensor(section, settings["raw"]) for section in settings["lasers"]]
     channels = [_channel(path, name) for name in settings["channels"]]
-    first = channels[0]
-    if not all(np.array_equal(channel.time_s, first.time_s) for channel in channels):
+    time_s = channels[0]["time"].values
+    if not all(np.array_equal(channel["time"].values, time_s) for channel in channels):
         raise FreerockError(path, "the two channels have different time bases", "name two of one group")
-    signals, units = [channel.signal for channel in channels], [channel.unit for channel in channels]
+    signals, units = [each.values for each in channels], [each.attrs["units"] for each in channels]
     block, options = Block(**settings["block"]), RotationOptions(**settings["rotation"])
-    record = find_rotation(first.time_s, signals, lasers, block, units, options)
+    record = find_rotation(time_s, signals, lasers, block, units, options)
     for name, channel in zip(POSITIONS, settings.get("positions", ()), strict=False):
-        record[name] = ("time", _position(path, channel, first.time_s), {"units": "m"})
-    return record.assign_attrs(first.notes)
+        record[name] = ("time", _position(path, channel, time_s), {"units": "m"})
+    found_out = channels[0].attrs
+    return record.assign_attrs({key: found_out[key] for key in READERS_NOTES if key in found_out})
 
 
 def _position(path: Path, name: str, time_s: Floats) -> Floats:
     """A channel of the position of the centre [m]."""
     channel = _channel(path, name)
-    values, quantity = in_base_units(channel.signal, "", channel.unit)
-    if quantity != "displacement" or not np.array_equal(channel.time_s, time_s):
+    values, quantity = in_base_units(channel.values, "", channel.attrs["units"])
+    if quantity != "displacement" or not np.array_equal(channel["time"].values, time_s):
         what = f"channel {name!r} is no position at the times of the rotation"
         raise FreerockError(path, what, "name channels in m or mm of the same table in the column position")
     return values
@@ -199,12 +183,11 @@ def _sensor(section: Settings, raw: str) -> Laser:
     return Laser(**{**section, "calibration": table})
 
 
-def _channel(path: Path, name: str) -> _Channel:
-    """A channel by its name, "" for the only one."""
+def _channel(path: Path, name: str) -> xr.DataArray:
+    """A channel by its name, "" for the only one, with the attributes of its file."""
     read = read_record(path, name or None)
     if len(read.data_vars) > 1:
         several = f"has the channels {', '.join(map(str, read.data_vars))}"
         raise FreerockError(path, several, "name one in the channel column of the campaign's CSV")
     (signal,) = read.data_vars.values()
-    notes = {key: read.attrs[key] for key in READERS_NOTES if key in read.attrs}
-    return _Channel(read["time"].values, signal.values, signal.attrs["units"], notes)
+    return signal.assign_attrs(read.attrs)
