@@ -12,8 +12,7 @@ from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, MODELS, law_of
 from freerock.tables.candidates import named_by
-from freerock.tables.paper import SCATTERS
-from freerock.tables.text import quantity
+from freerock.tables.paper import spread
 
 FIGURE = {
     "title": "Identified parameters, run by run",
@@ -211,14 +210,9 @@ def _numbers(level: str, found: pd.DataFrame) -> pd.DataFrame:
 
 
 def _spread(row: Any) -> str:
-    """τ in per cent of the mean; its upper bound where the scatter may be noise alone."""
-    if not np.isfinite(row.tau):
-        return ""
-    percent = 100 / row.mean
-    if row.scatter_p > SCATTERS or row.tau == 0:
-        bound = percent * row.tau_high
-        return f"< {quantity(bound, digits=2)} %" if bound else "0"
-    return f"{quantity(percent * row.tau, digits=2)} %"
+    """τ in per cent of the mean, nothing where it is not known."""
+    text = spread(row).text
+    return {"–": "", "0": "0"}.get(text, f"{text} %")
 
 
 def _panel(ax: Axes, rows: list[_Row], name: str, room: float) -> None:

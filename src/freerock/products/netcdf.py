@@ -20,6 +20,13 @@ from freerock.runs.verdict import Level, Reason
 FROM_START = {"long_name": "time from the start of the record"}
 SINCE_RELEASE = {"long_name": "time since the release"}
 
+# Fields of a fit that are variables as they are, by their dimensions.
+OF_FIT: dict[tuple[str, ...], tuple[str, ...]] = {
+    ("parameter",): ("value", "stderr", "ci95_low", "ci95_high", "discrepancy"),
+    ("sample",): ("theta_model", "residual"),
+    (): ("epsilon_theta", "epsilon_holdout", "aic", "bic"),
+}
+
 if TYPE_CHECKING:
     from freerock.identification.fit import Fit
     from freerock.populations.impact_energy import BlockPeaks
@@ -231,14 +238,7 @@ def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr
             "final_time": ((), fit.final_time_s),
             "n_parameters": ((), np.int32(fit.n_parameters)),
             "success": ((), np.int8(fit.success)),
-        }
-        arrays |= {
-            name: ("parameter", getattr(fit, name))
-            for name in ("value", "stderr", "ci95_low", "ci95_high", "discrepancy")
-        }
-        arrays |= {name: ("sample", getattr(fit, name)) for name in ("theta_model", "residual")}
-        arrays |= {
-            name: ((), getattr(fit, name)) for name in ("epsilon_theta", "epsilon_holdout", "aic", "bic")
+            **{name: (dims, getattr(fit, name)) for dims, names in OF_FIT.items() for name in names},
         }
         arrays |= _in_words_of_lmfit(fit)
         if fit.impacts is not None:

@@ -121,9 +121,9 @@ def _mark(row: Any) -> str:
     return SELECTED if row.selected else REJECTED if row.rejected else ""
 
 
-def _spread(row: Any) -> Cell:
-    """Spread between runs in per cent of the mean."""
-    if row.rejected or not math.isfinite(row.tau):
+def spread(row: Any) -> Cell:
+    """Spread between runs in per cent of the mean; its upper bound where the scatter may be noise alone."""
+    if not math.isfinite(row.tau):
         return Cell("–")
     if row.scatter_p > SCATTERS or row.tau == 0:
         bound = 100 * row.tau_high / row.mean
@@ -146,7 +146,10 @@ def _range(row: Any) -> Cell:
 _MODEL = Column("Model", lambda row: Cell(MODEL_LABELS[row.model] + _mark(row)))
 PARAMETER = Column("Parameter", lambda row: Cell(with_unit(SYMBOLS[row.parameter], row.unit)))
 _RUNS = numbers("Runs", "n_runs")
-_BETWEEN_RUNS = (Column("τ / %", _spread), Column("Next run", _next_run))
+_BETWEEN_RUNS = (
+    Column("τ / %", lambda row: Cell("–") if row.rejected else spread(row)),
+    Column("Next run", _next_run),
+)
 
 TABLE1 = (
     numbers("2h / m", "height_m", _four_digits),
