@@ -13,7 +13,6 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from errno import ENAMETOOLONG
-from importlib.metadata import version
 
 from freerock.errors import FreerockError
 from freerock.files import regular
@@ -95,6 +94,15 @@ def _failed(error: Exception, line: str, code: int, chosen: argparse.Namespace) 
     return code
 
 
+def _version(asked_for: str) -> str:
+    """Name and version, looked up only when they are requested."""
+    if asked_for != "--version":
+        return ""
+    from importlib.metadata import version
+
+    return f"freerock {version('freerock')}"
+
+
 def _parser(asked_for: str = "") -> argparse.ArgumentParser:
     """The parser of the command line, with the arguments of the one subcommand that is requested."""
     parser = argparse.ArgumentParser(
@@ -103,9 +111,7 @@ def _parser(asked_for: str = "") -> argparse.ArgumentParser:
         epilog=f"example:\n  freerock inspect raw/palermo_virtual/config2_marble.tdms\n\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        "--version", action="version", version=f"freerock {version('freerock')}", help="show the version"
-    )
+    parser.add_argument("--version", action="version", version=_version(asked_for), help="show the version")
     commands = parser.add_subparsers(dest="command", required=True, title="commands", metavar="COMMAND")
     for name, summary in COMMANDS.items():
         command = commands.add_parser(
