@@ -126,6 +126,12 @@ def job(desk, tmp_path):
     return run
 
 
+def test_the_date_of_a_record_reaches_its_product(desk, tmp_path):
+    of_record, _ = desk._bench.settings(desk.campaign, desk.campaign.record("tall"))
+    make_record(of_record, tmp_path / "r.nc")
+    assert open_record(tmp_path / "r.nc").attrs["time_coverage_start"] == "2017-05-02T09:00:00.000Z"
+
+
 @pytest.mark.parametrize("error", [FreerockError("lmfit", "is out of order", "mend it"), ValueError("NaN")])
 def test_without_lmfit_no_fit_of_the_job_succeeds_and_each_says_so_in_a_line(job, monkeypatch, error):
     def refuse(*_, **__):

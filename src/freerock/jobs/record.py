@@ -35,7 +35,7 @@ from freerock.units import BASE, in_base_units
 
 log = logging.getLogger("freerock")
 
-READERS_NOTES = ("reading", "time_base")  # attributes in which a reader says what it found out
+READERS_NOTES = ("reading", "time_base", "start_time")  # attributes in which a reader says what it found out
 POSITIONS = ("position_x", "position_z")  # of the centre of the block, from motion capture
 Settings = Mapping[str, Any]
 
