@@ -228,3 +228,25 @@ def test_unsigned_beam_gets_the_side_of_every_lobe(theta0, release_side, sinks, 
     clear = (np.abs(record.theta) > math.radians(least_deg)) & (found["flags"].values == 0)
     assert clear.sum() > 10_000
     assert (np.abs(found["theta"] - record.seen) < 6 * found["sigma_theta"])[clear].all()
+
+
+def test_a_sinking_corner_reads_as_a_higher_beam():
+    angle, silent = 0.15, Noise(white_v=0.0, mains_v=0.0, drift_v=0.0, bits=32)
+    still, sinking = (
+        simulate_record(
+            BLOCK,
+            LASER,
+            "hunt_crossley",
+            [Release(angle, MARBLE, fade_s=0.0)],
+            seed=1,
+            recording=Recording(noise=silent, corner_sinks=sinks),
+        ).volts
+        for sinks in (False, True)
+    )
+    seen = [
+        float(rotation_from_displacement((volts[9000] - 5) / 100, BLOCK, LASER)) for volts in (still, sinking)
+    ]
+    depth = static_depth(BLOCK, Foundation.of(MARBLE), angle) + BLOCK.b * math.sin(angle)
+    assert seen[0] == pytest.approx(angle, abs=2e-6)
+    assert seen[1] / seen[0] - 1 == pytest.approx(depth / LASER.position, rel=0.1)
+    assert still[100] == sinking[100]
