@@ -208,6 +208,15 @@ def test_an_input_that_is_pulled_adds_to_the_errors_of_the_law():
     assert on.contributions.enlarged == 1.0 and not on.discrepancy.any()
 
 
+@pytest.mark.parametrize("sigma, is_least", [(1.2e-5, True), (5e-5, False)])
+def test_no_number_is_known_better_than_the_first_order_of_the_inputs(monkeypatch, sigma, is_least):
+    monkeypatch.setitem(globals(), "SIGMA", sigma)
+    fit = fit_run("housner", BLOCK, measured(1, r=0.98)[1])
+    first_order, least = fit.contributions.total(fit.stderr)[0], 1e-6 * fit.value[0]
+    assert fit.success and (first_order < least) is is_least
+    assert fit.u_total[0] == pytest.approx(math.hypot(first_order, is_least * least))
+
+
 def test_shifts_of_inputs_are_held_against_their_covariance():
     along, across, unseen = np.array([1.0, 1, 0]), np.array([1.0, -1, 0]), np.array([0, 0, 1.0])
     covariance = 0.32 * np.outer(along, along) + 0.02 * np.outer(across, across)  # eigenvalues 0.64, 0.04
