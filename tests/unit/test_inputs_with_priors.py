@@ -213,7 +213,7 @@ def test_no_number_is_known_better_than_the_first_order_of_the_inputs(monkeypatc
     monkeypatch.setitem(globals(), "SIGMA", sigma)
     fit = fit_run("housner", BLOCK, measured(1, r=0.98)[1])
     first_order, least = fit.contributions.total(fit.stderr)[0], 1e-6 * fit.value[0]
-    assert fit.success and (first_order < least) is is_least
+    assert fit.success and bool(first_order < least) is is_least
     assert fit.u_total[0] == pytest.approx(math.hypot(first_order, is_least * least))
 
 
