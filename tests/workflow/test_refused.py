@@ -1,6 +1,7 @@
 """What is refused before anything runs: our own line is the last one told, and nothing is written."""
 
 import os
+import shutil
 
 import pytest
 from small_campaign import CAMPAIGN, add_campaign, check_out
@@ -146,6 +147,7 @@ def test_a_fifo_in_place_of_a_file_is_refused_and_not_waited_for(lab, path):
 
 
 def test_notes_of_snakemake_that_cannot_be_written(lab):
+    shutil.rmtree(lab / ".snakemake")
     (lab / ".snakemake").write_text("")
     done = lab.snakemake()
     remedy = "free some space, give yourself the right to write there, or use --directory"
