@@ -110,6 +110,6 @@ def test_the_published_values_are_those_of_the_campaign():
 
 def test_figure(study, tmp_path):
     assert list(study.columns) == COLUMNS
-    save(*draw(study, {"marble": "Marble"}), tmp_path / "paper")
+    save(*draw(study), tmp_path / "paper")
     assert (tmp_path / "paper.pdf").stat().st_size > 5000
     assert len(pd.read_csv(tmp_path / "paper.csv")) == len(study)
