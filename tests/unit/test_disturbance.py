@@ -90,7 +90,7 @@ def test_what_acts_all_the_time_is_no_disturbance(mishap):
 
 
 def doubts(motion, *measured):
-    whole = SimpleNamespace(fits=fitted("aerstop"), explained=False)
+    whole = SimpleNamespace(fits=fitted("aerstop"), explained=False, causes={})
     return doubts_about(Verdict(measured), BLOCK, motion, whole, BY_DEFAULT)
 
 
@@ -102,7 +102,7 @@ def test_the_doubts_are_named_and_say_when():
     assert released.name == "disturbed_release" and "free rocking begins only 0.5" in released.text
 
 
-def test_of_no_known_laboratory_no_cause_is_told():
+def test_without_causes_none_is_told():
     tilted = run("off level")
     (alone,) = doubts(tilted)
     assert (alone.name, alone.text) == ("unexplained", UNEXPLAINED)
