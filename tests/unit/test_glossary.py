@@ -14,7 +14,15 @@ from freerock.models.laws import LAWS
 from freerock.planning import plan, plan_total
 from freerock.populations import population, predict
 from freerock.products.names import VARIABLES
-from freerock.tables import candidates, populations, recovered, restitution, restitution_law, summary, tidy
+from freerock.tables import (
+    candidates,
+    populations,
+    recovered,
+    restitution_comparison,
+    restitution_law,
+    summary,
+    tidy,
+)
 
 GLOSSARY = Path(__file__).parents[2] / "docs/glossary.md"
 HEAD = ["term", "meaning", "symbol", "config", "netCDF", "CSV", "unit"]
@@ -48,7 +56,14 @@ def columns():
         summary.table3(epsilon),
         recovered.recovered_table(parameters, {}),
     ]
-    lists = [tidy.RUNS, tidy.PARAMETERS, tidy.EPSILON, tidy.CHOICE, tidy.RESTITUTION, restitution.COMPARISON]
+    lists = [
+        tidy.RUNS,
+        tidy.PARAMETERS,
+        tidy.EPSILON,
+        tidy.CHOICE,
+        tidy.RESTITUTION,
+        restitution_comparison.COMPARISON,
+    ]
     lists += [
         candidates.COLUMNS,
         candidates.RARE_COLUMNS,

@@ -10,7 +10,7 @@ from fabricated import campaign, failed_record, fits, record
 
 from freerock.populations import population, predict
 from freerock.runs.verdict import Reason, Verdict, in_one_line
-from freerock.tables import candidates, restitution
+from freerock.tables import candidates, restitution_comparison
 from freerock.tables import tidy as tables
 from freerock.tables.paper import table2_text, table3_text
 from freerock.tables.populations import populations_table
@@ -197,7 +197,7 @@ def test_campaign_without_any_run():
             tables.CHOICE,
             tables.RESTITUTION,
         ),
-        *(candidates.COLUMNS, predict.PREDICTIONS, population.FOUNDATIONS, restitution.COMPARISON),
+        *(candidates.COLUMNS, predict.PREDICTIONS, population.FOUNDATIONS, restitution_comparison.COMPARISON),
     ],
     ids="|".join,
 )

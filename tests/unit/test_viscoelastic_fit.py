@@ -23,8 +23,8 @@ LISTED = replace(GUIDED, models=("winkler", "hunt_crossley", "viscoelastic"))
 
 
 def measured(law, parameters, seed, kinematics="guided"):
-    """A run of 2.5 s with white noise; under the law that relaxes on four times as many cells as usual."""
-    time, rules = np.arange(0, 2.5, 2e-3), Rules(kinematics=kinematics)
+    """A run of 4 s with white noise; under the law that relaxes on four times as many cells as usual."""
+    time, rules = np.arange(0, 4, 2e-3), Rules(kinematics=kinematics)
     if law == "viscoelastic":
         bed, exact = Foundation.of(parameters), np.empty(time.size)
         start = static_depth(BLOCK, bed, THETA0), 0.0, THETA0, 0.0
