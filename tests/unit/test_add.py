@@ -305,11 +305,11 @@ def test_there_is_no_such_campaign(capsys):
     )
 
 
-@pytest.mark.parametrize("at", [0, 1, 2])
+@pytest.mark.parametrize("at", [0, 1, 2, 3])
 def test_what_fails_half_way_is_undone(monkeypatch, at):
-    """Two copies and what is written after them fail in turn, and nothing of what came before stays."""
+    """Of two copies, the manifest and the CSV each fails in turn, and nothing of what came before stays."""
     before, done = everything(), []
-    write_one, copy_one = add.replace_together, add.take
+    write_one, copy_one = add._replace, add.take
 
     def failing(step):
         def tried(*arguments):
@@ -321,7 +321,7 @@ def test_what_fails_half_way_is_undone(monkeypatch, at):
         return tried
 
     monkeypatch.setattr(add, "take", failing(copy_one))
-    monkeypatch.setattr(add, "replace_together", failing(write_one))
+    monkeypatch.setattr(add, "_replace", failing(write_one))
     assert cli.main(["add", "lab", "stick/second.tdms", "stick/third-1.tdms", "--block", "tall"]) == 1
     assert everything() == before
 

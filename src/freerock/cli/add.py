@@ -26,7 +26,7 @@ from freerock.config.campaign import Source, campaign_paths, read_campaign
 from freerock.config.mistakes import ConfigError
 from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError, attempt
-from freerock.files import COLUMNS, MANIFEST, atomic, listed_checksums, replace_together, sha256
+from freerock.files import COLUMNS, MANIFEST, atomic, listed_checksums, sha256
 from freerock.review.csv_edit import parsed
 from freerock.units import in_base_units
 
@@ -123,19 +123,24 @@ def _write_all(
     copies: Sequence[tuple[RecordLook, Path]], changes: Sequence[tuple[Path, bytes | None, bytes]]
 ) -> None:
     """Copy files and change others, each a path, its bytes before (None: no file) and after; all or none."""
-    copied: list[Path] = []
+    undone: list[tuple[Path, bytes | None]] = []
     try:
         for look, target in copies:
             with atomic(target) as partial:
                 take(look, partial)
-            copied.append(target)
-        for path, before, _ in changes:
+            undone.append((target, None))
+        for path, before, after in changes:
             if (path.read_bytes() if path.exists() else None) != before:
                 raise FreerockError(path, "was changed meanwhile", "run the same command again")
-        replace_together({path: after for path, before, after in changes if after != before})
+            if after != before:
+                _replace(path, after)
+                undone.append((path, before))
     except BaseException:
-        for path in copied:
-            path.unlink(missing_ok=True)
+        for path, before in reversed(undone):
+            if before is None:
+                path.unlink(missing_ok=True)
+            else:
+                _replace(path, before)
         raise
 
 
@@ -295,3 +300,11 @@ def _checked(
         what = "the new lines would not be read correctly"
         raise FreerockError(source.path.with_suffix(".csv"), what, "move the column test to the front")
     return tuple((line, row) for row, (line, _) in zip(rows, new, strict=True))
+
+
+def _replace(path: Path, content: bytes) -> None:
+    mode = path.stat().st_mode if path.exists() else None
+    with atomic(path) as partial:
+        partial.write_bytes(content)
+        if mode is not None:
+            partial.chmod(mode)
