@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification import intervals
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.least_squares import legal
 from freerock.models.block import GRAVITY, Block
+from freerock.models.given import Given
 from freerock.models.simulate import simulate_theta
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
@@ -215,6 +217,13 @@ def test_no_number_is_known_better_than_the_first_order_of_the_inputs(monkeypatc
     first_order, least = fit.contributions.total(fit.stderr)[0], 1e-6 * fit.value[0]
     assert fit.success and bool(first_order < least) is is_least
     assert fit.u_total[0] == pytest.approx(math.hypot(first_order, is_least * least))
+
+
+def test_a_number_that_is_fixed_stays_certain_beside_inputs_that_moved():
+    given = {"housner": {"r": Given(value=0.93, vary=False)}}
+    fit = fit_run("housner", BLOCK, measured(1)[1], FitSettings(parameters=given))
+    assert fit.success and fit.contributions.moved.any()
+    assert fit.u_total[0] == 0 and fit.u_total[1] > 0
 
 
 def test_shifts_of_inputs_are_held_against_their_covariance():

@@ -390,7 +390,7 @@ def _told(end: _End, solution: Solution, resolution: Resolution, holdout: float,
         law = np.hypot(law, moved.contributions.excess)
         if moved.contributions.p_of_pulls <= REJECTS:
             law = np.hypot(law, moved.contributions.if_as_stated)
-        least = LINEAR * np.abs(value)
+        least = np.where(fixed, 0.0, LINEAR * np.abs(value))
         law = np.where(moved.contributions.total(known.stderr, law) < least, least, law)
     if problem.settings.profile and not failed:
         known, profiled = with_profile(problem, x, resolution.m, known)
