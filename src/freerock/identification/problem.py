@@ -22,7 +22,7 @@ from freerock.models.simulate import Solver
 from freerock.rotation.as_measured import as_measured
 from freerock.runs.motion import Motion
 from freerock.runs.noise import averaged
-from freerock.runs.release import lowered
+from freerock.runs.release import FAR, lowered
 
 COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
 JUMPS = 0.1  # of their sum, from which two one-sided difference quotients are those of a jump
@@ -46,7 +46,7 @@ class ReleaseLimits:
     wall: float = 6.0
     least_share: float = 0.002 / 6.0
     least_s: float = 1e-3 / 6.0
-    loose_share: float = 0.1
+    loose_share: float = FAR
     loose_s: float = 0.05
 
 

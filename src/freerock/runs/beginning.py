@@ -9,7 +9,16 @@ from freerock.config.defaults import RunLimits
 from freerock.rotation.still import MIN_PEAKS, Phase
 from freerock.runs.by_hand import Override
 from freerock.runs.holds import UNSTEADY
-from freerock.runs.release import BLOCK_S, MIN_BLOCKS, HeldAngle, Release, find_release, held_angle, held_over
+from freerock.runs.release import (
+    BLOCK_S,
+    FAR,
+    MIN_BLOCKS,
+    HeldAngle,
+    Release,
+    find_release,
+    held_angle,
+    held_over,
+)
 from freerock.runs.signal import Signal, names_of
 from freerock.runs.stops import find_stop
 from freerock.runs.tops import TOP_STDERR, TOP_STDERR_S, find_tops
@@ -19,7 +28,6 @@ HOLD_OF = f"give a hold window with {MIN_BLOCKS * BLOCK_S:g} s of valid samples 
 FROM_PEAK = "the run begins at its first clean peak"
 LEAVE_OUT = "the motion before is not free rocking; exclude the run, or set its release by hand"
 LEAST_PEAK = 0.2  # of the largest angle seen, by judgement: a run that begins lower says little
-FAR = 0.1  # of θ0, off the hold: farther than a fit looks for the release
 
 
 class Beginning(NamedTuple):

@@ -25,6 +25,7 @@ FEWEST = 6  # means of the early motion that give an instant
 SEARCH_S = 0.005  # medians over this long show when the block falls, whatever stands out of the noise
 SWINGS = 8  # so many tell the noise in motion
 SURE = 4.0  # standard errors of a push
+FAR = 0.1  # of θ0, off the hold: how far a fit looks for the release
 BLOCK_S, MIN_BLOCKS = 0.025, 4  # a hold shows in means over this long whether it moves; fewer are no hold
 QUICK = 0.3  # of the noise's variance at least must be within such means, to tell how loud a hold is
 MOVES = 3.0  # times the variance of such means by noise alone, from which the block moves
