@@ -239,14 +239,14 @@ def rows_of(case: tuple[str, int]) -> list[Row]:
     made = record(name, i)
     row = made.row
     try:
-        result = _analysed(made.volts, made.stated)
+        result = analysed_as_stated(made.volts, made.stated)
     except FreerockError as error:
         return [row | {"parameter": "", "verdict": "fail", "causes": "", "names": str(error.what)}]
     row = row | _named(result, name) | _advised(made, result, name)
     return [row | each for each in _numbers(result, name, made.true)]
 
 
-def _analysed(volts: Floats, stated: Laboratory) -> Analysed:
+def analysed_as_stated(volts: Floats, stated: Laboratory) -> Analysed:
     """A record with the inputs of a laboratory; its clock and scale are those of the record."""
     (laser,), time_s = stated.lasers.values(), np.arange(volts.size) / RATE_HZ * stated.clock
     volts = volts[0] + stated.scales[0] * (volts - volts[0])
@@ -311,7 +311,7 @@ def _advised(made: Record, result: Analysed, name: str) -> Row:
     row: Row = {"advice": f"{to.name} {to.by:+g}" if not to.measure else f"{to.name} again"}
     draw = np.random.default_rng([SEED, 39, zlib.crc32(name.encode()), made.row["run"]])
     try:
-        then = _analysed(made.volts, followed(made.stated, made.laboratory, to, draw))
+        then = analysed_as_stated(made.volts, followed(made.stated, made.laboratory, to, draw))
     except FreerockError:
         return row | {"advised": "fail"}
     off = [abs(each["z_u"]) for each in _numbers(then, name, made.true) if "z_u" in each]

@@ -7,7 +7,19 @@ import pytest
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.hypotheses_tried import Identified
 from freerock_bench.analysed import Analysed
-from freerock_bench.kinds import KINDS, MARK, SIZES, STUDY, Advice, advice, cases, followed, record, rows_of
+from freerock_bench.kinds import (
+    KINDS,
+    MARK,
+    SIZES,
+    STUDY,
+    Advice,
+    advice,
+    analysed_as_stated,
+    cases,
+    followed,
+    record,
+    rows_of,
+)
 
 pytestmark = pytest.mark.slow
 
@@ -50,6 +62,19 @@ def test_a_base_off_level_is_named_first():
     for row in rows_of(("base tilted by 0.3°", 0)):
         assert row["verdict"] == "warn" and row["first"] and row["among"]
         assert "off_level" in row["causes"].split()[:2]
+
+
+@pytest.mark.parametrize("i, kinematics", [(2, ""), (3, "_pivoting")])
+def test_rounded_edges_are_named_and_give_the_law(i, kinematics):
+    """The guided block is found only where the derivatives by the inputs are renewed on the way."""
+    made = record("edges rounded by 0.7 mm", i)
+    result = analysed_as_stated(made.volts, made.stated)
+    found, verdict = result.found, result.verdict
+    fit = found.fits[f"hunt_crossley{kinematics}"]
+    assert (verdict.level, found.widened) == ("warn", ("edge_radius",)) and found.explained
+    assert fit.values["edge_radius"] == pytest.approx(7e-4, rel=0.1)
+    off = np.array([fit.values[name] - value for name, value in made.true.items()]) / fit.u_total[:2]
+    assert fit.parameters[:2] == (*made.true,) and np.abs(off).max() < 3
 
 
 def test_a_mat_that_hardens_is_named_and_gives_its_law():

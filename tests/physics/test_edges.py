@@ -19,7 +19,6 @@ from freerock.models.contact import (
     State,
     accelerations,
     contact_force,
-    sideways,
     static_depth,
 )
 from freerock.models.laws import GEOMETRIC, Rules
@@ -91,21 +90,26 @@ def end_of(depth, slope, radius_m):
     return (middle - half) / (1 + slope**2), (middle + half) / (1 + slope**2)
 
 
-def integrated(block, law, theta0, radius_m):
-    """θ [rad] and depth [m] of a guided block with rounded edges by SciPy, shape (2, n)."""
-    soil = Foundation.of(law)
+def integrated(block, law, theta0, radius_m, kinematics):
+    """θ [rad] and depth [m] of a block with rounded edges by SciPy, shape (2, n).
+
+    It turns in place, or about the end of its flat base that is down.
+    """
+    soil, arm = Foundation.of(law), block.b - radius_m if kinematics == "pivoting" else 0.0
 
     def rates(_, y):
         theta, w, z, z_rate = y.tolist()
         force, moment = on_rounded(block, soil, State(z, z_rate, theta, w), radius_m)
         m, s = block.mass_kg, math.sin(theta)
-        lever, slope = sideways(block, theta, GEOMETRIC)
+        held, cos = math.copysign(arm, theta), math.cos(theta)
+        lever, slope = block.h * cos + held * s, held * cos - block.h * s
         turn = (block.h * s * force - moment - m * lever * slope * w**2) / (block.inertia_cm + m * lever**2)
         fall = GRAVITY - force / m - block.h * (math.cos(theta) * w**2 + s * turn)
         return [w, turn, z_rate, fall]
 
     start = [theta0, 0.0, static_depth(rounded(radius_m, block), soil, theta0), 0.0]
-    return solve_ivp(rates, (0, TIME[-1]), start, "DOP853", t_eval=TIME, rtol=1e-7, atol=1e-10).y[[0, 2]]
+    rtol = 1e-8 if arm else 1e-7  # the lever of a pivoting block has a kink
+    return solve_ivp(rates, (0, TIME[-1]), start, "DOP853", TIME, rtol=rtol, atol=1e-3 * rtol).y[[0, 2]]
 
 
 @pytest.mark.parametrize(
@@ -176,16 +180,19 @@ def test_depth_and_contact_of_an_upright_block_by_the_area_of_a_circle(k, radius
 
 
 @pytest.mark.parametrize("foundation", FOUNDATIONS)
-@pytest.mark.parametrize("radius", [7e-4, 2e-3])
+@pytest.mark.parametrize(
+    ("radius", "kinematics"), [(7e-4, "guided"), (2e-3, "guided"), (7e-4, "pivoting"), (2e-3, "pivoting")]
+)
 @pytest.mark.parametrize("configuration", CONFIGURATIONS)
-def test_motion_is_that_of_an_independent_integration(configuration, foundation, radius):
+def test_motion_is_that_of_an_independent_integration(configuration, foundation, radius, kinematics):
     sharp, angle, _ = CONFIGURATIONS[configuration]
-    block, law = rounded(radius, sharp), FOUNDATIONS[foundation]
-    expected, depth = integrated(sharp, law, angle, radius)
-    found = simulate("hunt_crossley", block, law, TIME, theta0=angle, solver=Solver(1e-9))
+    block, law, rules = rounded(radius, sharp), FOUNDATIONS[foundation], Rules(kinematics=kinematics)
+    expected, depth = integrated(sharp, law, angle, radius, kinematics)
+    found = simulate("hunt_crossley", block, law, TIME, theta0=angle, rules=rules, solver=Solver(1e-9))
     np.testing.assert_allclose(found.theta, expected, atol=5e-6)
     np.testing.assert_allclose(found.z_cb, depth, atol=5e-7)
-    as_fits = simulate_fitted("hunt_crossley", sharp, {**law, "theta0": angle, "edge_radius": radius}, TIME)
+    freed = {**law, "theta0": angle, "edge_radius": radius}
+    as_fits = simulate_fitted("hunt_crossley", sharp, freed, TIME, rules=rules)
     np.testing.assert_allclose(as_fits, expected, atol=5e-6)
 
 
@@ -224,7 +231,6 @@ def test_a_block_at_rest_stays_at_rest():
     ("model", "law", "rules"),
     [
         ("housner", {"r": 0.9}, GEOMETRIC),
-        ("hunt_crossley", MARBLE, Rules(kinematics="pivoting")),
         ("hunt_crossley", MARBLE, Rules("tensionless")),
         ("hardening", {**MARBLE, "kappa": 1e9}, Rules()),
     ],
@@ -234,7 +240,7 @@ def test_what_is_not_worked_out_is_refused(model, law, rules):
         with pytest.raises(FreerockError) as error:
             refused(model, rounded(1e-3), law, TIME, theta0=0.1, rules=rules)
         assert str(error.value) == (
-            "edge_radius_m: rounded edges are worked out for a guided block with the geometric rule only, "
+            "edge_radius_m: rounded edges are implemented for geometric debonding only, "
             "under winkler, hunt_crossley, general; leave it out"
         )
 

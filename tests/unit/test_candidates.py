@@ -84,6 +84,7 @@ def test_neighbours_of_a_hypothesis_add_one_step():
         Hypothesis("general_pivoting", ("tilt",)),
         Hypothesis("winkler_pivoting_width", ("tilt",)),
         Hypothesis("winkler_pivoting", ("release", "tilt")),
+        Hypothesis("winkler_pivoting", ("tilt", "edge_radius")),
     }
     reached, found = {*map(Hypothesis, BY_DEFAULT.laws)}, set()
     while reached:

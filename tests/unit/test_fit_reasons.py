@@ -318,7 +318,7 @@ def test_with_sharp_edges_the_law_would_be_far_off_and_pass_for_noise():
 def test_edges_stay_sharp_where_rounded_ones_are_not_worked_out():
     assert BY_DEFAULT.of("winkler", ("edge_radius",)).widened == ("edge_radius",)
     assert "edge_radius" in BY_DEFAULT.settings("winkler", ("edge_radius",)).free
-    for model in ("housner", "winkler_pivoting"):
+    for model in ("housner", "hardening_pivoting"):
         assert BY_DEFAULT.of(model, ("edge_radius",)).widened == ()
         assert "edge_radius" not in BY_DEFAULT.settings(model, ("edge_radius",)).free
     tensionless = replace(BY_DEFAULT, options={"debonding": "tensionless"})

@@ -12,7 +12,7 @@ from freerock.models.laws import CANDIDATES, GEOMETRIC, LAWS, law_of
 def freed(model: str, free: Sequence[str]) -> tuple[str, ...]:
     """What is fitted besides the parameters of a candidate, of which some free the width themselves.
 
-    The edges of a block that pivots are sharp.
+    Edges are sharp where rounded ones are not implemented.
     """
     kept = tuple(name for name in free if name != "edge_radius" or is_rounded(model))
     return ("width", *kept) if CANDIDATES[model].width and "width" not in kept else kept
@@ -21,7 +21,7 @@ def freed(model: str, free: Sequence[str]) -> tuple[str, ...]:
 def is_rounded(model: str, debonding: str = GEOMETRIC.debonding) -> bool:
     """Whether rounded edges are implemented for a candidate."""
     rounds = "edge_radius" in law_of(model).may_free
-    return rounds and CANDIDATES[model].rules(debonding) == GEOMETRIC
+    return rounds and CANDIDATES[model].rules(debonding).debonding == GEOMETRIC.debonding
 
 
 def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:

@@ -38,9 +38,9 @@ def check_edges(model: str, block: Block, rules: Rules) -> None:
     if not 0 < block.edge_radius < block.b:
         what = f"{block.edge_radius} m is no radius of an edge"
         raise FreerockError("edge_radius_m", what, f"give 0 to {block.b:g} m, half the width")
-    if "edge_radius" not in LAWS[model].may_free or rules != GEOMETRIC:
+    if "edge_radius" not in LAWS[model].may_free or rules.debonding != GEOMETRIC.debonding:
         laws = ", ".join(name for name, law in LAWS.items() if "edge_radius" in law.may_free)
-        what = f"rounded edges are worked out for a guided block with the geometric rule only, under {laws}"
+        what = f"rounded edges are implemented for geometric debonding only, under {laws}"
         raise FreerockError("edge_radius_m", what, "leave it out")
 
 

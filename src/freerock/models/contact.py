@@ -82,7 +82,7 @@ class Foundation(NamedTuple):
         """The law and the block as `kernel.integrate` takes them."""
         m = block.mass_kg
         law = (self.k / m, self.c / m, self.lam / m, block.flat, block.h, block.inertia_base / m, GRAVITY)
-        return (*law, block.b if pivots else 0.0, block.edge_radius, block.e, self.kappa / m)
+        return (*law, block.flat if pivots else 0.0, block.edge_radius, block.e, self.kappa / m)
 
 
 class State(NamedTuple):
@@ -177,11 +177,11 @@ def sideways(block: Block, theta: float, rules: Rules) -> tuple[float, float]:
     """Derivatives x_G′ and x_G″ [m] by θ of the place of the centre of mass over the ground.
 
     A guided base centre keeps its place (Spanos et al. 2017, section 2, doi:10.1016/j.proeng.2017.09.024),
-    x_G = h sinθ + e cosθ. A pivoting block keeps the corner that is down in its place, which adds
-    ± b (1 - cosθ): docs/equations.md, section 4. The right corner is down where theta [rad] is not negative.
+    x_G = h sinθ + e cosθ. A pivoting block keeps the end of its flat base that is down in its place, which
+    adds ± (b - ρ) (1 - cosθ): docs/equations.md, sections 4 and 11. The right corner is down where theta [rad] is not negative.
     """
     s, cos = math.sin(theta), math.cos(theta)
-    arm = math.copysign(block.b, theta + 0.0) if rules.kinematics == "pivoting" else 0.0
+    arm = math.copysign(block.flat, theta + 0.0) if rules.kinematics == "pivoting" else 0.0
     along, above = block.com(s, cos)
     return above + arm * s, arm * cos - along
 

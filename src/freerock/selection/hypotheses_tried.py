@@ -29,7 +29,7 @@ from freerock.models.free_parameters import PER_RUN
 from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
-from freerock.selection.allowed_hypotheses import Hypotheses, Hypothesis, holds
+from freerock.selection.allowed_hypotheses import Hypotheses, Hypothesis
 from freerock.selection.causes import Cause, ranked, required_effect
 from freerock.selection.choice import Choice, Evidence, choose, evidence, plainly
 from freerock.selection.holdout import of_other_runs
@@ -217,15 +217,16 @@ def identify_runs(
     return found
 
 
-def of_set(fits: Mapping[str, Fit]) -> dict[str, Fit]:
-    """Fits of the candidates that explain a run, each beside those that hold it as a case.
+def of_set(fits: Mapping[str, Fit], alternatives: Sequence[Fit] = ()) -> dict[str, Fit]:
+    """Fits of the candidates that explain a run, each beside all else that does: the other candidates, and
+    hypotheses that widen other priors.
 
-    Worn corners that a run can't tell from other inputs shift k all the same.
+    What a run can't tell from a law shifts its numbers all the same.
     """
     possible = {name: fit for name, fit in fits.items() if evidence(fit).explains}
+    every = (*possible.values(), *alternatives)
     return {
-        name: beside(fit, [other for model, other in possible.items() if holds(model, name)])
-        for name, fit in possible.items()
+        name: beside(fit, [other for other in every if other is not fit]) for name, fit in possible.items()
     }
 
 
@@ -550,15 +551,12 @@ class _Search:
                 for other in found.alternatives
             ):
                 del found.alternatives[each]
-        alone, found.fits = found.fits, found.fits | of_set(found.fits)
         selected = found.choice(self.hypotheses).selected
-        if explaining and selected in alone:
+        if explaining and selected in found.fits:
             found.alternatives |= self._with_freed_inputs(alike[selected], bar)
-            larger = [
-                fit for model, fit in alone.items() if holds(model, selected) and evidence(fit).explains
-            ]
-            found.before = alone[selected]
-            found.fits[selected] = beside(alone[selected], [*larger, *found.alternatives.values()])
+            found.before = found.fits[selected]
+        found.fits |= of_set(found.fits, tuple(found.alternatives.values()))
+        if found.before:
             effect = required_effect(found.at_best(selected, self.block, self.motion, self.hypotheses))
             if effect:
                 found.effects[selected] = effect
