@@ -12,9 +12,9 @@ import pytest
 
 from freerock.errors import DamagedProduct, FreerockError
 from freerock.jobs import contents, ledger, whole_products
+from freerock.jobs.code_identity import code_checksum
 from freerock.jobs.contents import LOOKS, checksum, look, settled
 from freerock.jobs.ledger import at_work, entry_path, read_entry
-from freerock.jobs.reruns import code_checksum
 from freerock.jobs.whole_products import Step, compare, in_doubt, left_over, other_software, verified
 
 MADE = Step(

@@ -15,7 +15,7 @@ from pathlib import Path
 from warm import commands
 
 from freerock.files import sha256
-from freerock.jobs.reruns import MEANINGS, meaning
+from freerock.jobs.code_identity import MEANINGS, meaning
 from freerock.models.block import Block
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.record import Recording, Release, simulate_record

@@ -12,8 +12,8 @@ from small_campaign import ROOT
 
 from freerock.config.campaign import FIGURES
 from freerock.files import sha256
-from freerock.jobs import reruns as workflow
-from freerock.jobs.reruns import code, code_checksum
+from freerock.jobs import code_identity as workflow
+from freerock.jobs.code_identity import code, code_checksum
 
 SHAKEN = {"response.py", "fragility.py"}  # of a campaign with ground motions: test_shaken_campaign.py
 SCRIPTS = {
@@ -168,7 +168,7 @@ def test_checksum_is_the_same_before_and_behind_the_package(tmp_path, monkeypatc
     package.mkdir(parents=True)
     (package / "__init__.py").touch()
     workflow._package.cache_clear()
-    monkeypatch.setattr("freerock.jobs.reruns.PACKAGE", package)
+    monkeypatch.setattr("freerock.jobs.code_identity.PACKAGE", package)
     told = set()
     for folder in ("a", "z"):
         script = tmp_path / folder / "script.py"
@@ -183,7 +183,7 @@ def test_checksum_is_the_same_before_and_behind_the_package(tmp_path, monkeypatc
 def test_checksum_counts_the_contents_of_modules(tmp_path, monkeypatch):
     package = tmp_path / "freerock"
     package.mkdir()
-    monkeypatch.setattr("freerock.jobs.reruns.PACKAGE", package)
+    monkeypatch.setattr("freerock.jobs.code_identity.PACKAGE", package)
     script = tmp_path / "script.py"
     script.write_text("import freerock.sensor\n")
     for name in ("__init__.py", "sensor.py", "another.py"):

@@ -11,7 +11,7 @@ from small_campaign import CAMPAIGN, ROOT
 
 from freerock.config.campaign import load_campaign
 from freerock.jobs import supplement
-from freerock.jobs.reruns import code
+from freerock.jobs.code_identity import code
 
 pytestmark = pytest.mark.slow
 MOTIONS = "ground_motions: {folder: raw/ground, scales: [0.6, 1.2, 2.0], draws: 3, motions_per_job: 2}\n"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from small_campaign import ROOT
 
-from freerock.jobs.reruns import code
+from freerock.jobs.code_identity import code
 
 
 def test_only_on_demand(finished):

@@ -15,7 +15,7 @@ from freerock.files import listed_checksums
 from freerock.jobs.guard import check_folder
 from freerock.jobs.home import PACKAGE
 from freerock.jobs.log import in_utf8, why_failed
-from freerock.jobs.reruns import code_checksum
+from freerock.jobs.code_identity import code_checksum
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
 logging.raiseExceptions = False  # no traceback for each line that Snakemake's log has no room for

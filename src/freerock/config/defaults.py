@@ -1,4 +1,8 @@
-"""Settings of the steps, with their defaults; `keys.py` says what each means in a campaign's file."""
+"""Settings of the steps, with the defaults of `processing` and some of `fits`.
+
+All other defaults stand beside their key, in `keys.py` and the modules of sections; those of uncertainties in
+`uncertainty.py`.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

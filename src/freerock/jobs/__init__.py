@@ -2,13 +2,13 @@
 
 __all__ = [
     "batches",
+    "code_identity",
     "fit",
     "home",
     "ledger",
     "metadata",
     "misfit",
     "record",
-    "reruns",
     "respond",
     "supplement",
     "whole_products",

@@ -20,11 +20,11 @@ from typing import Any
 
 from freerock.errors import DamagedProduct, FreerockError
 from freerock.files import regular, sha256, write_text
-from freerock.jobs import reruns
+from freerock.jobs import code_identity
+from freerock.jobs.code_identity import code_checksum
 from freerock.jobs.contents import checksum, is_look, look
 from freerock.jobs.log import log_to
 from freerock.jobs.newer_input import is_one
-from freerock.jobs.reruns import code_checksum
 
 FOLDER = "ledger"
 AGAIN = "run the same command again"
@@ -84,8 +84,8 @@ def at_work(job: Any, *code: str) -> Iterator[None]:
     job : Snakemake
         What Snakemake gives to a script under the name `snakemake`.
     *code : str
-        The script and the modules it imports by name, as `freerock.jobs.reruns.code_checksum` takes them;
-        left out, edits of the code go unseen.
+        The script and the modules it imports by name, as `code_identity.code_checksum` takes them; left out,
+        edits of the code go unseen.
 
     Raises
     ------
@@ -125,7 +125,7 @@ class _Code:
     """
 
     def __init__(self, planned: str, script: str, *modules: str) -> None:
-        self._looks = {path: look(path) for path in reruns.code(script, *modules)}
+        self._looks = {path: look(path) for path in code_identity.code(script, *modules)}
         if code_checksum(script, *modules) != planned:
             raise FreerockError(script, "its code was edited since the run began", AGAIN)
 

@@ -13,9 +13,9 @@ from freerock.config.review_log import BY_HAND
 from freerock.errors import FreerockError
 from freerock.files import read_json
 from freerock.jobs.batches import batches
+from freerock.jobs.code_identity import code_checksum
 from freerock.jobs.home import SCRIPTS
 from freerock.jobs.ledger import FOLDER, read_entry
-from freerock.jobs.reruns import code_checksum
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.csvfile import read_csv
 
