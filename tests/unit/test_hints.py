@@ -39,7 +39,7 @@ def run(law="winkler", rules=GEOMETRIC, view=None, seen=lambda theta: theta):
 
 def hints(motion, law):
     """Names and texts of what is said of a run that the law alone was fitted to."""
-    found = hints_for(BLOCK, motion, {law: fit_run(law, BLOCK, motion)}, BY_DEFAULT)
+    found = hints_for(BLOCK, motion, {law: fit_run(law, BLOCK, motion)}, BY_DEFAULT.settings)
     return [(each.name, each.text) for each in found]
 
 

@@ -42,10 +42,12 @@ class Signal(NamedTuple):
         return slice(*np.searchsorted(self.t, (start_s, end_s)))
 
     def noise(self, still: slice) -> float:
-        """Standard deviation of a sample's noise [rad], from samples at rest.
+        """Standard deviation of a sample's noise [rad], from the second half of samples at rest.
 
-        Where the converter hides it, one rest shows little, and what all of them show holds.
+        In the first one the block may swing on in full contact, below the noise. Where the converter hides
+        the noise, one rest shows little, and what all of them show holds.
         """
+        still = slice((still.start + still.stop) // 2, still.stop)
         usual = float(np.nanmedian(self.sigma[still])) if self.sigma[still].size else np.nan
         return usual if self.converter_step > usual else scatter(self.theta[still], self.converter_step)
 

@@ -74,12 +74,16 @@ def doubts_about(
         return notes
     if not found.fits:
         return []
-    hints = list(hints_for(block, motion, found.fits, hypotheses))
+
+    def settings(model: str) -> FitSettings:
+        return hypotheses.settings(model, found.widened)
+
+    hints = list(hints_for(block, motion, found.fits, settings))
     if hints:
         return [*hints, Reason("warn", "unexplained", UNEXPLAINED)]
     disturbance = None
     if "alternating_restitution" not in measured.names:  # its cause acts all through the run
-        disturbance = find_disturbance(block, motion, found.fits, hypotheses.settings)
+        disturbance = find_disturbance(block, motion, found.fits, settings)
     unexplained = Reason("warn", "unexplained", UNEXPLAINED + _causes_of(found))
     if disturbance is None:
         return [unexplained]
@@ -105,11 +109,12 @@ def _causes_of(found: Identified) -> str:
         return ""
     best = min(found.causes, key=lambda model: found.causes[model][0].left)
     told = "; ".join(cause.text for cause in found.causes[best])
-    return f"; of the misfit of {MODEL_LABELS[best]} would take: {told}"
+    beside = f" with free {' and '.join(found.widened).replace('_', ' ')}" if found.widened else ""
+    return f"; of the misfit of {MODEL_LABELS[best]}{beside} would take: {told}"
 
 
 def hints_for(
-    block: Block, motion: Motion, fits: Mapping[str, Fit], hypotheses: Hypotheses
+    block: Block, motion: Motion, fits: Mapping[str, Fit], settings: Callable[[str], FitSettings]
 ) -> Iterator[Reason]:
     """The other rule of debonding, and the other sign of the laser, where a law then agrees with the noise.
 
@@ -120,8 +125,8 @@ def hints_for(
         The run.
     fits : mapping of str to Fit
         Of the run, by candidate; none of them explains it.
-    hypotheses : Hypotheses
-        Those of the campaign.
+    settings : callable
+        Of the fit of each candidate.
     """
     laws = [
         model
@@ -130,16 +135,15 @@ def hints_for(
     ]
     as_mirrored = mirrored(motion)
     for model in laws:
-        settings = hypotheses.settings(model)
-        start = {name: fits[model].values[name] for name in MODELS[model]}
-        (other,) = {*DEBONDING} - {settings.debonding}
+        own, start = settings(model), {name: fits[model].values[name] for name in MODELS[model]}
+        (other,) = {*DEBONDING} - {own.debonding}
         would = f"would fit with {{}}: {MODEL_LABELS[model]} then agrees with the noise"
-        if leaves_noise(model, block, replace(settings, debonding=other), start, motion):
+        if leaves_noise(model, block, replace(own, debonding=other), start, motion):
             text = would.format(f"fits.debonding: {other}")
             yield Reason("warn", "other_debonding", text)
         if as_mirrored is None or CANDIDATES[model].is_rival:
             continue
-        if leaves_noise(model, block, settings, None, as_mirrored):
+        if leaves_noise(model, block, own, None, as_mirrored):
             yield Reason("warn", "other_sign", would.format("the other sign of the laser"))
 
 

@@ -523,7 +523,7 @@ class _Search:
     def found(self) -> Identified:
         """The best hypothesis, all candidates that widen the same priors, and what does as well otherwise."""
         explaining = self.explaining
-        best = min(explaining, key=lambda each: explaining[each].bic, default=Hypothesis(""))
+        best = min(explaining, key=lambda each: explaining[each].bic, default=self._nearest())
         for law in self.hypotheses.laws:
             each = self.hypotheses.of(law, best.widened)
             if each not in self.fits and each not in self.errors:
@@ -562,6 +562,12 @@ class _Search:
                 found.effects[selected] = effect
                 found.fits[selected] = allowing(found.fits[selected], [effect], [1.0])
         return found
+
+    def _nearest(self) -> Hypothesis:
+        """Where nothing explains a run: of the fits that leave about the least, one that widens least."""
+        left = {each: self._mean_square(each) for each, fit in self.fits.items() if fit.success}
+        near = [each for each in left if left[each] <= EFFORT.contends * min(left.values())]
+        return min(near, key=lambda each: (len(each.widened), left[each]), default=Hypothesis(""))
 
     def _with_freed_inputs(self, selected: Hypothesis, bar: float) -> dict[Hypothesis, Fit]:
         """Hypotheses with fewer numbers than the selected one that explain the run as well where the input
