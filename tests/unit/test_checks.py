@@ -147,3 +147,11 @@ def test_every_reason_is_documented():
     of_fits |= {"in_motion", "thrown", "bounced", "slid"}  # tests/unit/test_begun_in_motion.py
     of_fits |= {"not_processed"}  # tests/workflow/test_bad_input.py
     assert documented == {name for _, _, name in ONE_FACT} | {*FAULT_VERDICTS} | of_impacts | of_fits
+
+
+def test_the_noise_of_a_rest_holds_nothing_of_the_motion_before_it():
+    time_s = np.arange(0, 4, 1e-3)
+    swing = 3e-5 * np.exp(-time_s / 0.4) * np.sin(60 * time_s)
+    theta = swing + 1e-5 * np.random.default_rng(4).standard_normal(time_s.size)
+    signal = signal_of(time_s, theta, 1e-5, np.zeros(time_s.size, int))
+    assert signal.noise(slice(0, time_s.size)) == pytest.approx(1e-5, rel=0.05)

@@ -287,6 +287,20 @@ def test_a_law_with_an_input_beyond_its_prior_is_named_beside_a_freed_width(apar
     assert notes[0].text.startswith("Housner with height_m of b off by +0.00099")
 
 
+def test_where_nothing_explains_a_run_its_fits_widen_what_the_nearest_does():
+    block, motion = off_by_height(1e-3, 2e-4)
+    law, level = Hypothesis("housner"), Hypothesis("housner", ("tilt",))
+    search = hypotheses_tried._Search(block, motion, BY_DEFAULT)
+    search.fit(law)
+    fit = replace(search.fits[law], diagnostics=search.fits[law].diagnostics | {"noise_p": 0.0})
+    for least, widened in ((0.9, ()), (0.5, ("tilt",))):  # of those about as near the one that widens least
+        nearest = fit.diagnostics | {"mean_square": least * fit.diagnostics["mean_square"]}
+        search.fits = {law: fit, level: replace(fit, diagnostics=nearest)}
+        assert search.found().widened == widened
+    search.fits[level] = replace(search.fits[level], success=False)
+    assert search.found().widened == ()
+
+
 def test_an_input_that_cannot_be_freed_ends_no_search(monkeypatch):
     block, motion = off_by_height(1e-3, 2e-4)
     law, wider = Hypothesis("housner"), Hypothesis("housner_width")
