@@ -1,8 +1,8 @@
 """Faults matrix: how surely each fault of a signal is named, and how often one is invented.
 
-Records of the virtual laboratory (`freerock.virtual_lab.record`), without mains interference or drift,
-get the noise of a laser and one fault (`disturbances`) each; `find_rotation` must name it,
-at the time it lasts. Clean records must be left without any name, and their runs without a warning.
+Records of the virtual laboratory (`freerock.virtual_lab.virtual_record`), without mains interference or
+drift, get the noise of a laser and one fault (`disturbances`) each; `find_rotation` must name it, at the time
+it lasts. Clean records must be left without any name, and their runs without a warning.
 
     python -m freerock_bench.faults results/studies/faults.csv docs/validation.md
 
@@ -27,9 +27,9 @@ from freerock.rotation.faults import listed_faults, signal_quality
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.segment import Run, find_runs
-from freerock.virtual_lab.noise import Disturbance, Noise
+from freerock.virtual_lab.added_noise import Disturbance, Noise
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
-from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
+from freerock.virtual_lab.virtual_record import Recording, Release, VirtualRecord, simulate_record
 from freerock_bench import disturbances as spoil
 from freerock_bench.document import in_markdown, renew
 from freerock_bench.harness import Study

@@ -12,8 +12,8 @@ from small_campaign import BLOCKS, CAMPAIGN, COLUMNS, MAT, Checkout, check_out, 
 from warm import commands
 
 from freerock.models.free_parameters import SYMBOLS
-from freerock.virtual_lab.record import Recording, Release, simulate_record
-from freerock.virtual_lab.tdms import write_records
+from freerock.virtual_lab.virtual_record import Recording, Release, simulate_record
+from freerock.virtual_lab.write_tdms import write_records
 
 HOSTILE = "<img src=x onerror=\"document.title='pwned'\"> & 'more'"
 LINES = f"""\

@@ -18,8 +18,8 @@ from freerock import bounds
 from freerock.config.review_log import Change, appended, log_of, looked_at, read_changes
 from freerock.errors import FreerockError
 from freerock.jobs.each import make_each
-from freerock.jobs.fit import give_up, make_fits
-from freerock.jobs.record import make_record, rotation_of
+from freerock.jobs.make_fits import give_up, make_fits
+from freerock.jobs.make_record import make_record, rotation_of
 from freerock.models.block import Block
 from freerock.models.laws import PAPER_MODELS
 from freerock.models.simulate import simulate
@@ -33,11 +33,11 @@ from freerock.review.reprocessing import Superseded
 from freerock.review.signals import signals_of
 from freerock.tables.paper import table2_text
 from freerock.tables.populations import populations_table
+from freerock.tables.quantities import quantity
 from freerock.tables.summary import table2
-from freerock.tables.text import quantity
 from freerock.tables.tidy import contributions_table, parameters_table, restitution_table, runs_table
-from freerock.virtual_lab.record import Recording, Release, simulate_record
-from freerock.virtual_lab.tdms import write_records
+from freerock.virtual_lab.virtual_record import Recording, Release, simulate_record
+from freerock.virtual_lab.write_tdms import write_records
 
 LINES = "tall,tall.tdms,,tall,mat,high,,,,\nlost,lost.tdms,,squat,mat,low,,,,\n"
 

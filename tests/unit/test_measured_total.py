@@ -15,7 +15,7 @@ from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import find_impacts
 from freerock.runs.judged import judged_runs
 from freerock.runs.measured_total import contributions, measured_total
-from freerock.virtual_lab.record import Release, simulate_record
+from freerock.virtual_lab.virtual_record import Release, simulate_record
 
 BLOCK = Block(0.28, 0.07, 5.84)
 THETA0 = math.radians(8)

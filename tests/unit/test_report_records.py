@@ -3,7 +3,7 @@ from reported import make
 
 from freerock.products.groups import runs_of
 from freerock.report.records import charted, listed
-from freerock.tables.text import quantity
+from freerock.tables.quantities import quantity
 from freerock.tables.tidy import runs_table
 
 

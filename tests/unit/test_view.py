@@ -18,8 +18,8 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.sensor_response import delay_s, moments
 from freerock.rotation.view import View, attributes, view_in, view_of
 from freerock.runs.segment import find_runs
-from freerock.virtual_lab.noise import Noise
-from freerock.virtual_lab.record import Recording, Release, simulate_record
+from freerock.virtual_lab.added_noise import Noise
+from freerock.virtual_lab.virtual_record import Recording, Release, simulate_record
 from freerock_bench import disturbances as faults
 
 QUIET = Recording(noise=Noise(mains_v=0.0, drift_v=0.0))

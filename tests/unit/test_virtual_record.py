@@ -19,10 +19,10 @@ from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.rotation.still import stationary_phases
 from freerock.virtual_lab.__main__ import main
-from freerock.virtual_lab.noise import Noise
+from freerock.virtual_lab.added_noise import Noise
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS, palermo_records
-from freerock.virtual_lab.record import Recording, Release, simulate_record
-from freerock.virtual_lab.tdms import write_records
+from freerock.virtual_lab.virtual_record import Recording, Release, simulate_record
+from freerock.virtual_lab.write_tdms import write_records
 
 CAMPAIGN = Path(__file__).parents[2] / "raw" / "palermo_virtual"
 TESTS = [f"{block}_{foundation}" for block in CONFIGURATIONS for foundation in FOUNDATIONS]

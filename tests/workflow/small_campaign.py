@@ -18,7 +18,7 @@ from freerock.files import sha256
 from freerock.jobs.reruns import MEANINGS, meaning
 from freerock.models.block import Block
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.record import Recording, Release, simulate_record
+from freerock.virtual_lab.virtual_record import Recording, Release, simulate_record
 
 ROOT = Path(__file__).parents[2]
 CAMPAIGN = """\

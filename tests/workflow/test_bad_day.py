@@ -21,7 +21,7 @@ from freerock.jobs.contents import look
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import open_record
 from freerock.runs.verdict import in_one_line
-from freerock.virtual_lab.tdms import write_record
+from freerock.virtual_lab.write_tdms import write_record
 
 # Stage -> a product of its own; the job that makes it is the one that meets with the accident.
 STAGES = {

@@ -12,7 +12,7 @@ from freerock.files import sha256
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import open_record
 from freerock.runs.verdict import Reason
-from freerock.virtual_lab.tdms import write_record, write_records
+from freerock.virtual_lab.write_tdms import write_record, write_records
 from freerock_bench.disturbances import ac_coupled
 
 COPY = "copy it again from the acquisition computer"

@@ -11,7 +11,7 @@ from small_campaign import COLUMNS, add_campaign, check_out
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.record import Recording, Release, simulate_record
+from freerock.virtual_lab.virtual_record import Recording, Release, simulate_record
 
 pytestmark = pytest.mark.slow
 CUBE, LASER = Block(0.1, 0.1, 2.5), Laser("horizontal", 0.07, 0.1)

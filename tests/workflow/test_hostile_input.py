@@ -17,7 +17,7 @@ from freerock.identification.settings import check
 from freerock.models.block import Block
 from freerock.models.given import arithmetic, evaluated
 from freerock.records.read import read_record
-from freerock.virtual_lab.tdms import write_record
+from freerock.virtual_lab.write_tdms import write_record
 
 FILE = "$(touch pwned);'` \".tdms"
 SCRIPT = "</script><script>alert(1)</script>"

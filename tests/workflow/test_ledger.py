@@ -16,7 +16,7 @@ from freerock.jobs.contents import look
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import open_record
 from freerock.runs.verdict import in_one_line
-from freerock.virtual_lab.tdms import write_record
+from freerock.virtual_lab.write_tdms import write_record
 
 LOOKS = ".snakemake/freerock.looks.json"
 OLD = (1e9, 1e9)  # a time long before

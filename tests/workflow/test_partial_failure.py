@@ -5,7 +5,7 @@ import csv
 from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 
 from freerock.products.netcdf import open_record
-from freerock.virtual_lab.tdms import write_record
+from freerock.virtual_lab.write_tdms import write_record
 
 STEPS = {"record": "make_record", "fit": "make_fits", "quality": "make_pages"}
 INJECTED = """

@@ -7,7 +7,7 @@ from small_campaign import simulated
 
 from freerock.cli import subcommands as cli
 from freerock.files import sha256
-from freerock.virtual_lab.tdms import write_record
+from freerock.virtual_lab.write_tdms import write_record
 
 FIGURES = {"figures": 1}
 REPORT = {"report": 1, "complete": 1}
@@ -92,7 +92,7 @@ def test_edited_line(checkout, path, old, new, jobs):
 @pytest.mark.parametrize(
     ("path", "jobs"),
     [
-        ("src/freerock/virtual_lab/record.py", {}),
+        ("src/freerock/virtual_lab/virtual_record.py", {}),
         ("src/freerock/config/campaign.py", {}),
         ("src/freerock/figures/quality.py", PAGES),
         ("src/freerock/figures/freerock.mplstyle", AFTER_STYLE),

@@ -7,7 +7,7 @@ from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 
 from freerock.models.laws import LAWS
 from freerock.tables.csvfile import read_csv
-from freerock.virtual_lab.tdms import write_record
+from freerock.virtual_lab.write_tdms import write_record
 
 pytestmark = pytest.mark.slow
 FIGURES = ("models", "residuals", "restitution", "parameters", "misfit_map", "predictions")

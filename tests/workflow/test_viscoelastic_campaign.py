@@ -8,7 +8,7 @@ from small_campaign import COLUMNS, add_campaign, check_out
 
 from freerock.models.block import Block
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.record import Recording, Release, simulate_record
+from freerock.virtual_lab.virtual_record import Recording, Release, simulate_record
 
 pytestmark = pytest.mark.slow
 BLOCK, LASER = Block(0.28, 0.07, 5.84), Laser("horizontal", 0.2, 0.1)

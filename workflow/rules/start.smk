@@ -8,7 +8,7 @@
 import time
 from functools import cache, partial
 
-from freerock.cli.check import check_files
+from freerock.cli.check_command import check_files
 from freerock.config.campaign import read_campaign
 from freerock.jobs.newer_input import newer_than
 from freerock.jobs.guard import NOTES_BYTES, check_clock, check_room, hold, job_runs, run_starts, watch_folder

@@ -5,7 +5,7 @@ from freerock.jobs.ledger import at_work
 with at_work(snakemake, __file__):
     from freerock.jobs.describe import described
     from freerock.jobs.each import make_each
-    from freerock.jobs.fit import give_up, make_fits
+    from freerock.jobs.make_fits import give_up, make_fits
 
     records = described(snakemake.params.records, snakemake.config["descriptions"])
     inputs = dict(zip(records, snakemake.input.records, strict=True))

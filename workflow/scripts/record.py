@@ -5,7 +5,7 @@ from freerock.jobs.ledger import at_work
 with at_work(snakemake, __file__):
     from freerock.jobs.describe import described
     from freerock.jobs.each import make_each
-    from freerock.jobs.record import give_up, make_record
+    from freerock.jobs.make_record import give_up, make_record
 
     records = described(snakemake.params.records, snakemake.config["descriptions"])
     outputs = dict(zip(records, snakemake.output.records, strict=True))

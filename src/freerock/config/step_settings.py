@@ -97,7 +97,7 @@ def descriptions(campaign: Campaign) -> Settings:
 def record_settings(
     campaign: Campaign, records: Sequence[Record], checksums: Mapping[str, str]
 ) -> tuple[Settings, Settings]:
-    """What `freerock.jobs.record.make_record` needs: of each record by its test, and of all alike.
+    """What `freerock.jobs.make_record.make_record` needs: of each record by its test, and of all alike.
 
     checksums are those of the campaign's manifest by file: renewed there, a record is processed again.
     """
@@ -129,7 +129,7 @@ def record_settings(
 
 
 def fit_settings(campaign: Campaign, records: Sequence[Record]) -> tuple[Settings, Settings]:
-    """What `freerock.jobs.fit.make_fits` needs: of each record by its test, and of all alike."""
+    """What `freerock.jobs.make_fits.make_fits` needs: of each record by its test, and of all alike."""
     made = {"attributes": attributes, "block": geometry, "laboratory": laboratory}
     own = {each.test: {name: of(campaign, each) for name, of in made.items()} for each in records}
     return own, {

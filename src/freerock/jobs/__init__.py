@@ -2,12 +2,12 @@
 
 __all__ = [
     "batches",
-    "fit",
     "home",
     "ledger",
+    "make_fits",
+    "make_misfit_maps",
+    "make_record",
     "metadata",
-    "misfit",
-    "record",
     "reruns",
     "respond",
     "supplement",

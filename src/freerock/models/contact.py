@@ -178,8 +178,8 @@ def sideways(block: Block, theta: float, rules: Rules) -> tuple[float, float]:
 
     A guided base centre keeps its place (Spanos et al. 2017, section 2, doi:10.1016/j.proeng.2017.09.024),
     x_G = h sinθ + e cosθ. A pivoting block keeps the end of its flat base that is down in its place, which
-    adds ± (b - ρ) (1 - cosθ): docs/equations.md, sections 4 and 11. The right corner is down where theta [rad]
-    is not negative.
+    adds ± (b - ρ) (1 - cosθ): docs/equations.md, sections 4 and 11. The right corner is down where theta
+    [rad] is not negative.
     """
     s, cos = math.sin(theta), math.cos(theta)
     arm = math.copysign(block.flat, theta + 0.0) if rules.kinematics == "pivoting" else 0.0

@@ -14,11 +14,11 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models import kernel, series
 from freerock.models.block import Block
-from freerock.models.checks import check_edges, check_ground, check_mass, check_scene
 from freerock.models.contact import Foundation, State, lean, static_depth
 from freerock.models.ground import GroundMotion, tilted
 from freerock.models.housner import Swings, housner_motion, housner_swings
 from freerock.models.laws import GEOMETRIC, LAWS, MODELS, Law, Rules
+from freerock.models.refusals import check_edges, check_ground, check_mass, check_scene
 
 OUTCOMES = ("completed", "at_rest", "overturned", "step_limit", "non_finite")
 if TYPE_CHECKING:

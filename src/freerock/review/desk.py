@@ -212,7 +212,7 @@ class Desk:
 
     def misfit(self, test: str, run: int, correction: Correction) -> Json:
         """ε_θ over the two parameters of the candidate named for a run, or of the nearest law with two."""
-        from freerock.jobs.misfit import map_of_run
+        from freerock.jobs.make_misfit_maps import map_of_run
         from freerock.products.estimates import estimates_in
         from freerock.products.misfit_maps import mapped
 

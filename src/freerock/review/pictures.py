@@ -16,7 +16,7 @@ from freerock.review.listing import lines_of_runs
 from freerock.review.reprocessing import Analysed
 from freerock.review.signals import Json, on_screen, thin
 from freerock.tables.candidates import STATUS_WORDS
-from freerock.tables.text import quantity, unit_text
+from freerock.tables.quantities import quantity, unit_text
 
 
 def rows_of(test: str, found: Analysed) -> list[Json]:

@@ -15,9 +15,9 @@ import numpy as np
 
 from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.noise import Noise
-from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
-from freerock.virtual_lab.tdms import write_records
+from freerock.virtual_lab.added_noise import Noise
+from freerock.virtual_lab.virtual_record import Recording, Release, VirtualRecord, simulate_record
+from freerock.virtual_lab.write_tdms import write_records
 
 LASERS = {  # one that suits each block
     "config1": Laser("horizontal", 0.22, 0.1),

@@ -22,7 +22,7 @@ from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.simulate import Solver, simulate
 from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.noise import Disturbance, Noise, converted
+from freerock.virtual_lab.added_noise import Disturbance, Noise, converted
 
 # Motion is integrated exactly and kept to 1 µrad: no byte depends on a processor's last digit.
 EXACT = Solver(rtol=1e-12)

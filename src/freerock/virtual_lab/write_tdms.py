@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from freerock.files import atomic, write_manifest
-from freerock.virtual_lab.record import VirtualRecord
 from freerock.virtual_lab.truth import write_truth
+from freerock.virtual_lab.virtual_record import VirtualRecord
 
 START = "2017-05-02T09:00:00"
 AUTHOR = "freerock.twin, the virtual laboratory"  # its name when the shipped files were written

@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING
 
 from freerock.config.campaign import Campaign, Source, campaign_paths, read_campaign
 from freerock.config.keys import BlockSection
+from freerock.config.laser_section import LaserSection
 from freerock.config.mistakes import ConfigError
 from freerock.config.record import Record
-from freerock.config.sensor import LaserSection
 from freerock.config.step_settings import plain
 from freerock.errors import FreerockError, attempt
 from freerock.files import MANIFEST, check_manifest, listed_checksums

@@ -9,11 +9,11 @@ import pandas as pd
 
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
-from freerock.report.scene import Scene, sentences
+from freerock.report.scene_choices import Scene, sentences
 from freerock.report.tables import Sortable
 from freerock.tables.candidates import STATUS_WORDS, answers
 from freerock.tables.paper import Cell, Labels, number
-from freerock.tables.text import chance, fixed, quantity
+from freerock.tables.quantities import chance, fixed, quantity
 
 HEADS = ["Candidate", "Runs", "Freed", "ε_θ / %", "Held out / %", "Other runs / %", "ΔBIC"]
 HEADS += ["Noise at rest", "Why, why not"]

@@ -14,10 +14,10 @@ from freerock.models.ground import GroundMotion, accelerogram, pulse
 from freerock.models.laws import LAWS, Rules
 from freerock.models.simulate import Response, simulate
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.noise import Noise
+from freerock.virtual_lab.added_noise import Noise
 from freerock.virtual_lab.palermo import palermo_releases
-from freerock.virtual_lab.record import Recording, simulate_record
-from freerock.virtual_lab.tdms import write_record
+from freerock.virtual_lab.virtual_record import Recording, simulate_record
+from freerock.virtual_lab.write_tdms import write_record
 
 
 def ground_motion(section: GroundSection, folder: Path) -> GroundMotion:
