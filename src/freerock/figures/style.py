@@ -376,7 +376,7 @@ def whole_decades(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def headed(figure: Figure) -> None:
+def note_simulated(figure: Figure) -> None:
     """Say at the head of a figure, above a legend at its foot, that its records are simulated."""
     figure.suptitle(FOOTER.capitalize(), x=0.01, ha="left", fontsize=6.5, color="0.35")
 

@@ -339,9 +339,11 @@ class _Scene:
             from freerock.models import viscoelastic  # compiled by itself, for few
 
             element = float(self.parameters["c"]) / block.mass_kg, float(self.parameters["tau"])
-            return viscoelastic.integrate(constants, element, state, time, *on, *accuracy, theta, rates)
+            return viscoelastic.integrate_viscoelastic(
+                constants, element, state, time, *on, *accuracy, theta, rates
+            )
         if is_foundation and not odd and (not len(motion.coefficients) or motion.leans(time)):
-            return series.integrate(constants, state, time, *on, *accuracy, theta, rates)
+            return series.integrate_series(constants, state, time, *on, *accuracy, theta, rates)
         r = -1.0 if is_foundation else float(self.parameters["r"])
         return kernel.integrate(constants, r, tensionless, state, time, *on, *accuracy, theta, rates)
 

@@ -73,7 +73,7 @@ def cited(paragraphs: Sequence[Paragraph]) -> list[str]:
     return list(dict.fromkeys(key.removeprefix("@") for key in found))
 
 
-def markdown(paragraphs: Sequence[Paragraph]) -> str:
+def methods_markdown(paragraphs: Sequence[Paragraph]) -> str:
     """Paragraphs in Markdown with citations as pandoc reads them, and the references below."""
     texts = [f"**{each.head}.** {_escaped(each.text)}" for each in paragraphs]
     listed = [f"- @{key}: doi:{REFERENCES[key].doi}" for key in cited(paragraphs)]

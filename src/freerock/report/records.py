@@ -53,7 +53,7 @@ class Listed:
         return f"Listed: {n} of {self.n_records} records, {most} a look." if n < self.n_records else ""
 
 
-def listed(runs: pd.DataFrame, most: int) -> Listed:
+def listed_records(runs: pd.DataFrame, most: int) -> Listed:
     """The records that the page lists, those with the worst verdicts first, until they have so many runs.
 
     Parameters

@@ -129,14 +129,14 @@ class Bench:
             The machine lacks something, such as space for what is written meanwhile.
         """
         from freerock.jobs.make_fits import make_fits
-        from freerock.runs.noise import noise_of
+        from freerock.runs.noise import noise_of_rests
         from freerock.selection.hypotheses_tried import identify_runs
 
         def alone(*problem: Any) -> Any:
             return self._identified.get(problem, lambda: _identify(problem, needed))
 
         def hear(rests: Any, step: float) -> Any:
-            return self._noises.get((rests, step), lambda: noise_of(rests, step))
+            return self._noises.get((rests, step), lambda: noise_of_rests(rests, step))
 
         def nearest(block: Any, motions: Mapping[int, Any], hypotheses: Any) -> dict[int, Any]:
             number = min(motions, key=lambda each: abs(release[each] - (near_s or 0.0)), default=None)
