@@ -314,7 +314,7 @@ def write_manifest(folder: str | Path, files: Iterable[str]) -> Path:
     return manifest
 
 
-def main(arguments: Sequence[str]) -> int:
+def renew_manifest(arguments: Sequence[str]) -> int:
     """Renew the manifest of the folder given on the command line; returns the exit code."""
 
     def renew() -> None:
@@ -327,4 +327,4 @@ def main(arguments: Sequence[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(renew_manifest(sys.argv[1:]))

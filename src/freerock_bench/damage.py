@@ -32,7 +32,7 @@ from pathlib import Path
 import psutil
 
 from freerock.files import PARTIAL
-from freerock.virtual_lab.tdms import write_records
+from freerock.virtual_lab.write_tdms import write_records
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "workflow"))

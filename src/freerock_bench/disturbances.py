@@ -1,6 +1,6 @@
 """Faults for the records of the virtual laboratory: what cables, converters and operators do to a signal.
 
-Each function gives a fault for `record.simulate_record`: (time_s, volts, generator) → volts, between
+Each function gives a fault for `virtual_record.simulate_record`: (time_s, volts, generator) → volts, between
 sensor and converter.
 """
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from freerock.arrays import Floats
-from freerock.virtual_lab.noise import Disturbance
+from freerock.virtual_lab.added_noise import Disturbance
 
 
 def error_level(at_s: float, lasts_s: float, *, level_v: float = 10.2) -> Disturbance:

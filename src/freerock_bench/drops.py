@@ -27,7 +27,7 @@ from freerock.config.campaign import load_campaign
 from freerock.config.defaults import ImpactLimits, RunLimits
 from freerock.config.step_settings import record_settings
 from freerock.errors import FreerockError
-from freerock.jobs.record import POSITIONS, rotation_of
+from freerock.jobs.make_record import POSITIONS, rotation_of
 from freerock.models.block import Block
 from freerock.models.bouncing import RIGHT, bounce, standing_on
 from freerock.models.contact import State

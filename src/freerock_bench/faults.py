@@ -1,8 +1,8 @@
 """Faults matrix: how surely each fault of a signal is named, and how often one is invented.
 
-Records of the virtual laboratory (`freerock.virtual_lab.record`), without mains interference or drift,
-get the noise of a laser and one fault (`disturbances`) each; `find_rotation` must name it,
-at the time it lasts. Clean records must be left without any name, and their runs without a warning.
+Records of the virtual laboratory (`freerock.virtual_lab.virtual_record`), without mains interference or
+drift, get the noise of a laser and one fault (`disturbances`) each; `find_rotation` must name it, at the time
+it lasts. Clean records must be left without any name, and their runs without a warning.
 
     python -m freerock_bench.faults results/studies/faults.csv docs/validation.md
 
@@ -27,9 +27,9 @@ from freerock.rotation.faults import listed_faults, signal_quality
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.segment import Run, find_runs
-from freerock.virtual_lab.noise import Disturbance, Noise
+from freerock.virtual_lab.added_noise import AddedNoise, Disturbance
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
-from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
+from freerock.virtual_lab.virtual_record import Recording, VirtualRecord, VirtualRelease, simulate_record
 from freerock_bench import disturbances as spoil
 from freerock_bench.document import in_markdown, renew
 from freerock_bench.harness import Study
@@ -37,7 +37,7 @@ from freerock_bench.virtual_run import Row
 
 SIZES = {"full": (24, 200, 1000), "small": (2, 4, 12)}  # motions, records of each cell, clean records
 NOISE_V, MAINS_V = 2e-3, 5e-3
-SILENT = Noise(white_v=0.0, mains_v=0.0, drift_v=0.0, bits=32)
+SILENT = AddedNoise(white_v=0.0, mains_v=0.0, drift_v=0.0, bits=32)
 RATES_HZ = (1000.0, 2000.0, 5000.0)
 BITS = (16, 24)
 COARSER = (8, 10, 12, 14)  # bits of converters of which clean records are counted, too
@@ -90,7 +90,7 @@ def _motion(seed: int) -> Original:
     draw = np.random.RandomState(seed)
     block, angle, laser = list(CONFIGURATIONS.values())[seed % 3]
     releases = [
-        Release(
+        VirtualRelease(
             angle * draw.uniform(0.6, 1.0),
             list(FOUNDATIONS.values())[seed % 2],
             tilt_s=draw.uniform(1.0, 2.0),

@@ -20,8 +20,8 @@ from matplotlib.figure import Figure
 from pandas import DataFrame
 from records import damaged
 
-from freerock.cli.inspect import look_text
-from freerock.cli.new_campaign import new_campaign
+from freerock.cli.inspect_command import look_text
+from freerock.cli.new_campaign_command import new_campaign
 from freerock.config import step_settings
 from freerock.config.campaign import read_campaign
 from freerock.config.mistakes import ConfigError
@@ -158,7 +158,7 @@ def channel(folder: Path, text: str) -> None:
     odd = Path(os.fsdecode(os.fsencode(stick) + b"/" + name + b".csv"))
     odd.write_bytes(content)
     (stick / "usual.csv").write_bytes(content)
-    drawing = nullcontext() if len(text) % 20 == 0 else patch("freerock.cli.new_campaign.draw_looks")
+    drawing = nullcontext() if len(text) % 20 == 0 else patch("freerock.cli.new_campaign_command.draw_looks")
     with tempfile.TemporaryDirectory(dir=folder) as root, drawing:  # a picture takes as long as all else
         try:
             made = new_campaign("lab", stick, root)

@@ -29,7 +29,7 @@ from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
-from freerock.virtual_lab.noise import Disturbance
+from freerock.virtual_lab.added_noise import Disturbance
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench import disturbances as faults
 from freerock_bench.analysed import Analysed, analysed

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.cli.export import SNIPPETS, environment
+from freerock.cli.export_command import SNIPPETS, environment
 from freerock.models.block import GRAVITY
 from freerock_bench.methods.problem import Problem
 

@@ -23,8 +23,8 @@ import numpy as np
 import pandas as pd
 
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS, palermo_releases
-from freerock.virtual_lab.record import simulate_record
-from freerock.virtual_lab.tdms import write_records
+from freerock.virtual_lab.virtual_record import simulate_record
+from freerock.virtual_lab.write_tdms import write_records
 
 ROOT = Path(__file__).parents[2]
 RECORDS_PER_JOB = 40

@@ -23,8 +23,8 @@ from freerock.files import atomic, write_manifest
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
 from freerock.virtual_lab.truth import write_truth
+from freerock.virtual_lab.virtual_record import Recording, VirtualRecord, VirtualRelease, simulate_record
 
 FILE = "free_rocking.xlsx"
 TRUE = "hunt_crossley_pivoting_width"  # the width that the campaign states is that of sound corners
@@ -51,7 +51,7 @@ def records(seed: int = 6670588) -> Iterator[tuple[str, VirtualRecord]]:
     generator = np.random.RandomState(seed)
     for name, block in BLOCKS.items():
         theta0 = round(0.6 * block.theta_cr, 5)
-        release = Release(theta0, TABLE, tilt_s=1.0, held_s=1.5, fade_s=0.01, pause_s=1.5)
+        release = VirtualRelease(theta0, TABLE, tilt_s=1.0, held_s=1.5, fade_s=0.01, pause_s=1.5)
         own = int(generator.randint(2**31))
         laser = Laser("horizontal", 0.7 * block.height_m, 1.0)  # its reading is not used
         yield (

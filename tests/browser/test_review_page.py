@@ -12,8 +12,8 @@ from small_campaign import BLOCKS, CAMPAIGN, COLUMNS, MAT, Checkout, check_out, 
 from warm import commands
 
 from freerock.models.free_parameters import SYMBOLS
-from freerock.virtual_lab.record import Recording, Release, simulate_record
-from freerock.virtual_lab.tdms import write_records
+from freerock.virtual_lab.virtual_record import Recording, VirtualRelease, simulate_record
+from freerock.virtual_lab.write_tdms import write_records
 
 HOSTILE = "<img src=x onerror=\"document.title='pwned'\"> & 'more'"
 LINES = f"""\
@@ -35,7 +35,7 @@ def lab(folder):
     (checkout / "config/campaigns/small.yaml").write_text(yaml)
     (checkout / "config/campaigns/small.csv").write_bytes((COLUMNS + LINES).replace("\n", "\r\n").encode())
     shape, laser, angle = BLOCKS["tall"]
-    releases = [Release(angle, MAT, tilt_s=1.2, held_s=1.5, pause_s=1.5)] * 3
+    releases = [VirtualRelease(angle, MAT, tilt_s=1.2, held_s=1.5, pause_s=1.5)] * 3
     tall = simulate_record(shape, laser, "hunt_crossley", releases, seed=3, recording=Recording())
     write_records(checkout / "raw/small", [("tall_mat", tall), ("squat_mat", simulated("squat", 1))])
     return checkout

@@ -269,7 +269,7 @@ def test_a_root_is_hardly_too_large(x):
 def test_a_state_that_is_no_number_ends_the_run(state):
     time, theta = np.arange(100) / 1000, np.empty(100)
     law = Foundation.of({"k": 7e6, "c": 1e4}).constants(BLOCK)
-    outcome, *_ = series.integrate(law, state, time, *NO_GROUND, 1e-6, 1000, theta, np.empty((0, 3)))
+    outcome, *_ = series.integrate_series(law, state, time, *NO_GROUND, 1e-6, 1000, theta, np.empty((0, 3)))
     assert outcome == series.NON_FINITE and np.isnan(theta[1:]).all()
 
 

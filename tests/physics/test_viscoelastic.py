@@ -14,7 +14,7 @@ from freerock.models.contact import Foundation, energy, static_depth
 from freerock.models.ground import pulse, tilted
 from freerock.models.laws import Rules
 from freerock.models.simulate import Solver, simulate, simulate_many, simulate_theta
-from freerock.models.viscoelastic import CELLS, integrate, nodes
+from freerock.models.viscoelastic import CELLS, integrate_viscoelastic, nodes
 
 BLOCK = Block(0.28, 0.07, 5.84)
 OFFSET = replace(BLOCK, com_height_m=0.13, com_offset_m=2e-3)
@@ -39,7 +39,7 @@ def of_cells(parameters, time, cells, block=BLOCK, rtol=1e-11, pivots=False, the
     law = foundation.constants(block, pivots)
     scene = start, time, *NOTHING, rtol * theta0, 1_000_000, theta, np.empty((0, 3))
     element = parameters["c"] / block.mass_kg, parameters["tau"]
-    integrate(law, element, *scene, cells=cells)
+    integrate_viscoelastic(law, element, *scene, cells=cells)
     return theta
 
 
@@ -202,8 +202,10 @@ def test_a_bed_that_never_relaxes_is_stiffer():
     scene = time, *NOTHING, 1e-12, 1_000_000
     theta, plain = np.empty(201), np.empty(201)
     law, element = Foundation(K).constants(BLOCK), (K * 1e6 / BLOCK.mass_kg, 1e6)
-    integrate(law, element, tuple(start), *scene, theta, np.empty((0, 3)))
-    integrate(Foundation(stiff).constants(BLOCK), (0.0, 1.0), tuple(start), *scene, plain, np.empty((0, 3)))
+    integrate_viscoelastic(law, element, tuple(start), *scene, theta, np.empty((0, 3)))
+    integrate_viscoelastic(
+        Foundation(stiff).constants(BLOCK), (0.0, 1.0), tuple(start), *scene, plain, np.empty((0, 3))
+    )
     assert np.abs(theta - plain).max() < 1e-5 * THETA0
     held = moved(on_a_bed(1e6, 1e6), time).theta
     assert np.abs(held - moved(on_a_bed(0.0, 1.0, stiff), time).theta).max() > 1e-3 * THETA0

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
 
-from freerock.cli import add
+from freerock.cli import add_command
 from freerock.cli import subcommands as cli
 from freerock.config.campaign import load_campaign
 from freerock.errors import FreerockError
@@ -114,7 +114,7 @@ def test_the_bytes_of_the_csv_stay(end, mark, ended):
     before = mark + end.join(lines) + (end if ended else b"")
     CSV.write_bytes(before)
     os.chmod(CSV, 0o640)
-    add.add_records(
+    add_command.add_records(
         "lab", ["stick/second.tdms"], {"block": "tall", "foundation": "", "laser": "", "channel": ""}
     )
     added = b",high,second,second.tdms,mat,tall" + end
@@ -309,7 +309,7 @@ def test_there_is_no_such_campaign(capsys):
 def test_what_fails_half_way_is_undone(monkeypatch, at):
     """Of two copies, the manifest and the CSV each fails in turn, and nothing of what came before stays."""
     before, done = everything(), []
-    write_one, copy_one = add._replace, add.take
+    write_one, copy_one = add_command._replace, add_command.take
 
     def failing(step):
         def tried(*arguments):
@@ -320,20 +320,20 @@ def test_what_fails_half_way_is_undone(monkeypatch, at):
 
         return tried
 
-    monkeypatch.setattr(add, "take", failing(copy_one))
-    monkeypatch.setattr(add, "_replace", failing(write_one))
+    monkeypatch.setattr(add_command, "take", failing(copy_one))
+    monkeypatch.setattr(add_command, "_replace", failing(write_one))
     assert cli.main(["add", "lab", "stick/second.tdms", "stick/third-1.tdms", "--block", "tall"]) == 1
     assert everything() == before
 
 
 def test_a_csv_that_changes_meanwhile_is_not_overwritten(monkeypatch, capsys):
-    copy_one = add.take
+    copy_one = add_command.take
 
     def edited_meanwhile(*arguments):
         CSV.write_text(f"{HEADER}\n{FIRST}wet\n")
         copy_one(*arguments)
 
-    monkeypatch.setattr(add, "take", edited_meanwhile)
+    monkeypatch.setattr(add_command, "take", edited_meanwhile)
     manifest = MANIFEST.read_bytes()
     assert cli.main(["add", "lab", "stick/second.tdms", "--block", "tall"]) == 1
     assert capsys.readouterr().err == f"{CSV.resolve()}: was changed meanwhile; run the same command again\n"

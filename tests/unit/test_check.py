@@ -10,7 +10,7 @@ import pytest
 from nptdms import ChannelObject, TdmsWriter
 
 from freerock.cli import subcommands as cli
-from freerock.cli.check import check_config
+from freerock.cli.check_command import check_config
 from freerock.config.campaign import load_campaign
 from freerock.config.mistakes import ConfigError
 from freerock.files import sha256, write_manifest

@@ -8,7 +8,7 @@ import pytest
 from nptdms import ChannelObject, TdmsWriter
 
 from freerock.cli import subcommands as cli
-from freerock.cli.check import check_config
+from freerock.cli.check_command import check_config
 from freerock.files import write_manifest
 from freerock.models.block import Block
 from freerock.models.simulate import simulate

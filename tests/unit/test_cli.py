@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from freerock.cli import progress
+from freerock.cli import progress_command
 from freerock.cli import subcommands as cli
 
 ROOT = Path(__file__).parents[2]
@@ -76,7 +76,7 @@ def test_help_loads_no_library():
 
 def test_every_module_is_a_command():
     modules = {path.stem for path in (ROOT / "src/freerock/cli").glob("[!_]*.py")}
-    assert modules - {"subcommands"} == {name.replace("-", "_") for name in cli.COMMANDS}
+    assert modules - {"subcommands"} == {f"{name.replace('-', '_')}_command" for name in cli.COMMANDS}
 
 
 @pytest.mark.parametrize("command", cli.COMMANDS)
@@ -134,7 +134,7 @@ def test_an_error_of_its_own_is_one_line_and_a_traceback_in_the_log(tmp_path, mo
     def run(chosen):
         raise ZeroDivisionError("division\nby zero")
 
-    monkeypatch.setattr(progress, "run", run)
+    monkeypatch.setattr(progress_command, "run", run)
     monkeypatch.chdir(tmp_path)
     assert cli.main(["progress"]) == 3
     line = "freerock progress: ZeroDivisionError: division; report it with freerock.log\n"

@@ -6,7 +6,7 @@ import pytest
 from fabricated import campaign
 
 from freerock.cli import subcommands as cli
-from freerock.cli.compare import compare_results, comparison_text
+from freerock.cli.compare_command import compare_results, comparison_text
 from freerock.errors import FreerockError
 from freerock.tables.csvfile import write_csv
 from freerock.tables.tidy import tidy_tables

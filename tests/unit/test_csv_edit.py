@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from freerock.config.record import read_records
 from freerock.errors import FreerockError
-from freerock.review.csv_edit import Edit, digest, edited, parsed, save
+from freerock.review.csv_edit import Edit, digest, edited, parsed, save_edits
 
 HEAD = "test,file,channel,block,foundation,laser,exclude,override,reason,note"
 ROW = "{0},{0}.tdms,,tall,mat,high,{1},{2},{3},{4}"
@@ -288,12 +288,12 @@ def path(tmp_path):
 
 def test_the_second_of_two_editors_is_told_and_nothing_is_lost(path):
     known = digest(path.read_bytes())
-    save(path, known, [Edit("one", "note", "by the first")])
+    save_edits(path, known, [Edit("one", "note", "by the first")])
     after = path.read_bytes()
     with pytest.raises(FreerockError, match="was changed by someone else since it was read; read the file"):
-        save(path, known, EDITS)
+        save_edits(path, known, EDITS)
     assert path.read_bytes() == after
-    save(path, digest(after), EDITS)
+    save_edits(path, digest(after), EDITS)
     table = parsed(path.read_bytes())
     assert (table.value("one", "note"), table.value("two", "exclude")) == ("by the first", "2")
 
@@ -302,14 +302,14 @@ SAVES = """\
 import sys
 from pathlib import Path
 from freerock.errors import FreerockError
-from freerock.review.csv_edit import Edit, digest, parsed, save
+from freerock.review.csv_edit import Edit, digest, parsed, save_edits
 path, name = Path(sys.argv[1]), sys.argv[2]
 for i in range(50):
     while True:
         content = path.read_bytes()
         try:
             n = int(parsed(content).value(name, "note") or 0) + 1
-            save(path, digest(content), [Edit(name, "note", str(n))])
+            save_edits(path, digest(content), [Edit(name, "note", str(n))])
             break
         except FreerockError as error:
             assert "someone else" in str(error)
@@ -351,7 +351,7 @@ def test_rights_and_links_stay(path, tmp_path):
     path.chmod(0o640)
     link = tmp_path / "link.csv"
     link.symlink_to(path)
-    save(link, digest(path.read_bytes()), EDITS)
+    save_edits(link, digest(path.read_bytes()), EDITS)
     assert link.is_symlink()
     assert path.stat().st_mode & 0o777 == 0o640
     assert b"slipped" in path.read_bytes()

@@ -18,26 +18,26 @@ from freerock import bounds
 from freerock.config.review_log import Change, appended, log_of, looked_at, read_changes
 from freerock.errors import FreerockError
 from freerock.jobs.each import make_each
-from freerock.jobs.fit import give_up, make_fits
-from freerock.jobs.record import make_record, rotation_of
+from freerock.jobs.make_fits import give_up_fits, make_fits
+from freerock.jobs.make_record import make_record, rotation_of
 from freerock.models.block import Block
 from freerock.models.laws import PAPER_MODELS
 from freerock.models.simulate import simulate
 from freerock.products.groups import fits_of, not_fitted_in
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review import server
-from freerock.review.corrections import Correction, cells_of, corrected
+from freerock.review.corrections import Correction, corrected, corrected_cells
 from freerock.review.desk import Desk
 from freerock.review.pictures import impact_speed
 from freerock.review.reprocessing import Superseded
 from freerock.review.signals import signals_of
 from freerock.tables.paper import table2_text
 from freerock.tables.populations import populations_table
+from freerock.tables.quantities import quantity
 from freerock.tables.summary import table2
-from freerock.tables.text import quantity
 from freerock.tables.tidy import contributions_table, parameters_table, restitution_table, runs_table
-from freerock.virtual_lab.record import Recording, Release, simulate_record
-from freerock.virtual_lab.tdms import write_records
+from freerock.virtual_lab.virtual_record import Recording, VirtualRelease, simulate_record
+from freerock.virtual_lab.write_tdms import write_records
 
 LINES = "tall,tall.tdms,,tall,mat,high,,,,\nlost,lost.tdms,,squat,mat,low,,,,\n"
 
@@ -47,7 +47,7 @@ def made(tmp_path_factory):
     """A campaign that was never analysed: a record of two runs, and one whose file is missing."""
     folder = tmp_path_factory.mktemp("lab")
     shape, laser, angle = BLOCKS["tall"]
-    releases = [Release(angle, MAT, tilt_s=1.2, held_s=1.5, pause_s=1.5)] * 2
+    releases = [VirtualRelease(angle, MAT, tilt_s=1.2, held_s=1.5, pause_s=1.5)] * 2
     recording = Recording(rate_hz=500.0)
     record = simulate_record(shape, laser, "hunt_crossley", releases, seed=2, recording=recording)
     (folder / "config/campaigns").mkdir(parents=True)
@@ -119,7 +119,7 @@ def job(desk, tmp_path):
         make_each(
             ["tall"],
             lambda _: make_fits(told, tmp_path / "r.nc", product),
-            lambda _, reason: give_up(told, product, reason),
+            lambda _, reason: give_up_fits(told, product, reason),
         )
         return open_fits(product)
 
@@ -179,7 +179,7 @@ def test_a_correction_gives_what_the_jobs_write(desk, tmp_path):
     tried = desk.refit("tall", own, 1, seen["release"], whole=False)
     whole = desk.refit("tall", own, 1, seen["release"], whole=True)
     line = desk.campaign.record("tall")
-    of_record, of_fits = desk._bench.settings(desk.campaign, corrected(line, cells_of(own, line)))
+    of_record, of_fits = desk._bench.settings(desk.campaign, corrected(line, corrected_cells(own, line)))
     make_record(of_record, tmp_path / "r.nc")
     make_fits(of_fits, tmp_path / "r.nc", tmp_path / "f.nc")
     assert parameters(tried["picture"]) == numbers_in(tmp_path / "f.nc", "run_1")
@@ -198,7 +198,7 @@ def test_a_correction_gives_what_the_jobs_write(desk, tmp_path):
         )
         for row in means[means["level"] == "record"].itertuples()
     }
-    assert whole["cells"] == {"override": cells_of(own, line)["override"], "reason": "late"}
+    assert whole["cells"] == {"override": corrected_cells(own, line)["override"], "reason": "late"}
 
 
 def test_the_misfit_map_is_least_at_what_was_identified(desk):
@@ -229,7 +229,7 @@ def test_what_stands_in_a_stretch_left_out_reaches_no_number(desk, lab, tmp_path
     tried = desk.refit("tall", own, 1, run["release"], whole=True)
     assert [each["text"].endswith("left out: hit") for each in tried["picture"]["reasons"]] == [True, True]
     assert [row["verdict"] for row in tried["rows"]] == ["ok", "ok"]
-    of_record, of_fits = desk._bench.settings(desk.campaign, corrected(line, cells_of(own, line)))
+    of_record, of_fits = desk._bench.settings(desk.campaign, corrected(line, corrected_cells(own, line)))
     rotation = rotation_of(of_record)
     hit = rotation.assign(theta=rotation["theta"] + 0.1 * (abs(rotation["time"] - at) < 0.025))
     for name, seen in (("clean", rotation), ("hit", hit)):
@@ -326,8 +326,8 @@ def test_a_cell_that_says_the_same_stays_as_it_is(desk, lab):
     desk.again()
     line = desk.campaign.record("tall")
     own = desk.record("tall", 1)["correction"]
-    assert cells_of(correction(**own), line) == {}
-    assert cells_of(correction(**own | {"note": "x"}), line) == {"note": "x"}
+    assert corrected_cells(correction(**own), line) == {}
+    assert corrected_cells(correction(**own | {"note": "x"}), line) == {"note": "x"}
 
 
 def test_a_failed_record_and_one_left_out_are_seen(desk, lab):

@@ -6,7 +6,7 @@ import os
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.jobs import record
+from freerock.jobs import make_record
 from freerock.jobs.each import make_each, of_the_machine
 
 
@@ -67,7 +67,7 @@ def test_what_the_machine_lacks_is_no_verdict_on_a_record(tmp_path, monkeypatch,
     def process(settings, path):
         raise caused_by(failure)
 
-    monkeypatch.setattr(record, "_process", process)
+    monkeypatch.setattr(make_record, "_process", process)
     attributes = {"campaign": "lab", "test": "a", "origin": "measured"}
     settings = {
         "raw": str(tmp_path),
@@ -77,5 +77,5 @@ def test_what_the_machine_lacks_is_no_verdict_on_a_record(tmp_path, monkeypatch,
         "attributes": attributes,
     }
     with pytest.raises(FreerockError, match="can't be read"):
-        record.make_record(settings, tmp_path / "a.nc")
+        make_record.make_record(settings, tmp_path / "a.nc")
     assert not list(tmp_path.iterdir())

@@ -3,8 +3,8 @@
 from evidence import NAMED, PIVOTING, POSSIBLE, REJECTED, paper, scene
 
 from freerock.models.block import Block
-from freerock.report.evidence import explained, scenes_of, together
-from freerock.report.scene import unexplained
+from freerock.report.scene_choices import unexplained
+from freerock.report.scene_evidence import explained, scenes_of, together
 from freerock.tables.candidates import candidates_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84)}

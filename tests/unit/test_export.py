@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freerock.cli import export
+from freerock.cli import export_command as export
 from freerock.cli import subcommands as cli
 from freerock.config.campaign import load_config
 from freerock.models.laws import Rules

@@ -30,12 +30,12 @@ from freerock.figures import (
     set_up,
     style,
 )
-from freerock.jobs.misfit import make_misfit_maps
+from freerock.jobs.make_misfit_maps import make_misfit_maps
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
 from freerock.populations.predict import PREDICTIONS
 from freerock.products.groups import runs_of
-from freerock.tables.text import quantity
+from freerock.tables.quantities import quantity
 from freerock.tables.tidy import choice_table, epsilon_table, restitution_table, runs_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
@@ -523,7 +523,7 @@ def test_extremes_keep_the_highest_and_lowest_sample(values, n_bins):
 def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_path, monkeypatch):
     tree, failed = datasets[1][0], fits(record(), failed=["hunt_crossley", "winkler"])
     files = {"good.nc": tree, "failed.nc": failed}
-    monkeypatch.setattr("freerock.jobs.misfit.open_fits", lambda path, only=None: files[path])
+    monkeypatch.setattr("freerock.jobs.make_misfit_maps.open_fits", lambda path, only=None: files[path])
     settings = {"blocks": {name: asdict(block) for name, block in BLOCKS.items()}, "debonding": "geometric"}
     make_misfit_maps(settings, list(files), ["one", "other"], tmp_path / "misfit_map.nc")
     maps, choice = misfit_map.read(tmp_path / "misfit_map.nc"), choice_table([tree])

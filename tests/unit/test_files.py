@@ -14,10 +14,10 @@ from freerock.files import (
     atomic,
     check_manifest,
     listed_checksums,
-    main,
     read_bytes,
     read_json,
     recover,
+    renew_manifest,
     replace_together,
     sha256,
     write_json,
@@ -105,7 +105,7 @@ def test_renewing_lists_the_files_that_are_there_now(folder, listed, capsys):
     (folder / "day1/b.tdms").write_bytes(b"changed")
     if not listed:
         (folder / "manifest.csv").unlink()
-    assert main([str(folder)]) == 0
+    assert renew_manifest([str(folder)]) == 0
     assert capsys.readouterr().out == f"{folder}/manifest.csv\n"
     names = ["day1/b.tdms", "day2/c.tdms"]
     assert listed_checksums(folder) == {name: sha256(folder / name) for name in names}

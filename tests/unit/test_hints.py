@@ -16,7 +16,7 @@ from freerock.rotation.view import View
 from freerock.runs.motion import Motion
 from freerock.runs.noise import noise_at_rest
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypotheses
-from freerock.selection.doubts import doubts_about_noise, hints_for, mirrored
+from freerock.selection.doubts import doubts_about_noise, hints_for, with_other_sign
 
 BLOCK = BLOCKS["config2"]
 THETA0, SIGMA, RATE_HZ = math.radians(8), math.radians(0.01), 1000.0
@@ -65,18 +65,18 @@ def test_the_other_sign_of_the_laser():
 
 def test_a_motion_mirrored_twice_is_itself():
     motion = run("hunt_crossley", view=VIEW)
-    once = mirrored(motion)
+    once = with_other_sign(motion)
     assert once.theta0 < 0 and abs(once.theta0 + THETA0) > 10 * SIGMA
-    twice = mirrored(once)
+    twice = with_other_sign(once)
     assert twice.theta0 == pytest.approx(THETA0, rel=1e-12)
     assert np.allclose(twice.theta, motion.theta, rtol=0, atol=1e-12)
 
 
 def test_a_rotation_as_recorded_has_no_other_sign():
     motion = run("hunt_crossley")
-    assert mirrored(motion) is None
+    assert with_other_sign(motion) is None
     rotation = View(BLOCK, replace(LASER, beam=None, position_m=None, units="rad"))
-    assert mirrored(replace(motion, view=rotation)) is None
+    assert with_other_sign(replace(motion, view=rotation)) is None
 
 
 @pytest.mark.parametrize("law", ["winkler", "hunt_crossley"])

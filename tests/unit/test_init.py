@@ -7,8 +7,8 @@ from packaging.requirements import Requirement
 from ruamel.yaml import YAML
 
 from freerock.cli import subcommands as cli
-from freerock.cli.init import WRITTEN, init
-from freerock.cli.run import bar, command, share
+from freerock.cli.init_command import WRITTEN, init
+from freerock.cli.run_command import bar, command, share
 
 SCHEMAS = ("config", "campaign", "scene")
 GENERATED = {"constraints.txt", "config/README.md", *(f"config/{name}.schema.json" for name in SCHEMAS)}

@@ -19,8 +19,8 @@ from freerock.config.keys import (
     RotationSection,
     RunsSection,
 )
+from freerock.config.laser_section import LaserSection
 from freerock.config.record import Record
-from freerock.config.sensor import LaserSection
 from freerock.config.values import Model, Unit, section_in
 from freerock.models.block import Block
 from freerock.models.free_parameters import PER_RUN
@@ -122,7 +122,7 @@ def test_a_rotation_needs_no_beam():
 def test_every_key_is_used():
     """Beyond the model that declares it: as an attribute, as an item, or as an argument of its step."""
     package = ROOT / "src/freerock"
-    declaring = {*package.glob("config/*.py"), package / "cli/new_campaign.py"}
+    declaring = {*package.glob("config/*.py"), package / "cli/new_campaign_command.py"}
     others = {*package.rglob("*.py"), *(ROOT / "workflow").rglob("*.smk")} - declaring
     used = {
         word

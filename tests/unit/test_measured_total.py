@@ -14,8 +14,8 @@ from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import find_impacts
 from freerock.runs.judged import judged_runs
-from freerock.runs.measured_total import contributions, measured_total
-from freerock.virtual_lab.record import Release, simulate_record
+from freerock.runs.measured_total import measured_contributions, measured_total
+from freerock.virtual_lab.virtual_record import VirtualRelease, simulate_record
 
 BLOCK = Block(0.28, 0.07, 5.84)
 THETA0 = math.radians(8)
@@ -37,7 +37,7 @@ LASERS = {
 
 def volts_of(lasers):
     """A record of each laser, of one motion: a rigid block in little noise of each laser's own."""
-    releases = [Release(THETA0, {"r": 0.9})]
+    releases = [VirtualRelease(THETA0, {"r": 0.9})]
     made = [
         simulate_record(BLOCK, laser, "housner", releases, seed=seed)
         for seed, laser in enumerate(lasers.values(), 3)
@@ -77,7 +77,7 @@ def test_contributions_are_those_of_the_record_analysed_with_the_input_moved(bea
             impacts.restitution_stderr,
         ]
     )
-    found = contributions(run.theta0, impacts, laboratory)
+    found = measured_contributions(run.theta0, impacts, laboratory)
     for source, shift in zip(found.inputs, found.values.T, strict=True):
         ends = [
             numbers(*analysed(time_s, volts, laboratory.moved(source, side)))[: len(shift)]
@@ -95,7 +95,7 @@ def test_a_base_off_level_counts_as_in_the_motion_on_it(lean_deg):
     theta, _ = simulate_theta("housner", BLOCK, law, time_s, theta0=THETA0, solver=Solver(1e-11))
     impacts = find_impacts(time_s, theta, 0.0, BLOCK, theta0=THETA0)
     laboratory = Laboratory(BLOCK, {"l": Laser(units="rad")}, (Input("f", "levelled_deg", 0.01, True),))
-    shift = contributions(THETA0, impacts, laboratory).values[-len(impacts.time_s) :, 0]
+    shift = measured_contributions(THETA0, impacts, laboratory).values[-len(impacts.time_s) :, 0]
     high = np.abs(impacts.peak_before_rad) > math.radians(3)
     assert np.all(np.abs(impacts.restitution - 0.92)[high] > 1e-3)
     assert (impacts.restitution + shift * lean_deg / 0.01)[high] == pytest.approx(0.92, abs=1e-4)
@@ -110,7 +110,10 @@ def test_the_total_is_a_root_sum_of_squares_and_without_inputs_the_noise():
     assert known.theta0 == 1e-5
     np.testing.assert_array_equal(known.restitution, impacts.restitution_stderr)
     two = Laboratory(BLOCK, {"l": NEAR}, (INPUTS["width_m"], INPUTS["position_m"]))
-    known, shifts = measured_total(THETA0, 1e-5, impacts, two), contributions(THETA0, impacts, two).values
+    known, shifts = (
+        measured_total(THETA0, 1e-5, impacts, two),
+        measured_contributions(THETA0, impacts, two).values,
+    )
     n = len(impacts.time_s)
     squares = impacts.restitution_stderr**2 + np.sum(shifts[-n:] ** 2, axis=1)
     np.testing.assert_allclose(known.restitution, np.sqrt(squares), rtol=1e-12)

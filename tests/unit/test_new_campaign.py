@@ -10,7 +10,7 @@ from nptdms import ChannelObject, TdmsWriter
 from openpyxl import Workbook
 
 from freerock.cli import subcommands as cli
-from freerock.cli.inspect import look_into, look_text
+from freerock.cli.inspect_command import look_into, look_text
 from freerock.config.campaign import load_campaign, read_campaign
 from freerock.config.mistakes import FILL_IN, ConfigError
 from freerock.files import listed_checksums, sha256

@@ -34,7 +34,7 @@ def cells(draw):
     )
     runs = [times[i : i + 4] for i in range(0, len(times) - 3, 4)]
     return tuple(
-        Override(number, release, end, (start, until) if draw(st.booleans()) else None)
+        Override(number, release, end, hold_s=(start, until) if draw(st.booleans()) else None)
         for number, (start, until, release, end) in enumerate(runs, 1)
     )
 
@@ -45,7 +45,7 @@ def test_a_cell_is_written_as_it_was_read(runs):
 
 
 def test_a_record_may_begin_before_the_zero_of_its_time():
-    runs = (Override(1, -0.5, 2.0, (-2.0, -0.75)),)
+    runs = (Override(1, -0.5, 2.0, hold_s=(-2.0, -0.75)),)
     assert read_overrides(written_overrides(runs)) == runs
 
 
@@ -53,7 +53,7 @@ def test_cells_as_people_write_them():
     assert written_overrides(read_overrides("2@8.75:16.0")) == "2@8.750:16.000"
     assert read_overrides("") == ()
     spaced = " 1 @ 2 : 3.5 ; 2@8.75:16 hold 7:8.5; "
-    assert read_overrides(spaced) == (Override(1, 2.0, 3.5), Override(2, 8.75, 16.0, (7.0, 8.5)))
+    assert read_overrides(spaced) == (Override(1, 2.0, 3.5), Override(2, 8.75, 16.0, hold_s=(7.0, 8.5)))
     assert written_overrides(read_overrides(spaced)) == "1@2.000:3.500;2@8.750:16.000 hold 7.000:8.500"
 
 

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from freerock.config.defaults import FitSettings
 from freerock.config.mistakes import ConfigError
 from freerock.errors import FreerockError
-from freerock.figures.plan import draw
+from freerock.figures.plan_pages import draw
 from freerock.figures.style import save
 from freerock.identification.fit import fit_run
 from freerock.models.simulate import Solver, simulate_theta
@@ -23,7 +23,7 @@ from freerock.rotation.calibration import Calibration
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
 from freerock.runs.noise import white_noise
-from freerock.tables.plan import plan_text
+from freerock.tables.plan_text import plan_text
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
 CONFIG1, CONFIG2, CONFIG3 = (CONFIGURATIONS[f"config{n}"][0] for n in (1, 2, 3))

@@ -9,7 +9,7 @@ from planned import campaign
 
 from freerock.config.defaults import FitSettings
 from freerock.config.mistakes import ConfigError
-from freerock.figures.plan import draw_totals
+from freerock.figures.plan_pages import draw_totals
 from freerock.figures.style import save
 from freerock.identification.fit import fit_run
 from freerock.models.simulate import Solver, simulate_theta
@@ -20,7 +20,7 @@ from freerock.populations.sensitivity import contributions
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
-from freerock.tables.plan import best_known, totals_text
+from freerock.tables.plan_text import best_known, totals_text
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
 BLOCKS = {name: CONFIGURATIONS[name][0] for name in ("config1", "config2")}

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from freerock.cli.progress import newest_run, progress, progress_text
+from freerock.cli.progress_command import newest_run, progress, progress_text
 from freerock.products.netcdf import write_failure
 from freerock.runs.verdict import Reason
 

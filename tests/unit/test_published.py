@@ -5,9 +5,9 @@ from fabricated import fits, record
 from found_again import found_again
 from reported import tables_of
 
+from freerock.report.beside_published import beside_published
 from freerock.report.findings import Finding
 from freerock.report.numbers import plain
-from freerock.report.published import beside_published
 from freerock.tables.csvfile import read_csv, write_csv
 
 LABELS = {"b1": "Slender", "marble": "Marble", "mat": "Soft mat"}

@@ -7,7 +7,7 @@ from fabricated import campaign, fits, record
 from reported import make, settings
 
 from freerock.identification.levels import REJECTS
-from freerock.report.methods import Paragraph, bib, markdown
+from freerock.report.methods import Paragraph, bib, methods_markdown
 from freerock.report.references import REFERENCES, bibtex
 
 ENTRY = re.compile(r"@(?:article|book)\{(\w+),\n(?:  \w+ = \{.+\},\n)+\}\n")
@@ -91,6 +91,6 @@ def test_the_page_has_the_same_methods_with_names_for_keys(tmp_path):
 
 def test_nothing_in_a_label_is_markdown_or_cited():
     hostile = "<script>[x](y) [@nobody1999] *b* | @SUM"
-    text = markdown([Paragraph("Tests", f"On {hostile} [@housner1963].")])
+    text = methods_markdown([Paragraph("Tests", f"On {hostile} [@housner1963].")])
     assert "&lt;script&gt;\\[x\\](y) \\[\\@nobody1999\\] \\*b\\* \\| \\@SUM [@housner1963]." in text
     assert "nobody1999" not in bib([Paragraph("Tests", hostile)])

@@ -2,8 +2,8 @@ from fabricated import campaign, fits, record
 from reported import make
 
 from freerock.products.groups import runs_of
-from freerock.report.records import charted, listed
-from freerock.tables.text import quantity
+from freerock.report.records import charted, listed_records
+from freerock.tables.quantities import quantity
 from freerock.tables.tidy import runs_table
 
 
@@ -34,11 +34,11 @@ def test_the_records_with_the_worst_verdicts_are_listed_first():
     runs = runs_table(campaign()[0])
     runs.loc[runs["test"] == "b2_mat", "verdict"] = "warn"
     tests = ["b1_marble", "b1_mat", "b2_marble", "b2_mat", "b1_broken"]
-    assert [sorted(listed(runs, n).tests) for n in (1, 2)] == [["b1_broken"], ["b1_broken", "b2_mat"]]
-    assert listed(runs, 3).tests == {"b1_broken", "b2_mat", "b1_marble"}  # with all of its three runs
-    assert listed(runs, 5).tests == {"b1_broken", "b2_mat", "b1_marble"}
-    assert listed(runs, 10).tests == set(tests) and not listed(runs, 10).told
-    shown = listed(runs, 1)
+    assert [sorted(listed_records(runs, n).tests) for n in (1, 2)] == [["b1_broken"], ["b1_broken", "b2_mat"]]
+    assert listed_records(runs, 3).tests == {"b1_broken", "b2_mat", "b1_marble"}  # with all of its three runs
+    assert listed_records(runs, 5).tests == {"b1_broken", "b2_mat", "b1_marble"}
+    assert listed_records(runs, 10).tests == set(tests) and not listed_records(runs, 10).told
+    shown = listed_records(runs, 1)
     assert shown.told == "Listed: 1 of 5 records, the one whose runs most need a look."
     assert set(shown.rows(runs)["test"]) == {"b1_broken"}
     assert shown.notes("table2") == [f"{shown.told} All: tables/table2.csv."]

@@ -13,10 +13,10 @@ from freerock.figures import overturning
 from freerock.jobs.respond import SCENE, fragility_table, known_laws, make_responses
 from freerock.models.block import GRAVITY, Block
 from freerock.report.tables import overturning as overturning_table
-from freerock.response.draws import Known, drawn
+from freerock.response.draws import KnownParameter, drawn
 from freerock.response.ensemble import respond
 from freerock.response.fragility import fit_lognormal, fragility
-from freerock.response.motions import Accelerogram, motions_in, read_motion
+from freerock.response.motions import Accelerogram, ground_motions_in, read_motion
 
 BLOCK = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
 AT2 = """\
@@ -43,7 +43,7 @@ def test_a_motion_is_read_as_at2_and_as_a_table(tmp_path):
     table = "\n".join(f"{0.01 * i:.2f},{v * GRAVITY:.9f}" for i, v in enumerate(values))
     (tmp_path / "b.csv").write_text(f"time [s],acceleration [m/s²]\n{table}\n")
     (tmp_path / "notes.pdf").write_text("no motion")
-    motions, wrong = motions_in(tmp_path)
+    motions, wrong = ground_motions_in(tmp_path)
     assert wrong == []
     assert [each.name for each in motions] == ["a", "b"]
     for each in motions:
@@ -76,7 +76,7 @@ def test_peak_velocity_is_that_of_a_sine():
 )
 def test_a_bad_motion_is_one_line(tmp_path, name, text, told):
     (tmp_path / name).write_text(text)
-    motions, (wrong,) = motions_in(tmp_path)
+    motions, (wrong,) = ground_motions_in(tmp_path)
     assert motions == []
     assert told in str(wrong)
     assert "\n" not in str(wrong)
@@ -85,8 +85,8 @@ def test_a_bad_motion_is_one_line(tmp_path, name, text, told):
 
 
 def test_no_motion_is_said(tmp_path):
-    assert "holds no ground motion" in str(motions_in(tmp_path)[1][0])
-    assert "no such folder" in str(motions_in(tmp_path / "elsewhere")[1][0])
+    assert "holds no ground motion" in str(ground_motions_in(tmp_path)[1][0])
+    assert "no such folder" in str(ground_motions_in(tmp_path / "elsewhere")[1][0])
 
 
 def test_a_rigid_block_stays_below_the_acceleration_that_lifts_it_and_falls_under_a_long_pulse():
@@ -111,13 +111,13 @@ def test_an_ensemble_is_the_same_whatever_the_batches_and_tolerances_agree_as_en
     assert whole["overturned"].mean() == pytest.approx(finer["overturned"].mean(), abs=0.08)
 
 
-HC = {"k": Known(6.9e6, 2e5), "lambda": Known(1.3e8, 5e6)}
+HC = {"k": KnownParameter(6.9e6, 2e5), "lambda": KnownParameter(1.3e8, 5e6)}
 
 
 @pytest.mark.slow
 def test_a_thousand_responses_of_twenty_seconds_take_ten_seconds_of_one_core():
     motions = [shaken(i, 0.5, band=(3.0, 9.0)) for i in range(20)]
-    for model, known in (("housner", {"r": Known(0.93, 0.01)}), ("hunt_crossley", HC)):
+    for model, known in (("housner", {"r": KnownParameter(0.93, 0.01)}), ("hunt_crossley", HC)):
         sets = drawn(model, known, 50)
         respond(model, BLOCK, sets[:1], motions[:1])
         start = time.process_time()
@@ -158,7 +158,7 @@ def test_a_lognormal_is_found_and_its_interval_holds_the_truth():
 
 
 def test_a_block_that_never_falls_has_a_share_and_no_curve():
-    laws = [(dict(zip(SCENE, ("c", "t", "b", "f", "housner"), strict=True)), {"r": Known(0.9)})]
+    laws = [(dict(zip(SCENE, ("c", "t", "b", "f", "housner"), strict=True)), {"r": KnownParameter(0.9)})]
     blocks = {"b": {"height_m": 0.28, "width_m": 0.07, "mass_kg": 5.84}}
     table = fragility_table(make_responses(laws, blocks, [shaken(1, 0.1)], (1.0,), 3))
     assert set(table["kind"]) == {"none"}
@@ -172,7 +172,7 @@ def test_a_record_without_a_law_has_a_row_that_says_so():
     records = [
         {"campaign": "c", "test": test, "block": "b", "foundation": "f"} for test in ("00", "01", "02")
     ]
-    responses = make_responses([(scene, {"r": Known(0.9)})], blocks, [shaken(1, 0.1)], (1.0,), 3)
+    responses = make_responses([(scene, {"r": KnownParameter(0.9)})], blocks, [shaken(1, 0.1)], (1.0,), 3)
     table = fragility_table(responses, records)
     assert table["test"].tolist() == ["01", "01", "00", "02"]
     assert table["kind"].tolist() == ["none", "none", "no_law", "no_law"]
@@ -216,7 +216,7 @@ def test_the_law_that_most_runs_name_is_taken_with_the_spread_of_the_next_run():
     row |= {"parameter": "r", "mean": 0.93, "u_total": 0.003, "tau": 0.004}
     ((scene, known),) = known_laws(choice, pd.DataFrame([row]))
     assert (scene["test"], scene["model"]) == ("a", "housner")
-    assert known["r"] == Known(0.93, math.hypot(0.003, 0.004))
+    assert known["r"] == KnownParameter(0.93, math.hypot(0.003, 0.004))
     ((_, known),) = known_laws(choice, pd.DataFrame([row]), "mean")
     assert known["r"].u == 0.003
     assert make_responses([], {}, [], (1.0,), 1).empty

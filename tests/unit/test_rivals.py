@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.figures.plan import draw_rivals
+from freerock.figures.plan_pages import draw_rivals
 from freerock.figures.style import save
 from freerock.identification.fit import fit_run
 from freerock.models.laws import LAWS, PAPER_MODELS
@@ -15,7 +15,7 @@ from freerock.planning.plan import CASE, RIVALS, Choices, Sensor, Setup, plan, p
 from freerock.planning.rivals import Rival, best_rival, expected_motion, rivals_of
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
-from freerock.tables.plan import rivals_text
+from freerock.tables.plan_text import rivals_text
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 
 CONFIG1, CONFIG2, CONFIG3 = (CONFIGURATIONS[f"config{n}"][0] for n in (1, 2, 3))

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from freerock.tables.text import quantity
+from freerock.tables.quantities import quantity
 
 
 @pytest.mark.parametrize(

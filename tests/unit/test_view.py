@@ -16,13 +16,13 @@ from freerock.rotation.beam import displaced, rotation_from_displacement
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.rotation.sensor_response import delay_s, moments
-from freerock.rotation.view import View, attributes, view_in, view_of
+from freerock.rotation.view import View, sensor_attributes, view_in, view_of
 from freerock.runs.segment import find_runs
-from freerock.virtual_lab.noise import Noise
-from freerock.virtual_lab.record import Recording, Release, simulate_record
+from freerock.virtual_lab.added_noise import AddedNoise
+from freerock.virtual_lab.virtual_record import Recording, VirtualRelease, simulate_record
 from freerock_bench import disturbances as faults
 
-QUIET = Recording(noise=Noise(mains_v=0.0, drift_v=0.0))
+QUIET = Recording(noise=AddedNoise(mains_v=0.0, drift_v=0.0))
 BLOCK = Block(0.28, 0.07, 5.84)
 SOIL = Foundation(6.88e6, 0.0, 1.3e8)
 PARAMETERS = {"k": SOIL.k, "lambda": SOIL.lam}
@@ -170,7 +170,7 @@ def test_an_overturned_block_lies():
 @pytest.mark.parametrize("laser", [*BEAMS.values(), Laser(units="rad", response_ms=2.0, response="low_pass")])
 def test_a_dataset_tells_the_view(laser):
     view = view_of([laser], BLOCK)
-    again = view_in(attributes(view), BLOCK)
+    again = view_in(sensor_attributes(view), BLOCK)
     values, time_s = PARAMETERS | {"theta0": 0.17}, np.linspace(0, 1, 100)
     assert np.array_equal(
         as_measured("hunt_crossley", BLOCK, values, time_s, view),
@@ -208,7 +208,7 @@ def test_two_lasers_of_different_response():
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_release_before_a_sensor_that_averages(sign):
     """Late by half the time it averages over, unless the laser is said to."""
-    laser, release = replace(LEFT, range_m=0.1), Release(sign * 0.15, PARAMETERS, fade_s=0.0)
+    laser, release = replace(LEFT, range_m=0.1), VirtualRelease(sign * 0.15, PARAMETERS, fade_s=0.0)
     record = simulate_record(
         BLOCK, laser, "hunt_crossley", [release], seed=3, faults=[faults.averaged(8e-3)], recording=QUIET
     )

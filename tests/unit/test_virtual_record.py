@@ -19,15 +19,15 @@ from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.rotation.still import stationary_phases
 from freerock.virtual_lab.__main__ import main
-from freerock.virtual_lab.noise import Noise
+from freerock.virtual_lab.added_noise import AddedNoise
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS, palermo_records
-from freerock.virtual_lab.record import Recording, Release, simulate_record
-from freerock.virtual_lab.tdms import write_records
+from freerock.virtual_lab.virtual_record import Recording, VirtualRelease, simulate_record
+from freerock.virtual_lab.write_tdms import write_records
 
 CAMPAIGN = Path(__file__).parents[2] / "raw" / "palermo_virtual"
 TESTS = [f"{block}_{foundation}" for block in CONFIGURATIONS for foundation in FOUNDATIONS]
 BLOCK, _, LASER = CONFIGURATIONS["config2"]
-SILENT = Recording(noise=Noise(white_v=0.0, mains_v=0.0, drift_v=0.0))
+SILENT = Recording(noise=AddedNoise(white_v=0.0, mains_v=0.0, drift_v=0.0))
 MARBLE = FOUNDATIONS["marble"]
 
 
@@ -43,7 +43,7 @@ def records():
 
 def one(theta0=0.17, parameters=MARBLE, model="hunt_crossley", faults=(), rules=GEOMETRIC, **release):
     """A record of one release without noise."""
-    how = [Release(theta0, parameters, **release)]
+    how = [VirtualRelease(theta0, parameters, **release)]
     return simulate_record(BLOCK, LASER, model, how, seed=1, recording=SILENT, faults=faults, rules=rules)
 
 
@@ -187,7 +187,7 @@ def test_faults_and_hands_reach_the_converter():
         return np.where(np.abs(time_s - 1.0) < 1e-3, 30.0, volts)
 
     record = one(faults=[spike], blocked_s=[(0.2, 0.4)])
-    assert record.volts.max() == pytest.approx(Noise().span_v, abs=1e-5)
+    assert record.volts.max() == pytest.approx(AddedNoise().span_v, abs=1e-5)
     blocked = (record.time_s >= 2.2) & (record.time_s < 2.4)
     np.testing.assert_allclose(record.volts[blocked], 10.2, atol=1e-6)
 
@@ -199,8 +199,8 @@ def test_overturned_block_leaves_the_beam():
 
 
 def test_more_releases_and_coarser_converter():
-    releases = [Release(0.1, MARBLE, held_s=1.5, pause_s=1.5)] * 5
-    coarse = Recording(noise=Noise(bits=12))
+    releases = [VirtualRelease(0.1, MARBLE, held_s=1.5, pause_s=1.5)] * 5
+    coarse = Recording(noise=AddedNoise(bits=12))
     record = simulate_record(BLOCK, LASER, "hunt_crossley", releases, seed=3, recording=coarse)
     assert len(record.truth["runs"]) == 5
     assert record.volts_per_count == 10.5 / 2048
@@ -220,7 +220,7 @@ def test_command_line(tmp_path, capsys):
 )  # lower ones sink below their rest
 def test_unsigned_beam_gets_the_side_of_every_lobe(theta0, release_side, sinks, least_deg):
     laser = Laser("vertical", 0.0, 0.05, release_side=release_side)
-    releases = [Release(theta0, MARBLE, blocked_s=[(0.3, 0.6)])] * 3
+    releases = [VirtualRelease(theta0, MARBLE, blocked_s=[(0.3, 0.6)])] * 3
     record = simulate_record(
         BLOCK, laser, "hunt_crossley", releases, seed=4, recording=Recording(corner_sinks=sinks)
     )
@@ -231,13 +231,13 @@ def test_unsigned_beam_gets_the_side_of_every_lobe(theta0, release_side, sinks, 
 
 
 def test_a_sinking_corner_reads_as_a_higher_beam():
-    angle, silent = 0.15, Noise(white_v=0.0, mains_v=0.0, drift_v=0.0, bits=32)
+    angle, silent = 0.15, AddedNoise(white_v=0.0, mains_v=0.0, drift_v=0.0, bits=32)
     still, sinking = (
         simulate_record(
             BLOCK,
             LASER,
             "hunt_crossley",
-            [Release(angle, MARBLE, fade_s=0.0)],
+            [VirtualRelease(angle, MARBLE, fade_s=0.0)],
             seed=1,
             recording=Recording(noise=silent, corner_sinks=sinks),
         ).volts

@@ -11,7 +11,7 @@ from freerock.models.contact import Foundation, static_depth
 from freerock.models.corners import corners_over_time
 from freerock.models.laws import Rules
 from freerock.models.simulate import Solver, simulate
-from freerock.models.viscoelastic import CELLS, integrate
+from freerock.models.viscoelastic import CELLS, integrate_viscoelastic
 from freerock.runs.motion import Motion
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.hypotheses_tried import identify_run
@@ -31,7 +31,7 @@ def measured(law, parameters, seed, kinematics="guided"):
         memory = parameters["c"] / BLOCK.mass_kg, parameters["tau"]
         level = np.empty(0), np.empty((0, 14))
         scene = bed.constants(BLOCK, kinematics == "pivoting"), memory, start, time, *level
-        integrate(*scene, 1e-10 * THETA0, 1_000_000, exact, np.empty((0, 3)), cells=4 * CELLS)
+        integrate_viscoelastic(*scene, 1e-10 * THETA0, 1_000_000, exact, np.empty((0, 3)), cells=4 * CELLS)
     else:
         exact = simulate(law, BLOCK, parameters, time, theta0=THETA0, rules=rules, solver=Solver(1e-10)).theta
     return Motion(time, exact + np.random.default_rng(seed).normal(0, SIGMA, time.size), SIGMA, THETA0)

@@ -13,9 +13,9 @@ import pytest
 from freerock.errors import DamagedProduct, FreerockError
 from freerock.jobs import contents, ledger, whole_products
 from freerock.jobs.code_identity import code_checksum
-from freerock.jobs.contents import LOOKS, checksum, look, settled
+from freerock.jobs.contents import LOOKS, checksum, look, look_settled
 from freerock.jobs.ledger import at_work, entry_path, read_entry
-from freerock.jobs.whole_products import Step, compare, in_doubt, left_over, other_software, verified
+from freerock.jobs.whole_products import Step, compare, in_doubt, left_over, made_by_other_software, verified
 
 MADE = Step(
     "results/lab/logs/make.log",
@@ -241,8 +241,8 @@ def test_the_look_of_a_file_changed_this_moment_is_not_trusted(tmp_path):
     time.sleep(0.03)
     assert checksum(path)[1] == look(path)
     fine, coarse = (3, 5_000_000_001, 4, 1), (3, 5_000_000_000, 4, 1)
-    assert settled(fine, 5_100_000_000) and not settled(coarse, 5_100_000_000)
-    assert settled(coarse, 7_100_000_000)
+    assert look_settled(fine, 5_100_000_000) and not look_settled(coarse, 5_100_000_000)
+    assert look_settled(coarse, 7_100_000_000)
 
 
 def test_an_input_changed_under_a_job_ends_it_without_an_entry(lab):
@@ -290,12 +290,12 @@ def test_a_job_that_fails_leaves_no_entry(lab):
 
 
 def test_other_software_is_named_and_makes_nothing_stale(lab, monkeypatch):
-    assert other_software(compare([MADE, READ]).entries.values()) == ""
+    assert made_by_other_software(compare([MADE, READ]).entries.values()) == ""
     now = ledger.software()
     monkeypatch.setattr(whole_products, "software", lambda: now | {"numpy": "1.0"})
     found = compare([MADE, READ])
     told = f"3 products were made by other software (numpy {now['numpy']}, now 1.0)"
-    assert not found.doubts and other_software(found.entries.values()) == told
+    assert not found.doubts and made_by_other_software(found.entries.values()) == told
     assert verified(found, Path("results/lab")) == (
         [f"software: {told}", "results/lab: 3 whole, 0 missing, 0 damaged, 0 stale, 0 foreign"],
         True,

@@ -11,7 +11,7 @@ import xarray as xr
 from freerock.identification.fit import fit_run
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, write_fits
-from freerock.report.evidence import scenes_of
+from freerock.report.scene_evidence import scenes_of
 from freerock.runs.verdict import Verdict
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.choice import choose, evidence

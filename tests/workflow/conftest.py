@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from small_campaign import BLOCKS, CAMPAIGN, TRACE, Checkout, add_campaign, check_out, once, simulated
 
-from freerock.virtual_lab.tdms import write_records
+from freerock.virtual_lab.write_tdms import write_records
 
 
 @pytest.fixture(scope="session")

@@ -18,7 +18,7 @@ from freerock.files import sha256
 from freerock.jobs.code_identity import MEANINGS, meaning
 from freerock.models.block import Block
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.record import Recording, Release, simulate_record
+from freerock.virtual_lab.virtual_record import Recording, VirtualRelease, simulate_record
 
 ROOT = Path(__file__).parents[2]
 CAMPAIGN = """\
@@ -62,7 +62,7 @@ def simulated(block, seed, *, angle_deg=None, **options):
     """A simulated record of one release; the options are those of `Recording`."""
     shape, laser, usual = BLOCKS[block]
     theta0 = usual if angle_deg is None else math.radians(angle_deg)
-    release = Release(theta0, MAT, tilt_s=1.2, held_s=1.5, pause_s=1.5)
+    release = VirtualRelease(theta0, MAT, tilt_s=1.2, held_s=1.5, pause_s=1.5)
     recording = Recording(**options)
     return simulate_record(shape, laser, "hunt_crossley", [release], seed=seed, recording=recording)
 

@@ -21,7 +21,7 @@ from freerock.jobs.contents import look
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import open_record
 from freerock.runs.verdict import in_one_line
-from freerock.virtual_lab.tdms import write_record
+from freerock.virtual_lab.write_tdms import write_tdms
 
 # Stage -> a product of its own; the job that makes it is the one that meets with the accident.
 STAGES = {
@@ -266,7 +266,7 @@ def test_record_replaced_under_its_name(finished, checkout, undisturbed, seen):
     """Refused with both checksums, until the file is restored."""
     before = sha256(checkout / RAW)
     original = (checkout / RAW).read_bytes()
-    write_record(checkout / RAW, simulated("squat", 9))
+    write_tdms(checkout / RAW, simulated("squat", 9))
     assert run(checkout, RECORD).process.returncode == 0
     product = open_record(checkout / RECORD)
     found = (

@@ -12,7 +12,7 @@ from freerock.files import sha256
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import open_record
 from freerock.runs.verdict import Reason
-from freerock.virtual_lab.tdms import write_record, write_records
+from freerock.virtual_lab.write_tdms import write_records, write_tdms
 from freerock_bench.disturbances import ac_coupled
 
 COPY = "copy it again from the acquisition computer"
@@ -58,10 +58,10 @@ def write_bad_records(raw):
     samples, rest = good.time_s.size, good.volts[good.time_s < 1]
     write_records(raw, [("replaced", good)])
     listed = sha256(raw / "replaced.tdms")
-    write_record(raw / "replaced.tdms", simulated("squat", 2))
-    write_record(raw / "overturned.tdms", simulated("squat", 3, angle_deg=28, longest_s=2))
+    write_tdms(raw / "replaced.tdms", simulated("squat", 2))
+    write_tdms(raw / "overturned.tdms", simulated("squat", 3, angle_deg=28, longest_s=2))
     for test in ("channel", "truncated"):
-        write_record(raw / f"{test}.tdms", good)
+        write_tdms(raw / f"{test}.tdms", good)
     whole = (raw / "truncated.tdms").read_bytes()
     (raw / "truncated.tdms").write_bytes(whole[: len(whole) // 2])
     (raw / "empty.tdms").write_bytes(b"")
@@ -117,7 +117,7 @@ def test_others_finish_and_the_failed_one_is_named(tmp_path):
     checkout.edit("config/campaigns/lab.csv", "left_out.tdms,,squat,mat,low,,,,", OUT)
     (checkout / "raw/lab").mkdir(parents=True)
     for seed, test in enumerate(("good", "left_out")):
-        write_record(checkout / f"raw/lab/{test}.tdms", simulated("squat", seed))
+        write_tdms(checkout / f"raw/lab/{test}.tdms", simulated("squat", seed))
     done = checkout.snakemake()
     line = f"raw/lab/missing.tdms: {BAD['missing']}"
     assert done.returncode == 1
@@ -140,7 +140,7 @@ def test_others_finish_and_the_failed_one_is_named(tmp_path):
     assert made_by["inputs"] == {file: sha256(checkout / file) for file in files}
     assert checkout.planned() == {"complete": 1}
 
-    write_record(checkout / "raw/lab/missing.tdms", simulated("tall", 2))
+    write_tdms(checkout / "raw/lab/missing.tdms", simulated("tall", 2))
     assert checkout.planned()["record"] == 1
 
 

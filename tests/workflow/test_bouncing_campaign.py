@@ -11,7 +11,7 @@ from small_campaign import COLUMNS, add_campaign, check_out
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.record import Recording, Release, simulate_record
+from freerock.virtual_lab.virtual_record import Recording, VirtualRelease, simulate_record
 
 pytestmark = pytest.mark.slow
 CUBE, LASER = Block(0.1, 0.1, 2.5), Laser("horizontal", 0.07, 0.1)
@@ -38,7 +38,7 @@ def recorded(name, e, mu, seed):
     draw = np.random.default_rng(seed)
     width, height = np.array([CUBE.width_m, CUBE.height_m]) + draw.normal(0, U_M, 2)
     block = replace(CUBE, width_m=float(width), height_m=float(height))
-    release = Release(math.radians(25), {"e": e, "mu": mu}, tilt_s=1.2, held_s=1.5, pause_s=1.5)
+    release = VirtualRelease(math.radians(25), {"e": e, "mu": mu}, tilt_s=1.2, held_s=1.5, pause_s=1.5)
     return simulate_record(block, LASER, "bouncing", [release], seed=seed, recording=Recording())
 
 

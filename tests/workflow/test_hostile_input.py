@@ -17,7 +17,7 @@ from freerock.identification.settings import check
 from freerock.models.block import Block
 from freerock.models.given import arithmetic, evaluated
 from freerock.records.read import read_record
-from freerock.virtual_lab.tdms import write_record
+from freerock.virtual_lab.write_tdms import write_tdms
 
 FILE = "$(touch pwned);'` \".tdms"
 SCRIPT = "</script><script>alert(1)</script>"
@@ -48,7 +48,7 @@ def test_hostile_texts_do_nothing_in_any_product(tmp_path):
     (checkout / "config/campaigns/lab.yaml").write_text(YAML)
     (checkout / "config/campaigns/lab.csv").write_text(COLUMNS + LINES)
     (checkout / "raw/lab").mkdir(parents=True)
-    write_record(checkout / "raw/lab" / FILE, simulated("squat", 1))
+    write_tdms(checkout / "raw/lab" / FILE, simulated("squat", 1))
     done = checkout.snakemake()
     assert done.returncode == 0, done.stderr
     assert not list(checkout.folder.rglob("pwned"))

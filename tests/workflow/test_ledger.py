@@ -16,7 +16,7 @@ from freerock.jobs.contents import look
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import open_record
 from freerock.runs.verdict import in_one_line
-from freerock.virtual_lab.tdms import write_record
+from freerock.virtual_lab.write_tdms import write_tdms
 
 LOOKS = ".snakemake/freerock.looks.json"
 OLD = (1e9, 1e9)  # a time long before
@@ -139,7 +139,7 @@ def test_earlier_results_put_back_after_a_change(finished, checkout):
 
 def test_a_record_put_back_with_its_own_time(finished, checkout):
     """The products of the wrong one are newer."""
-    write_record(checkout / RAW, simulated("squat", 9))
+    write_tdms(checkout / RAW, simulated("squat", 9))
     assert checkout.snakemake(RECORD).returncode == 0
     assert open_record(checkout / RECORD).attrs["verdict"] == "fail"
     shutil.copy(finished / RAW, checkout / RAW)
@@ -155,7 +155,7 @@ def test_another_record_under_an_old_time_is_refused(checkout, name, notes):
     if not notes:
         shutil.rmtree(checkout / ".snakemake")
     assert checkout.planned() == {}
-    write_record(checkout / RAW, simulated("squat", 9))
+    write_tdms(checkout / RAW, simulated("squat", 9))
     os.utime(checkout / RAW, OLD)
     assert checkout.planned() == OF_ONE_RECORD
     assert checkout.snakemake(RECORD).returncode == 0

@@ -13,9 +13,9 @@ from found_again import found_again
 
 from freerock.models.block import Block
 from freerock.models.simulate import simulate
+from freerock.report.beside_published import beside_published
 from freerock.report.findings import TABLES, findings
 from freerock.report.numbers import plain
-from freerock.report.published import beside_published
 from freerock.tables.csvfile import read_csv
 
 LABELS = {f"config{n}": f"Configuration #{n}" for n in (1, 2, 3)} | {

@@ -5,7 +5,7 @@ import csv
 from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 
 from freerock.products.netcdf import open_record
-from freerock.virtual_lab.tdms import write_record
+from freerock.virtual_lab.write_tdms import write_tdms
 
 STEPS = {"record": "make_record", "fit": "make_fits", "quality": "make_pages"}
 INJECTED = """
@@ -29,7 +29,7 @@ def test_the_unforeseen_in_each_step(tmp_path):
     add_campaign(checkout, "lab", yaml, [(test, "", "squat") for test in tests])
     (checkout / "raw/lab").mkdir(parents=True)
     for seed, test in enumerate(tests):
-        write_record(checkout / f"raw/lab/{test}.tdms", simulated("squat", seed))
+        write_tdms(checkout / f"raw/lab/{test}.tdms", simulated("squat", seed))
     for step, function in STEPS.items():
         with open(checkout / f"src/freerock/jobs/{step}.py", "a") as module:
             module.write(

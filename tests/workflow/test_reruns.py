@@ -7,7 +7,7 @@ from small_campaign import simulated
 
 from freerock.cli import subcommands as cli
 from freerock.files import sha256
-from freerock.virtual_lab.tdms import write_record
+from freerock.virtual_lab.write_tdms import write_tdms
 
 FIGURES = {"figures": 1}
 REPORT = {"report": 1, "complete": 1}
@@ -92,7 +92,7 @@ def test_edited_line(checkout, path, old, new, jobs):
 @pytest.mark.parametrize(
     ("path", "jobs"),
     [
-        ("src/freerock/virtual_lab/record.py", {}),
+        ("src/freerock/virtual_lab/virtual_record.py", {}),
         ("src/freerock/config/campaign.py", {}),
         ("src/freerock/figures/quality.py", PAGES),
         ("src/freerock/figures/freerock.mplstyle", AFTER_STYLE),
@@ -124,14 +124,14 @@ def test_comments_and_docstrings_of_kernels_errors_and_scripts_rerun_nothing(che
 
 
 def test_new_record(checkout):
-    write_record(checkout / "raw/small/second.tdms", simulated("squat", 7))
+    write_tdms(checkout / "raw/small/second.tdms", simulated("squat", 7))
     append(checkout, CSV, "second,second.tdms,,squat,mat,low,,,,\n")
     assert checkout.planned() == OF_ONE_RECORD
 
 
 @pytest.mark.parametrize("place", [0, 1, 2])
 def test_a_line_inserted_anywhere_with_a_comment(checkout, place):
-    write_record(checkout / "raw/small/another.tdms", simulated("squat", 7))
+    write_tdms(checkout / "raw/small/another.tdms", simulated("squat", 7))
     header, *lines = (checkout / CSV).read_text(encoding="utf-8").splitlines(keepends=True)
     lines[place:place] = ["# of another day\n", "\n", "another,another.tdms,,squat,mat,low,,,,\n"]
     (checkout / CSV).write_text(header + "".join(lines), encoding="utf-8")
@@ -146,7 +146,7 @@ def test_what_only_looks_different_in_the_csv(checkout):
 
 
 def test_a_record_added_by_the_command(checkout, monkeypatch):
-    write_record(checkout / "second.tdms", simulated("squat", 7))
+    write_tdms(checkout / "second.tdms", simulated("squat", 7))
     monkeypatch.chdir(checkout.folder)
     assert cli.main(["add", "small", "second.tdms", "--block", "squat", "--laser", "low"]) == 0
     assert checkout.planned() == OF_ONE_RECORD
@@ -173,14 +173,14 @@ def test_records_that_share_a_job_rerun_together(checkout):
     assert checkout.planned("record") == {"record": 1}
     checkout.edit(YAML, "mass_kg: 2.97", "mass_kg: 2.98")
     checkout.edit(YAML, "records_per_job: 2", "records_per_job: 3")
-    write_record(checkout / "raw/small/third.tdms", simulated("squat", 7))
+    write_tdms(checkout / "raw/small/third.tdms", simulated("squat", 7))
     append(checkout, CSV, "third,third.tdms,,squat,mat,low,,,,\n")
     assert checkout.planned("record") == {"record": 1}
 
 
 def test_record_replaced_or_taken_away(checkout):
     raw = checkout / "raw/small/squat_mat.tdms"
-    write_record(raw, simulated("squat", 7))
+    write_tdms(raw, simulated("squat", 7))
     assert checkout.planned() == OF_ONE_RECORD
     raw.unlink()
     assert checkout.planned() == OF_ONE_RECORD

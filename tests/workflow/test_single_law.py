@@ -7,7 +7,7 @@ from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 
 from freerock.models.laws import LAWS
 from freerock.tables.csvfile import read_csv
-from freerock.virtual_lab.tdms import write_record
+from freerock.virtual_lab.write_tdms import write_tdms
 
 pytestmark = pytest.mark.slow
 FIGURES = ("models", "residuals", "restitution", "parameters", "misfit_map", "predictions")
@@ -19,7 +19,7 @@ def test_each_law_alone_makes_a_report(tmp_path):
         "figures: .*", f"figures: [{', '.join(FIGURES)}]", CAMPAIGN.replace("truth: truth.json\n", "")
     )
     (checkout / "raw/lab").mkdir(parents=True)
-    write_record(checkout / "raw/lab/squat_mat.tdms", simulated("squat", 1, angle_deg=10, rate_hz=500.0))
+    write_tdms(checkout / "raw/lab/squat_mat.tdms", simulated("squat", 1, angle_deg=10, rate_hz=500.0))
     for law in (name for name in LAWS if name != "viscoelastic"):  # as in test_viscoelastic_campaign.py
         add_campaign(checkout, "lab", f"{yaml}fits: {{models: [{law}]}}\n", [("squat_mat", "", "squat")])
         done = checkout.snakemake()

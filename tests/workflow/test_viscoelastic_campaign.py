@@ -8,7 +8,7 @@ from small_campaign import COLUMNS, add_campaign, check_out
 
 from freerock.models.block import Block
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.record import Recording, Release, simulate_record
+from freerock.virtual_lab.virtual_record import Recording, VirtualRelease, simulate_record
 
 pytestmark = pytest.mark.slow
 BLOCK, LASER = Block(0.28, 0.07, 5.84), Laser("horizontal", 0.2, 0.1)
@@ -30,7 +30,7 @@ fits: {models: [viscoelastic]}
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     checkout = check_out(tmp_path_factory.mktemp("mat"))
-    release = Release(math.radians(8), TRUTH, tilt_s=1.2, held_s=1.5, fade_s=0.0, pause_s=1.5)
+    release = VirtualRelease(math.radians(8), TRUTH, tilt_s=1.2, held_s=1.5, fade_s=0.0, pause_s=1.5)
     record = simulate_record(BLOCK, LASER, "viscoelastic", [release], seed=3, recording=Recording())
     add_campaign(checkout, "mat", CAMPAIGN, [])
     (checkout / "config/campaigns/mat.csv").write_text(COLUMNS + "mat,mat.csv,volts,tall,mat,high,,,,\n")

@@ -8,7 +8,7 @@
 import time
 from functools import cache, partial
 
-from freerock.cli.check import check_files
+from freerock.cli.check_command import check_files
 from freerock.config.campaign import read_campaign
 from freerock.jobs.newer_input import newer_than
 from freerock.jobs.guard import NOTES_BYTES, check_clock, check_room, hold, job_runs, run_starts, watch_folder
@@ -16,12 +16,12 @@ from freerock.jobs.ledger import entry_path, read_entry
 from freerock.jobs.code_identity import note_meanings
 from freerock.jobs.whole_products import (
     VERIFIED,
-    Comparison,
+    PlanAgainstLedger,
     Step,
     compare,
     in_doubt,
     left_over,
-    other_software,
+    made_by_other_software,
     some,
     verified,
 )
@@ -66,7 +66,7 @@ def start():
 @cache
 def plan():
     """What the ledger bears out of the plan, to which each job is added as Snakemake comes to it."""
-    return Comparison([Path("results", name) for name in (*CAMPAIGNS, "studies")], thorough=VERIFY)
+    return PlanAgainstLedger([Path("results", name) for name in (*CAMPAIGNS, "studies")], thorough=VERIFY)
 
 
 def again(step, name=None, start=None):
@@ -134,7 +134,7 @@ def tell_plan():
         return
     for line in in_doubt(found):
         print(f"{line}: made again", file=sys.stderr)
-    if told := other_software(found.entries.values()):
+    if told := made_by_other_software(found.entries.values()):
         LAST.append(f"{told}; snakemake --forceall makes everything again")
     for folder in folders:
         if others := left_over(folder, products):

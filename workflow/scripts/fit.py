@@ -5,7 +5,7 @@ from freerock.jobs.ledger import at_work
 with at_work(snakemake, __file__):
     from freerock.jobs.describe import described
     from freerock.jobs.each import make_each
-    from freerock.jobs.fit import give_up, make_fits
+    from freerock.jobs.make_fits import give_up_fits, make_fits
 
     records = described(snakemake.params.records, snakemake.config["descriptions"])
     inputs = dict(zip(records, snakemake.input.records, strict=True))
@@ -13,5 +13,5 @@ with at_work(snakemake, __file__):
     make_each(
         list(records),
         lambda test: make_fits(records[test] | snakemake.params.shared, inputs[test], outputs[test]),
-        lambda test, reason: give_up(records[test], outputs[test], reason),
+        lambda test, reason: give_up_fits(records[test], outputs[test], reason),
     )

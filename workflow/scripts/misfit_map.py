@@ -3,7 +3,7 @@
 from freerock.jobs.ledger import at_work
 
 with at_work(snakemake, __file__):
-    from freerock.jobs.misfit import make_misfit_maps
+    from freerock.jobs.make_misfit_maps import make_misfit_maps
 
     params = snakemake.params
     settings = {"blocks": params.blocks, "debonding": params.debonding}

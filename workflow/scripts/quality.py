@@ -4,7 +4,7 @@ from freerock.jobs.ledger import at_work
 
 with at_work(snakemake, __file__):
     from freerock.jobs.each import make_each
-    from freerock.jobs.quality import make_pages
+    from freerock.jobs.quality_pages import make_pages
 
     pages = dict(zip(snakemake.params.tests, snakemake.output.png, strict=True))
     inputs = dict(zip(pages, zip(snakemake.input.records, snakemake.input.fits, strict=True), strict=True))

@@ -1,6 +1,6 @@
 """The command `freerock`: one subcommand per task, one line per problem.
 
-A subcommand is a line in `COMMANDS` and the module of its name, with `add_arguments(add)` and
+A subcommand is a line in `COMMANDS` and the module `NAME_command`, with `add_arguments(add)` and
 `run(chosen)`. From "example:" on, the module's docstring is what the help says below the arguments. Only the
 module that is requested is imported, so that `freerock --help` answers at once.
 """
@@ -121,7 +121,7 @@ def _parser(asked_for: str = "") -> argparse.ArgumentParser:
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         if name == asked_for:
-            module = importlib.import_module(f"freerock.cli.{name.replace('-', '_')}")
+            module = importlib.import_module(f"freerock.cli.{name.replace('-', '_')}_command")
             module.add_arguments(command.add_argument)
             command.set_defaults(run=module.run)
             _, example, told = str(module.__doc__).partition("example:")

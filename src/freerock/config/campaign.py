@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 from pydantic import ValidationInfo, field_validator
 
 from freerock.config import keys, values
+from freerock.config.laser_section import LaserSection
 from freerock.config.mistakes import ConfigError, validate
 from freerock.config.record import Record, read_records
-from freerock.config.sensor import LaserSection
 from freerock.config.values import Folder, Invalid, Name, Once, Section, Text, Whole, key
 from freerock.config.yaml_lines import Lines, place, read_yaml
 from freerock.errors import FreerockError

@@ -28,6 +28,8 @@ class Override(NamedTuple):
         Its number among all runs of the record, found or set by hand, in the order of release.
     release_s, end_s : float
         Release and end in the time of the record [s].
+    reason : str
+        Why; a cell does not say it.
     hold_s : (float, float) or None
         From when to when it is held before [s], where θ0 is read; None leaves that to be found.
     """
@@ -35,6 +37,7 @@ class Override(NamedTuple):
     run: int
     release_s: float
     end_s: float
+    reason: str = ""
     hold_s: tuple[float, float] | None = None
 
 
@@ -113,7 +116,7 @@ def read_overrides(cell: str) -> tuple[Override, ...]:
 def written_overrides(runs: Iterable[Override]) -> str:
     """The cell that `read_overrides` reads as these runs."""
     cells = []
-    for run, release_s, end_s, hold_s in runs:
+    for run, release_s, end_s, _, hold_s in runs:
         hold = f" hold {_seconds(hold_s[0])}:{_seconds(hold_s[1])}" if hold_s else ""
         cells.append(f"{run}@{_seconds(release_s)}:{_seconds(end_s)}{hold}")
     return ";".join(cells)
@@ -126,7 +129,7 @@ def _read(item: str) -> Override:
         raise Invalid(what, f"give run and seconds, as {AS}")
     release_s, end_s = float(match[2]), float(match[3])
     hold_s = (float(match[4]), float(match[5])) if match[4] else None
-    return Override(int(match[1]), release_s, end_s, hold_s)
+    return Override(int(match[1]), release_s, end_s, hold_s=hold_s)
 
 
 def _check(each: Override) -> None:

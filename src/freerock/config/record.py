@@ -118,7 +118,7 @@ class Record(Section):
         """(run, release [s], end [s], reason, hold [s] or None) of each run set by hand."""
         return tuple(
             (run, release_s, end_s, self.reason, hold_s)
-            for run, release_s, end_s, hold_s in read_overrides(self.override)
+            for run, release_s, end_s, _, hold_s in read_overrides(self.override)
         )
 
 

@@ -8,7 +8,7 @@ from pydantic import ValidationInfo, field_validator, model_validator
 from freerock import bounds
 from freerock.config.campaign import load_section
 from freerock.config.keys import BlockSection, check_parameters
-from freerock.config.sensor import LaserSection
+from freerock.config.laser_section import LaserSection
 from freerock.config.values import (
     Debonding,
     Invalid,

@@ -18,14 +18,14 @@ NUMBERED = re.compile(r"\w+ ?#?\d+")  # a block's label that says no more than w
 NOT_OF_BLOCK = ("label", "release_angle_deg", "uncertainty")
 
 
-def plain(section: Section, *without: str) -> Settings:
+def section_values(section: Section, *without: str) -> Settings:
     """A section as numbers and texts, in the order of its fields, without some of them."""
     return section.model_dump(mode="json", exclude={*without})
 
 
 def geometry(campaign: Campaign, record: Record) -> Settings:
     """The block of a record, as `freerock.models.block.Block` takes it."""
-    return plain(campaign.blocks[record.block], *NOT_OF_BLOCK)
+    return section_values(campaign.blocks[record.block], *NOT_OF_BLOCK)
 
 
 def inputs(campaign: Campaign, record: Record) -> list[Settings]:
@@ -34,7 +34,7 @@ def inputs(campaign: Campaign, record: Record) -> list[Settings]:
     A base that was levelled to ±a lies within, evenly: u = a/√3. A record has one clock and one response, its
     first laser's.
     """
-    block, own = campaign.blocks[record.block], plain(campaign.blocks[record.block].uncertainty)
+    block, own = campaign.blocks[record.block], section_values(campaign.blocks[record.block].uncertainty)
     default = DEFAULTS | {"mass_kg": DEFAULTS["mass_fraction"] * block.mass_kg}
     default |= {"inertia_kg_m2": DEFAULTS["inertia_fraction"] * block.block.inertia_cm}
     default |= {"response_ms": response_u_ms(campaign.lasers[record.lasers[0]].response_ms)}
@@ -48,7 +48,7 @@ def inputs(campaign: Campaign, record: Record) -> list[Settings]:
         section = campaign.lasers[laser]
         without = {"position_m"} if section.beam is None else set()
         without |= {"sampling_rate_fraction", "response_ms"} if i else set()
-        stated = plain(section.uncertainty, *without)
+        stated = section_values(section.uncertainty, *without)
         known += [(laser, name, stated[name]) for name in stated]
     found: list[Settings] = [
         {"owner": owner, "name": name, "stated": u is not None, "u": default[name] if u is None else u}
@@ -63,11 +63,13 @@ def inputs(campaign: Campaign, record: Record) -> list[Settings]:
 
 def laboratory(campaign: Campaign, record: Record) -> Settings:
     """What `freerock.rotation.laboratory.Laboratory` is made of: block, lasers and inputs of a record."""
-    lasers = {name: plain(campaign.lasers[name], "uncertainty", "calibration") for name in record.lasers}
+    lasers = {
+        name: section_values(campaign.lasers[name], "uncertainty", "calibration") for name in record.lasers
+    }
     return {"block": geometry(campaign, record), "lasers": lasers, "inputs": inputs(campaign, record)}
 
 
-def attributes(campaign: Campaign, record: Record) -> Settings:
+def record_attributes(campaign: Campaign, record: Record) -> Settings:
     """What identifies a record in its datasets."""
     block = campaign.blocks[record.block]
     found = {"campaign": campaign.name, "test": record.test, "block": record.block}
@@ -97,7 +99,7 @@ def descriptions(campaign: Campaign) -> Settings:
 def record_settings(
     campaign: Campaign, records: Sequence[Record], checksums: Mapping[str, str]
 ) -> tuple[Settings, Settings]:
-    """What `freerock.jobs.record.make_record` needs: of each record by its test, and of all alike.
+    """What `freerock.jobs.make_record.make_record` needs: of each record by its test, and of all alike.
 
     checksums are those of the campaign's manifest by file: renewed there, a record is processed again.
     """
@@ -107,9 +109,9 @@ def record_settings(
             "file": record.file,
             "sha256": checksums.get(record.file, ""),
             "channels": list(record.channels),
-            "attributes": attributes(campaign, record),
+            "attributes": record_attributes(campaign, record),
             "block": geometry(campaign, record),
-            "lasers": [plain(campaign.lasers[name], "uncertainty") for name in record.lasers],
+            "lasers": [section_values(campaign.lasers[name], "uncertainty") for name in record.lasers],
             "laboratory": laboratory(campaign, record),
             "overrides": record.overrides,
             "exclusions": record.exclusions,
@@ -122,34 +124,38 @@ def record_settings(
     }
     return own, {
         "raw": campaign.raw,
-        "rotation": plain(processing.rotation),
-        "runs": plain(processing.runs, "start"),
-        "impacts": plain(processing.impacts),
+        "rotation": section_values(processing.rotation),
+        "runs": section_values(processing.runs, "start"),
+        "impacts": section_values(processing.impacts),
     }
 
 
 def fit_settings(campaign: Campaign, records: Sequence[Record]) -> tuple[Settings, Settings]:
-    """What `freerock.jobs.fit.make_fits` needs: of each record by its test, and of all alike."""
-    made = {"attributes": attributes, "block": geometry, "laboratory": laboratory}
+    """What `freerock.jobs.make_fits.make_fits` needs: of each record by its test, and of all alike."""
+    made = {"attributes": record_attributes, "block": geometry, "laboratory": laboratory}
     own = {each.test: {name: of(campaign, each) for name, of in made.items()} for each in records}
     return own, {
         "models": list(campaign.fits.models),
         "kinematics": list(campaign.fits.rivals),
         "free": {model: list(free) for model, free in campaign.fits.freed.items()},
-        "options": plain(campaign.fits, "models", "kinematics", "free", "parameters", "paper_mode")
+        "options": section_values(campaign.fits, "models", "kinematics", "free", "parameters", "paper_mode")
         | ({"parameters": campaign.fits.given} if campaign.fits.given else {}),
-        "impacts": plain(campaign.processing.impacts),
+        "impacts": section_values(campaign.processing.impacts),
     }
 
 
 def geometries(campaign: Campaign) -> Settings:
     """The blocks by name, as `freerock.models.block.Block` takes them."""
-    return {name: plain(each, *NOT_OF_BLOCK) for name, each in campaign.blocks.items()}
+    return {name: section_values(each, *NOT_OF_BLOCK) for name, each in campaign.blocks.items()}
 
 
 def ensemble(campaign: Campaign) -> Settings:
     """Scales, draws and what is drawn, of a campaign with ground motions."""
-    return plain(campaign.ground_motions, "folder", "motions_per_job") if campaign.ground_motions else {}
+    return (
+        section_values(campaign.ground_motions, "folder", "motions_per_job")
+        if campaign.ground_motions
+        else {}
+    )
 
 
 def scenes_tested(campaign: Campaign) -> list[dict[str, str]]:
@@ -187,7 +193,7 @@ def set_ups(campaign: Campaign) -> Settings:
     found: Settings = {}
     for record in campaign.records:
         own = found.setdefault(record.block, {"foundations": [], "lasers": []})
-        sensors = ({"name": name} | plain(campaign.lasers[name]) for name in record.lasers)
+        sensors = ({"name": name} | section_values(campaign.lasers[name]) for name in record.lasers)
         shown = [{key: each[key] for key in ("name", "beam", "position_m", "face")} for each in sensors]
         own["lasers"] += [each for each in shown if each not in own["lasers"]]
         if record.foundation not in own["foundations"]:

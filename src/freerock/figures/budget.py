@@ -13,7 +13,7 @@ from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.rotation.total_uncertainty import LAW
 from freerock.tables.candidates import named_by
-from freerock.tables.text import INPUT_LABELS
+from freerock.tables.quantities import INPUT_LABELS
 
 FIGURE = {
     "title": "Uncertainty budget of the identified parameters",

@@ -9,7 +9,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from freerock.figures import style
 from freerock.figures.by_block import foundation_looks
 from freerock.figures.style import Axes, Drawing, Labels, Style, printed
-from freerock.records.channels import listed
+from freerock.records.channels import names_in_short
 from freerock.response.motions import INTENSITIES
 
 FIGURE = {
@@ -68,7 +68,7 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     if failed := int(data.drop_duplicates("test")["n_failed"].sum()):
         told.append(f"{style.number_of(failed, 'response').capitalize()} left out: the integration failed.")
     if len(lawless):
-        told.append(f"Not known, as no law explains the runs or no run is usable: {listed(lawless)}.")
+        told.append(f"Not known, as no law explains the runs or no run is usable: {names_in_short(lawless)}.")
     return " ".join(told)
 
 

@@ -30,8 +30,8 @@ from freerock.figures.looks import Style as Style
 from freerock.files import atomic
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS, unit_of
 from freerock.tables.csvfile import write_csv
-from freerock.tables.text import in_words, quantity, with_unit
-from freerock.tables.text import number_of as number_of
+from freerock.tables.quantities import in_words, quantity, with_unit
+from freerock.tables.quantities import number_of as number_of
 
 Axes = Any
 """Axes of Matplotlib: its hints do not say what an array of them holds."""
@@ -376,7 +376,7 @@ def whole_decades(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def headed(figure: Figure) -> None:
+def note_simulated(figure: Figure) -> None:
     """Say at the head of a figure, above a legend at its foot, that its records are simulated."""
     figure.suptitle(FOOTER.capitalize(), x=0.01, ha="left", fontsize=6.5, color="0.35")
 

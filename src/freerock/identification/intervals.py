@@ -117,7 +117,7 @@ def _enlarged(z: Floats, covariance: Floats, learned: float) -> float:
 
 
 def _in_si_units(
-    problem: Problem, x: Floats, free: Mask, of_x: Floats, known: "Known", widened: float
+    problem: Problem, x: Floats, free: Mask, of_x: Floats, known: "KnownCovariance", widened: float
 ) -> Uncertainty:
     """Uncertainty of the parameters from the covariance of the fitted numbers."""
     among, found = (
@@ -241,7 +241,7 @@ def _widened(covariance_x: Floats, apart: Floats, surprise: float = 3.0) -> tupl
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownCovariance:
     """How well least squares know the fitted numbers.
 
     Parameters
@@ -268,7 +268,7 @@ def covariance(
     *,
     is_noise: bool,
     prior: Floats | None = None,
-) -> Known:
+) -> KnownCovariance:
     """Covariance of the least-squares estimate: the sandwich (JᵀJ)⁻¹ JᵀΓJ (JᵀJ)⁻¹.
 
     Γ is the covariance of the noise, by its spectrum. The variance of each number is a sum over the octaves
@@ -304,11 +304,11 @@ def covariance(
     scale = np.sqrt((np.sum(jacobian**2, axis=0) + np.sum(prior**2, axis=0)) / max(n, 1))
     nothing = np.full((n_parameters, n_parameters), np.nan), np.full(n_parameters, np.inf)
     if not (n_parameters and np.all(scale > 0)):
-        return Known(*nothing, False)
+        return KnownCovariance(*nothing, False)
     jacobian, prior = jacobian / scale, prior / scale
     normal = jacobian.T @ jacobian + prior.T @ prior
     if not np.linalg.cond(normal) < SINGULAR:
-        return Known(*nothing, False)
+        return KnownCovariance(*nothing, False)
     inverse = np.linalg.inv(normal)
     influence = jacobian @ inverse
     centred = residual - residual.mean()
@@ -324,7 +324,7 @@ def covariance(
         for other in others:
             widen = np.sqrt(np.maximum(np.diag(best) / np.diag(other), 1.0))
             best = other * np.outer(widen, widen)
-    return Known(best / np.outer(scale, scale), dof, coloured)
+    return KnownCovariance(best / np.outer(scale, scale), dof, coloured)
 
 
 def _unevenness(residual: Floats, influence: Floats) -> Floats:

@@ -27,7 +27,7 @@ def checksum(path: str | Path) -> tuple[str, Look | None]:
     """
     now_ns, before = time.time_ns(), look(path)
     found = sha256(path)
-    return found, before if before and before == look(path) and settled(before, now_ns) else None
+    return found, before if before and before == look(path) and look_settled(before, now_ns) else None
 
 
 def look(path: str | Path) -> Look | None:
@@ -46,13 +46,13 @@ def look(path: str | Path) -> Look | None:
     return seen.st_size, seen.st_mtime_ns, seen.st_ctime_ns, seen.st_ino
 
 
-def settled(seen: Look, now_ns: int) -> bool:
+def look_settled(seen: Look, now_ns: int) -> bool:
     """Whether a file that is changed from now on gets another time: its last change is not of this moment."""
     changed_ns = max(seen[1], seen[2])
     return now_ns - changed_ns > (COARSE_TICK_NS if changed_ns % 1_000_000_000 == 0 else TICK_NS)
 
 
-class Contents:
+class Checksums:
     """Checksums of files. A file that looks as it did when its checksum was taken is not read again.
 
     Parameters

@@ -108,7 +108,7 @@ def at_work(job: Any, *code: str) -> Iterator[None]:
         unedited.check()
     made = {path: checksum(path) for path in map(str, job.output)}
     entry = Entry(
-        plain(dict(job.params.items())),
+        as_json(dict(job.params.items())),
         {path: found for path, (found, _) in made_from.items()},
         {path: found for path, (found, _) in made.items()},
         software(),
@@ -159,7 +159,7 @@ def refuse_damaged(read: Mapping[str, str]) -> None:
             raise DamagedProduct(path, "is not as it was written", "delete the file and run snakemake again")
 
 
-def plain(settings: Mapping[str, Any]) -> dict[str, Any]:
+def as_json(settings: Mapping[str, Any]) -> dict[str, Any]:
     """Settings as JSON gives them back: lists for tuples."""
     return dict(json.loads(json.dumps(settings)))
 

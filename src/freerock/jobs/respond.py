@@ -11,7 +11,7 @@ import pandas as pd
 from freerock.errors import FreerockError, attempt
 from freerock.models.block import Block
 from freerock.models.laws import law_of
-from freerock.response.draws import Known, drawn
+from freerock.response.draws import KnownParameter, drawn
 from freerock.response.ensemble import COLUMNS as RESPONSES
 from freerock.response.ensemble import respond
 from freerock.response.fragility import fragility
@@ -26,7 +26,7 @@ CURVE += ["median_high", "beta", "beta_low", "beta_high", "n_motions", "n_failed
 
 def known_laws(
     choice: pd.DataFrame, populations: pd.DataFrame, of: str = "next"
-) -> list[tuple[dict[str, str], dict[str, Known]]]:
+) -> list[tuple[dict[str, str], dict[str, KnownParameter]]]:
     """The law that each record names, and its parameters.
 
     Parameters
@@ -54,14 +54,14 @@ def known_laws(
         for row in rows.to_dict("records"):
             spread = row["tau"] if of == "next" and np.isfinite(row["tau"]) else 0.0
             u = float(np.hypot(np.nan_to_num(row["u_total"]), spread))
-            known[str(row["parameter"])] = Known(float(row["mean"]), u)
+            known[str(row["parameter"])] = KnownParameter(float(row["mean"]), u)
         scene = {name: str(rows.iloc[0][name]) for name in SCENE}
         found.append((scene, known))
     return found
 
 
 def make_responses(
-    laws: Iterable[tuple[Mapping[str, str], Mapping[str, Known]]],
+    laws: Iterable[tuple[Mapping[str, str], Mapping[str, KnownParameter]]],
     blocks: Mapping[str, Mapping[str, Any]],
     motions: Sequence[Accelerogram],
     scales: Sequence[float],

@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 
 from freerock.config.campaign import Campaign
 from freerock.config.review_log import log_of
-from freerock.config.step_settings import attributes, descriptions
+from freerock.config.step_settings import descriptions, record_attributes
 from freerock.errors import FreerockError
 from freerock.files import MANIFEST, atomic, listed_checksums, sha256
 from freerock.jobs.crate import NAME as CRATE
@@ -171,7 +171,7 @@ def _check_texts(campaign: Campaign) -> None:
     """Refuse datasets with other titles, names and notes than the configuration has by now."""
     texts = {campaign.name: descriptions(campaign)}
     for record in campaign.records:
-        own = {record.test: {"attributes": attributes(campaign, record)}}
+        own = {record.test: {"attributes": record_attributes(campaign, record)}}
         now = described(own, texts)[record.test]["attributes"]
         for kind, opened in (("records", open_record), ("fits", open_fits)):
             path = f"results/{campaign.name}/{kind}/{record.test}.nc"

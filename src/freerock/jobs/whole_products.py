@@ -7,8 +7,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from freerock.jobs.contents import Contents, Known, known, look, noted
-from freerock.jobs.ledger import FOLDER, Entry, entry_path, plain, read_entry, software
+from freerock.jobs.contents import Checksums, Known, known, look, noted
+from freerock.jobs.ledger import FOLDER, Entry, as_json, entry_path, read_entry, software
 
 VERIFIED = "verified:"  # comes before what a verification found, below what Snakemake tells
 QUICK_LOOK = "quick_look.png"  # what `freerock new-campaign` shows of the records
@@ -67,7 +67,7 @@ def known_looks(entries: Iterable[Entry | None]) -> Known:
     return known(seen)
 
 
-class Comparison:
+class PlanAgainstLedger:
     """A plan compared with the ledger, job by job.
 
     Parameters
@@ -88,7 +88,7 @@ class Comparison:
     def __init__(self, folders: Iterable[Path], thorough: bool = False) -> None:
         found = (path for folder in folders for path in (folder / FOLDER).glob("*.json"))
         self._ledger = {path: read_entry(path) for path in found}
-        self.contents = Contents({} if thorough else known_looks(self._ledger.values()))
+        self.contents = Checksums({} if thorough else known_looks(self._ledger.values()))
         self.steps: list[Step] = []
         self.entries: dict[str, Entry | None] = {}
         self.again: set[str] = set()
@@ -127,7 +127,7 @@ class Comparison:
         return {step.log: doubts for step in self.steps if (doubts := of(step))}
 
 
-def compare(steps: Iterable[Step], thorough: bool = False) -> Comparison:
+def compare(steps: Iterable[Step], thorough: bool = False) -> PlanAgainstLedger:
     """Compare a plan with the ledger and with the files that are there now.
 
     Parameters
@@ -135,7 +135,7 @@ def compare(steps: Iterable[Step], thorough: bool = False) -> Comparison:
     steps : iterable of Step
         Those of the plan, in any order.
     thorough : bool
-        As of `Comparison`.
+        As of `PlanAgainstLedger`.
 
     Raises
     ------
@@ -143,14 +143,14 @@ def compare(steps: Iterable[Step], thorough: bool = False) -> Comparison:
         A file can't be read.
     """
     steps = [*steps]
-    found = Comparison({Path(step.log).parents[1] for step in steps}, thorough)
+    found = PlanAgainstLedger({Path(step.log).parents[1] for step in steps}, thorough)
     found.contents.look_at(path for step in steps for path in (*step.inputs, *step.outputs))
     for step in steps:
         found.add(step)
     return found
 
 
-def _doubts(step: Step, entry: Entry | None, contents: Contents, doubtful: Sequence[str]) -> Iterator[Doubt]:
+def _doubts(step: Step, entry: Entry | None, contents: Checksums, doubtful: Sequence[str]) -> Iterator[Doubt]:
     """Doubts about the products of a step; `doubtful` are the products in doubt among its inputs."""
     there = [path for path in step.outputs if contents.sha256(path)]
     yield from (Doubt(path, "missing", "is missing") for path in step.outputs if path not in there)
@@ -167,14 +167,14 @@ def _doubts(step: Step, entry: Entry | None, contents: Contents, doubtful: Seque
             yield Doubt(path, "stale", f"was made from {some(doubtful)}", derived=True)
 
 
-def _otherwise(step: Step, entry: Entry, contents: Contents, doubtful: Collection[str]) -> Iterator[str]:
+def _otherwise(step: Step, entry: Entry, contents: Checksums, doubtful: Collection[str]) -> Iterator[str]:
     """From and by what else than now the products of a step were made."""
     if [*entry.inputs] != [*dict.fromkeys(step.inputs)]:  # two records may be of one file
         yield f"from other files ({some(sorted({*entry.inputs} ^ {*step.inputs}) or step.inputs)})"
     kept = [path for path in step.inputs if path in entry.inputs and path not in doubtful]
     if changed := [path for path in kept if entry.inputs[path] != contents.sha256(path)]:
         yield f"from another {some(changed)}"
-    then, now = {**entry.settings}, plain(step.settings)
+    then, now = {**entry.settings}, as_json(step.settings)
     code_then, code_now = then.pop("code", ""), now.pop("code", "")
     if changed := [*differences(then, now)]:
         yield f"by other settings ({some(changed)})"
@@ -205,7 +205,7 @@ def some(words: Sequence[str]) -> str:
     return ", ".join(words[:SHOWN]) + more
 
 
-def in_doubt(found: Comparison) -> list[str]:
+def in_doubt(found: PlanAgainstLedger) -> list[str]:
     """A line for each of some products in doubt, and one for the others; without those never made."""
     told = [
         doubt
@@ -218,7 +218,7 @@ def in_doubt(found: Comparison) -> list[str]:
     return lines + ([f"and {len(told) - SHOWN} more"] if len(told) > SHOWN else [])
 
 
-def other_software(entries: Iterable[Entry | None]) -> str:
+def made_by_other_software(entries: Iterable[Entry | None]) -> str:
     """How many products were made by other software than what is installed, and which; else empty."""
     now, products, changed = software(), 0, set()
     for entry in filter(None, entries):
@@ -229,12 +229,12 @@ def other_software(entries: Iterable[Entry | None]) -> str:
     return f"{products} products were made by other software ({some(sorted(changed))})" if changed else ""
 
 
-def verified(found: Comparison, folder: Path) -> tuple[list[str], bool]:
+def verified(found: PlanAgainstLedger, folder: Path) -> tuple[list[str], bool]:
     """A line for each product of a campaign that is not what a run would make, and for each other file.
 
     Parameters
     ----------
-    found : Comparison
+    found : PlanAgainstLedger
         Of a plan that holds the whole campaign.
     folder : Path
         `results/NAME`.
@@ -253,7 +253,7 @@ def verified(found: Comparison, folder: Path) -> tuple[list[str], bool]:
     lines += [f"stale: {each.path} {each.why}" for each in doubts if each.state == "stale"]
     foreign = left_over(folder, products)
     lines += [f"foreign: {folder}/{path}" for path in foreign]
-    if told := other_software(found.entries.values()):
+    if told := made_by_other_software(found.entries.values()):
         lines.append(f"software: {told}")
     numbers = {state: sum(doubt.state == state for doubt in doubts) for state in get_args(State)}
     numbers = {"whole": len(products) - len(doubts)} | numbers | {"foreign": len(foreign)}

@@ -22,8 +22,8 @@ from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
-from freerock.models.checks import check_corners
 from freerock.models.compiled import compiled
+from freerock.models.refusals import check_corners
 
 FLIGHT, STICK, SLIDE, FLAT = 0, 1, 2, 3
 LEFT, RIGHT = 0, 1

@@ -137,7 +137,7 @@ def written() -> str:
     return "\n\n".join(COMPILED + function for function in functions)
 
 
-def main() -> None:
+def write_recurrences() -> None:
     """Write them into `series`, between `BEGIN` and `END`."""
     path = Path(__file__).with_name("series.py")
     before, rest = path.read_text(encoding="utf-8").split(BEGIN)
@@ -145,4 +145,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    write_recurrences()

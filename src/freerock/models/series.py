@@ -839,7 +839,7 @@ def _rock(law, corner, state, time, tolerance, allowed, max_steps, theta, rates)
     return outcome, steps, n, clock, there, impacts[:n_impacts]
 
 
-def integrate(
+def integrate_series(
     law: tuple[float, ...],
     state: tuple[float, float, float, float],
     time: Floats,

@@ -14,11 +14,11 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models import kernel, series
 from freerock.models.block import Block
-from freerock.models.checks import check_edges, check_ground, check_mass, check_scene
 from freerock.models.contact import Foundation, State, lean, static_depth
 from freerock.models.ground import GroundMotion, tilted
 from freerock.models.housner import Swings, housner_motion, housner_swings
 from freerock.models.laws import GEOMETRIC, LAWS, MODELS, Law, Rules
+from freerock.models.refusals import check_edges, check_ground, check_mass, check_scene
 
 OUTCOMES = ("completed", "at_rest", "overturned", "step_limit", "non_finite")
 if TYPE_CHECKING:
@@ -339,9 +339,11 @@ class _Scene:
             from freerock.models import viscoelastic  # compiled by itself, for few
 
             element = float(self.parameters["c"]) / block.mass_kg, float(self.parameters["tau"])
-            return viscoelastic.integrate(constants, element, state, time, *on, *accuracy, theta, rates)
+            return viscoelastic.integrate_viscoelastic(
+                constants, element, state, time, *on, *accuracy, theta, rates
+            )
         if is_foundation and not odd and (not len(motion.coefficients) or motion.leans(time)):
-            return series.integrate(constants, state, time, *on, *accuracy, theta, rates)
+            return series.integrate_series(constants, state, time, *on, *accuracy, theta, rates)
         r = -1.0 if is_foundation else float(self.parameters["r"])
         return kernel.integrate(constants, r, tensionless, state, time, *on, *accuracy, theta, rates)
 

@@ -513,7 +513,7 @@ def _integrate(law, element, start, time, breaks, coefficients, tolerance, max_s
     return outcome, steps, rejected, evaluations, impacts[:n_impacts]
 
 
-def integrate(
+def integrate_viscoelastic(
     law: tuple[float, ...],
     element: tuple[float, float],
     y: tuple[float, float, float, float],

@@ -18,7 +18,7 @@ from freerock.rotation.view import View
 
 
 @dataclass(frozen=True)
-class Grid:
+class MapGrid:
     """Of a misfit map.
 
     Parameters
@@ -42,7 +42,7 @@ class Grid:
     rtol: float = 1e-4
 
 
-GRID = Grid()
+GRID = MapGrid()
 
 
 def misfit_map(

@@ -14,7 +14,7 @@ from freerock.rotation.lattice import converter_step
 from freerock.rotation.view import View, view_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, heard, loud, motion_of
-from freerock.runs.noise import Noise, Rests, noise_of, rests_of
+from freerock.runs.noise import Noise, Rests, noise_of_rests, rests_of
 from freerock.runs.quiet import quiet_stretches, usual_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict
@@ -58,10 +58,12 @@ class Measured(NamedTuple):
     rests: Rests
     step: float
 
-    def with_noise(self, known_from: Callable[[Rests, float], Noise | None] = noise_of) -> dict[int, Motion]:
+    def with_noise(
+        self, known_from: Callable[[Rests, float], Noise | None] = noise_of_rests
+    ) -> dict[int, Motion]:
         """The motions with the noise of the sensor, from all rests and holds and from the motion.
 
-        `known_from` does what `noise_of` does: one that remembers spares the work.
+        `known_from` does what `noise_of_rests` does: one that remembers spares the work.
         """
         noise = known_from(self.rests, self.step)
         if noise is None:

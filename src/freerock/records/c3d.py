@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Samples, check_declared, listed
+from freerock.records.channels import (
+    COPY_AGAIN,
+    Channel,
+    Contents,
+    Even,
+    Samples,
+    check_declared,
+    names_in_short,
+)
 
 FORMAT = "c3d"
 AXES = "xyz"
@@ -114,7 +122,7 @@ def _body(path: Path, name: str, labels: Sequence[str]) -> Body | None:
     wanted = [each.strip() for each in markers.split("+")]
     for marker in wanted:
         if marker not in labels:
-            what = f"no marker {marker!r}; its markers are {listed(filter(None, labels))}"
+            what = f"no marker {marker!r}; its markers are {names_in_short(filter(None, labels))}"
             raise FreerockError(path, what, "correct the channel and position columns of the campaign's CSV")
         _check_single(path, marker, labels)
     if len({*wanted}) < 2 or len({*wanted}) < len(wanted):

@@ -146,7 +146,7 @@ def seconds_in(where: object, unit: str) -> float:
     return SECONDS[plain]
 
 
-def listed(names: Iterable[str]) -> str:
+def names_in_short(names: Iterable[str]) -> str:
     """Names with commas, the first NAMES_LISTED of many."""
     names = list(names)
     more = f", and {len(names) - NAMES_LISTED} more" if len(names) > NAMES_LISTED else ""
@@ -192,7 +192,9 @@ def chosen(path: Path, names: Named, channel: str | None) -> dict[str, Channel]:
     if channel is None:
         wanted = {name: c for name, c in names.items() if not isinstance(c.clock, str)}
         if not wanted:
-            raise FreerockError(path, f"no channel holds a number (channels: {listed(names)})", COPY_AGAIN)
+            raise FreerockError(
+                path, f"no channel holds a number (channels: {names_in_short(names)})", COPY_AGAIN
+            )
         return wanted
     full = {f"{c.group}/{c.name}": name for name, c in names.items()}
     name = channel if channel in names else full.get(channel)
@@ -200,7 +202,7 @@ def chosen(path: Path, names: Named, channel: str | None) -> dict[str, Channel]:
         if computed := names.computed(channel):
             return {channel: computed}
         remedy = "correct the channel column of the campaign's CSV"
-        raise FreerockError(path, f"no channel {channel!r}; its channels are {listed(names)}", remedy)
+        raise FreerockError(path, f"no channel {channel!r}; its channels are {names_in_short(names)}", remedy)
     if isinstance(names[name].clock, str):
         what = f"channel {name!r} {names[name].clock}"
         raise FreerockError(path, what, "name a channel that holds numbers")

@@ -96,10 +96,10 @@ def _one_length(
         if not length:
             raise FreerockError(path, f"channel {name!r} is empty", channels.COPY_AGAIN)
     if not _one_clock(clocks, columns):
-        several = f"channels of several time bases: {channels.listed(lengths)}"
+        several = f"channels of several time bases: {channels.names_in_short(lengths)}"
         raise FreerockError(path, several, "name the channel")
     if len(set(lengths.values())) > 1:
-        unequal = channels.listed(f"{name} {n}" for name, n in lengths.items())
+        unequal = channels.names_in_short(f"{name} {n}" for name, n in lengths.items())
         raise FreerockError(path, f"channels of unequal length: {unequal}", "name the channel")
     return next(iter(lengths.values()))
 

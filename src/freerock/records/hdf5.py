@@ -29,7 +29,7 @@ from freerock.records.channels import (
     Samples,
     Stamps,
     check_declared,
-    listed,
+    names_in_short,
 )
 from freerock.records.headings import also_stated, is_time, split_unit, stated_rate, states_rate
 
@@ -143,7 +143,7 @@ def _contents(
     if not vectors:
         raise FreerockError(path, "the file holds no vector of numbers", COPY_AGAIN)
     if without and not channels:
-        what = f"no vector of time and no sampling rate (vectors: {listed(without)})"
+        what = f"no vector of time and no sampling rate (vectors: {names_in_short(without)})"
         raise FreerockError(path, what, "add a vector time, or an attribute sampling_rate in Hz")
 
     def read(names: Sequence[str]) -> dict[str, SampleColumn]:

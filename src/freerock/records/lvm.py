@@ -14,7 +14,7 @@ import numpy as np
 from freerock import bounds
 from freerock.errors import FreerockError
 from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Samples, Stamps
-from freerock.records.table import NUMBER, Layout, described, encoding_of, tables
+from freerock.records.table import NUMBER, Layout, encoding_of, layout_in_words, tables
 
 FORMAT = "LVM"
 MAGIC = "LabVIEW Measurement"
@@ -79,7 +79,7 @@ def contents(path: Path) -> Iterator[Contents]:
                 arrays[column] = np.concatenate([part[column] for part in parts])
         return arrays
 
-    notes = [described(first.layout, encoding), *_more_rows(channels, segments)]
+    notes = [layout_in_words(first.layout, encoding), *_more_rows(channels, segments)]
     yield Contents(channels, read, {"format": FORMAT} | _start_time(first), notes)
 
 

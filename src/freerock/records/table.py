@@ -53,7 +53,7 @@ class Layout:
     texts: int = 0
 
 
-def described(layout: Layout, encoding: str) -> str:
+def layout_in_words(layout: Layout, encoding: str) -> str:
     """What was found out about a table, in words."""
     delimiter = DELIMITERS.get(layout.delimiter, repr(layout.delimiter))
     return f"columns between {delimiter}, decimal {DECIMALS[layout.decimal]}, {encoding}"

@@ -50,7 +50,7 @@ def contents(path: Path) -> Iterator[Contents]:
 
     dated = [start(row[i] for row in sample if len(row) == layout.width) for i in layout.clocks]
     begun, of_dates = next((each for each in dated if any(each)), ("", ""))
-    notes = [table.described(layout, encoding), *notes, *([of_dates] if of_dates else [])]
+    notes = [table.layout_in_words(layout, encoding), *notes, *([of_dates] if of_dates else [])]
     yield Contents(channels, read, {"format": FORMAT} | ({"start_time": begun} if begun else {}), notes)
 
 

@@ -10,8 +10,8 @@ from markupsafe import Markup, escape
 
 from freerock.identification.levels import REJECTS, TELLS, TRACE
 from freerock.models.laws import LAWS
+from freerock.report.facts import Pairs
 from freerock.report.references import REFERENCES, bibtex
-from freerock.report.text import Pairs
 from freerock.tables.markdown import SIGNS
 
 _KEY = f"@(?:{'|'.join(REFERENCES)})"
@@ -43,7 +43,7 @@ def methods(
     config : mapping
         The campaign's section.
     facts : mapping
-        Numbers as text (`freerock.report.text.facts`).
+        Numbers as text (`freerock.report.facts.facts`).
     tested : str
         What was tested, in words.
     free : sequence of (str, str)
@@ -73,7 +73,7 @@ def cited(paragraphs: Sequence[Paragraph]) -> list[str]:
     return list(dict.fromkeys(key.removeprefix("@") for key in found))
 
 
-def markdown(paragraphs: Sequence[Paragraph]) -> str:
+def methods_markdown(paragraphs: Sequence[Paragraph]) -> str:
     """Paragraphs in Markdown with citations as pandoc reads them, and the references below."""
     texts = [f"**{each.head}.** {_escaped(each.text)}" for each in paragraphs]
     listed = [f"- @{key}: doi:{REFERENCES[key].doi}" for key in cited(paragraphs)]

@@ -20,16 +20,16 @@ from freerock.files import write_text
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, MODELS, law_of
 from freerock.report import tables as made
-from freerock.report.evidence import explained, scenes_of, together
+from freerock.report.beside_published import beside_published
+from freerock.report.facts import counts, facts, free_besides, settings
 from freerock.report.findings import findings, laws_of_foundations
 from freerock.report.key_figure import key_figure
-from freerock.report.methods import bib, markdown, methods
+from freerock.report.methods import bib, methods, methods_markdown
 from freerock.report.methods import html as html_of
 from freerock.report.numbers import plain
-from freerock.report.published import beside_published
-from freerock.report.records import Listed, charted, listed, sections_of
-from freerock.report.scene import unexplained
-from freerock.report.text import counts, facts, free_besides, settings
+from freerock.report.records import Listed, charted, listed_records, sections_of
+from freerock.report.scene_choices import unexplained
+from freerock.report.scene_evidence import explained, scenes_of, together
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.paper import PUBLISHED_NOTE, SIMULATED_NOTE, named, printed_tables
 
@@ -95,7 +95,7 @@ def write_report(
     """
     folder = Path(path).parent
     linked = {test: os.path.relpath(page, folder) for test, page in (pages or {}).items()}
-    shown = listed(tables["runs"], MOST_LISTED)
+    shown = listed_records(tables["runs"], MOST_LISTED)
     wanted = charted(shown.rows(tables["runs"]), MOST_CHARTED)
     sections = sections_of(provenance, tables["runs"], opened, wanted, linked)
     environment = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined)
@@ -124,7 +124,7 @@ def write_report(
     )
     write_text(path, html)
     if texts:
-        write_text(f"{texts}.md", markdown(paragraphs))
+        write_text(f"{texts}.md", methods_markdown(paragraphs))
         write_text(f"{texts}.bib", bib(paragraphs))
 
 

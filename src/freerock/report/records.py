@@ -16,7 +16,7 @@ from freerock.products.choices import GROUP
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, release_angle_of, runs_of
 from freerock.report.charts import run_curves
 from freerock.runs.verdict import VERDICTS, in_one_line
-from freerock.tables.text import fixed, quantity, unit_text
+from freerock.tables.quantities import fixed, quantity, unit_text
 
 SCENE = ("block", "foundation")
 
@@ -53,7 +53,7 @@ class Listed:
         return f"Listed: {n} of {self.n_records} records, {most} a look." if n < self.n_records else ""
 
 
-def listed(runs: pd.DataFrame, most: int) -> Listed:
+def listed_records(runs: pd.DataFrame, most: int) -> Listed:
     """The records that the page lists, those with the worst verdicts first, until they have so many runs.
 
     Parameters

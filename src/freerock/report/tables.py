@@ -15,7 +15,7 @@ from freerock.rotation.total_uncertainty import LAW
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.paper import Cell, Column, Labels, Printed, decimals, number, numbers
-from freerock.tables.text import INPUT_LABELS, fixed, quantity, with_unit
+from freerock.tables.quantities import INPUT_LABELS, fixed, quantity, with_unit
 
 SHOWN = 1.0  # per cent of a square of a total uncertainty, from which a contribution is shown
 

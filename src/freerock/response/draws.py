@@ -12,7 +12,7 @@ from freerock.models.laws import MODELS
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownParameter:
     """A parameter: its mean and its standard uncertainty, in the unit of the parameter.
 
     The uncertainty is u_total of the mean, or that of the next run.
@@ -22,7 +22,7 @@ class Known:
     u: float = 0.0
 
 
-def drawn(model: str, known: Mapping[str, Known], n: int, seed: int = 0) -> list[dict[str, float]]:
+def drawn(model: str, known: Mapping[str, KnownParameter], n: int, seed: int = 0) -> list[dict[str, float]]:
     """Sets of parameters [SI]: the means first, then n - 1 draws.
 
     Positive parameters are drawn as logarithms; r is drawn as it is, and kept within 0 and 1.
@@ -30,7 +30,7 @@ def drawn(model: str, known: Mapping[str, Known], n: int, seed: int = 0) -> list
     Parameters
     ----------
     model : str
-    known : mapping of str to Known
+    known : mapping of str to KnownParameter
         Of each parameter of the law.
     n : int
         Number of sets.

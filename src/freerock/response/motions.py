@@ -58,7 +58,7 @@ class Accelerogram:
         return accelerogram(self.time_s, scale * self.acceleration)
 
 
-def motions_in(folder: str | Path) -> tuple[list[Accelerogram], list[FreerockError]]:
+def ground_motions_in(folder: str | Path) -> tuple[list[Accelerogram], list[FreerockError]]:
     """The accelerograms of a folder by name, and a line for each file that is none."""
     found, wrong = list[Accelerogram](), list[FreerockError]()
     try:

@@ -59,7 +59,10 @@ class Correction(Sent):
 def correction_of(line: Record) -> dict[str, Any]:
     """What is set by hand in a record, as JSON of the form of `Correction`."""
     return {
-        "overrides": [each._asdict() for each in read_overrides(line.override)],
+        "overrides": [
+            {name: getattr(each, name) for name in SentOverride.model_fields}
+            for each in read_overrides(line.override)
+        ],
         "exclude": RECORD if line.excluded else [run for run, _ in line.exclusions],
         "stretches": [[from_s, to_s] for from_s, to_s, _ in line.stretches],
         "reason": line.reason,
@@ -67,7 +70,7 @@ def correction_of(line: Record) -> dict[str, Any]:
     }
 
 
-def cells_of(correction: Correction, line: Record) -> dict[str, str]:
+def corrected_cells(correction: Correction, line: Record) -> dict[str, str]:
     """The cells that a correction changes in a record, by column; a cell that says the same stays as it is.
 
     Raises
@@ -107,4 +110,4 @@ def corrected(line: Record, cells: Mapping[str, str]) -> Record:
 
 def _override(each: SentOverride) -> Override:
     hold_s = (each.hold_s[0], each.hold_s[1]) if each.hold_s else None
-    return Override(each.run, each.release_s, each.end_s, hold_s)
+    return Override(each.run, each.release_s, each.end_s, hold_s=hold_s)

@@ -31,7 +31,7 @@ class Edit(NamedTuple):
     value: str
 
 
-class Cell(NamedTuple):
+class CsvCell(NamedTuple):
     """A cell of a text: where it begins and ends, and what it holds without quotes and spaces around."""
 
     start: int
@@ -49,8 +49,8 @@ class CsvText:
         All of it; bytes that are no UTF-8 as lone surrogates, so that they come back as they were.
     separator : str
         Between cells.
-    header : list of Cell
-    rows : dict of str to list of Cell
+    header : list of CsvCell
+    rows : dict of str to list of CsvCell
         The cells of each record by its test; of a name that is given twice, the first.
     twice : set of str
         Names that are given twice.
@@ -58,8 +58,8 @@ class CsvText:
 
     text: str
     separator: str
-    header: list[Cell]
-    rows: dict[str, list[Cell]] = field(default_factory=dict)
+    header: list[CsvCell]
+    rows: dict[str, list[CsvCell]] = field(default_factory=dict)
     twice: set[str] = field(default_factory=set)
 
     def column(self, name: str) -> int | None:
@@ -87,7 +87,7 @@ def parsed(content: bytes, path: str | Path = "CSV") -> CsvText:
         Quotes are not closed; no column "test"; a record has more or fewer cells than the first line.
     """
     text = content.decode("utf-8", "surrogateescape")
-    table: list[tuple[int, list[Cell]]] = []
+    table: list[tuple[int, list[CsvCell]]] = []
     separators = []
     for line, separator, cells in _rows(text, path):
         if any(cell.value for cell in cells) and not cells[0].value.startswith("#"):
@@ -158,7 +158,7 @@ def edited(content: bytes, edits: Sequence[Edit], path: str | Path = "CSV") -> b
     return made
 
 
-def save(
+def save_edits(
     path: str | Path,
     known: str,
     edits: Sequence[Edit],
@@ -220,7 +220,7 @@ def locked(path: Path) -> Iterator[bytes]:
         os.close(folder)
 
 
-def _rows(text: str, path: str | Path) -> Iterator[tuple[int, str, list[Cell]]]:
+def _rows(text: str, path: str | Path) -> Iterator[tuple[int, str, list[CsvCell]]]:
     """Line number, separator and cells of each row that is no comment, as the configuration reads them."""
     at, line, separator = len(MARK) if text.startswith(MARK) else 0, 1, ""
     while at < len(text):
@@ -240,7 +240,7 @@ def _line_end(text: str, start: int) -> int:
     return min(ends, default=len(text))
 
 
-def _cells(text: str, at: int, separator: str, where: str) -> Iterator[Cell]:
+def _cells(text: str, at: int, separator: str, where: str) -> Iterator[CsvCell]:
     """The cells of the row that begins there; a quote counts only where a cell begins with it."""
     while True:
         first = at
@@ -258,7 +258,7 @@ def _cells(text: str, at: int, separator: str, where: str) -> Iterator[Cell]:
             found = text.find(separator, at, _line_end(text, at))
             at = _line_end(text, at) if found < 0 else found
             value = text[first:at]
-        yield Cell(first, at, value.strip())
+        yield CsvCell(first, at, value.strip())
         if not text.startswith(separator, at):
             return
         at += 1
@@ -273,7 +273,7 @@ def _plain(edit: Edit, path: str | Path) -> str:
     return value
 
 
-def _written(value: str, table: CsvText, cell: Cell) -> str:
+def _written(value: str, table: CsvText, cell: CsvCell) -> str:
     """A value as a cell: in quotes where it needs them or had them, else between its old spaces."""
     old = table.text[cell.start : cell.end]
     if old.startswith('"'):

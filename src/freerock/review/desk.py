@@ -20,10 +20,10 @@ from freerock.models.block import Block
 from freerock.models.free_parameters import symbol_of
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.netcdf import open_fits, open_record
-from freerock.review.corrections import Correction, cells_of, corrected, correction_of
-from freerock.review.csv_edit import Edit, digest, locked, save
+from freerock.review.corrections import Correction, corrected, corrected_cells, correction_of
+from freerock.review.csv_edit import Edit, digest, locked, save_edits
 from freerock.review.listing import analysed_lines, is_behind, is_of_this_code, listed_rows
-from freerock.review.pictures import means_of, rows_of, run_picture
+from freerock.review.pictures import lines_of_record, means_of, run_picture
 from freerock.review.reprocessing import Analysed, Bench
 from freerock.review.signals import Json, Signals, signals_of
 
@@ -196,7 +196,7 @@ class Desk:
             It is no longer needed.
         """
         line = self._line(test)
-        cells = cells_of(correction, line)
+        cells = corrected_cells(correction, line)
         then = corrected(line, cells)
         key = (test, tuple(sorted(cells.items())))
         known, found = self._tried
@@ -208,16 +208,16 @@ class Desk:
                 if not cells:
                     self._keep(test, found)
         picture = self._picture(then, found, run, near_s, means=whole or key == known)
-        return {"cells": cells, "rows": rows_of(test, found), **picture}
+        return {"cells": cells, "rows": lines_of_record(test, found), **picture}
 
     def misfit(self, test: str, run: int, correction: Correction) -> Json:
         """ε_θ over the two parameters of the candidate named for a run, or of the nearest law with two."""
-        from freerock.jobs.misfit import map_of_run
+        from freerock.jobs.make_misfit_maps import map_of_run
         from freerock.products.estimates import estimates_in
         from freerock.products.misfit_maps import mapped
 
         line = self._line(test)
-        cells = cells_of(correction, line)
+        cells = corrected_cells(correction, line)
         known, found = self._tried
         if known != (test, tuple(sorted(cells.items()))):
             found = self._analysed(line)
@@ -261,7 +261,7 @@ class Desk:
         lines = []
         for test, correction in corrections.items():
             line = self._line(test)
-            cells = cells_of(correction, line)
+            cells = corrected_cells(correction, line)
             own = why or correction.reason
             for column, value in cells.items():
                 if not own:
@@ -312,7 +312,7 @@ class Desk:
             campaign, log = load_campaign(self.yaml, made), appended(self._log(), lines)
             return {self._files[1]: log}
 
-        made = save(self.csv, known, edits, back_to, beside)
+        made = save_edits(self.csv, known, edits, back_to, beside)
         with self._held:
             touched = {each.test for each in lines}
             rows = {test: own for test, own in self._rows.items() if test not in touched}
@@ -359,7 +359,7 @@ class Desk:
             self._open.popitem(last=False)
         self._open[test] = found
         if listed:
-            self._rows[test] = rows_of(test, found)
+            self._rows[test] = lines_of_record(test, found)
 
     def _signals_of(self, line: Record) -> Signals:
         """The record over time: as processed, else its rotation, else its channels as in the file."""
@@ -381,7 +381,7 @@ class Desk:
         self, line: Record, found: Analysed, run: int | None, near_s: float | None = None, means: bool = True
     ) -> Json:
         """The runs of a record, and the picture of one: the nearest, the one requested, or the first."""
-        runs = rows_of(line.test, found)
+        runs = lines_of_record(line.test, found)
         numbers = {row["run"]: row["release_s"] for row in runs if row["run"] is not None}
         shown = run if run in numbers else next(iter(numbers), None)
         if near_s is not None and numbers:

@@ -14,12 +14,12 @@ from freerock.products.groups import impacts_of, release_angle_of, runs_of, tota
 from freerock.products.verdicts import verdict_of_run
 from freerock.review.listing import lines_of_runs
 from freerock.review.reprocessing import Analysed
-from freerock.review.signals import Json, on_screen, thin
+from freerock.review.signals import Json, screen_digits, thinned
 from freerock.tables.candidates import STATUS_WORDS
-from freerock.tables.text import quantity, unit_text
+from freerock.tables.quantities import quantity, unit_text
 
 
-def rows_of(test: str, found: Analysed) -> list[Json]:
+def lines_of_record(test: str, found: Analysed) -> list[Json]:
     """The lines of a record in the list of runs: one for each run, or one for a record without any."""
     from freerock.tables.tidy import choice_table, runs_table
 
@@ -64,7 +64,7 @@ def run_picture(found: Analysed, number: int, block: Block, means: bool = True) 
         "release": release,
         "end": run["end"].item(),
         "fit_start": run["fit_start"].item(),
-        "hold_start": on_screen(run["hold_start"].item()),
+        "hold_start": screen_digits(run["hold_start"].item()),
         "verdict": verdict.level,
         "reasons": [{"verdict": each.verdict, "text": each.text} for each in verdict.reasons],
         "excluded": bool(run.attrs["excluded"]),
@@ -100,7 +100,7 @@ def fits_of_group(group: xr.DataTree | None) -> Json | None:
                 "status": status,
                 "says": STATUS_WORDS[status],
                 "reason": str(data["reason"].values[i]),
-                "epsilon": on_screen(epsilon),
+                "epsilon": screen_digits(epsilon),
                 "epsilon_text": quantity(100 * epsilon),
                 "parameters": _parameters(group.children[model]) if model in group.children else [],
             }
@@ -161,8 +161,8 @@ def _curves(group: xr.DataTree, models: dict[str, xr.DataTree], release: float, 
     for model in _drawn(group, models):
         fit = models[model].dataset
         curves[model] = {
-            "theta": thin(time, np.degrees(fit["theta_model"].values)),
-            "residual": thin(time, fit["residual"].values / sigma),
+            "theta": thinned(time, np.degrees(fit["theta_model"].values)),
+            "residual": thinned(time, fit["residual"].values / sigma),
         }
     return curves
 
@@ -179,7 +179,7 @@ def _impacts(data: xr.Dataset, later_s: float, block: Block) -> list[list[float 
         data["restitution"].values,
         data["restitution_stderr"].values,
     )
-    return [[on_screen(float(each)) for each in row] for row in zip(*columns, strict=True)]
+    return [[screen_digits(float(each)) for each in row] for row in zip(*columns, strict=True)]
 
 
 def impact_speed(peak: Floats, block: Block) -> Floats:

@@ -128,15 +128,15 @@ class Bench:
         FreerockError
             The machine lacks something, such as space for what is written meanwhile.
         """
-        from freerock.jobs.fit import make_fits
-        from freerock.runs.noise import noise_of
+        from freerock.jobs.make_fits import make_fits
+        from freerock.runs.noise import noise_of_rests
         from freerock.selection.hypotheses_tried import identify_runs
 
         def alone(*problem: Any) -> Any:
             return self._identified.get(problem, lambda: _identify(problem, needed))
 
         def hear(rests: Any, step: float) -> Any:
-            return self._noises.get((rests, step), lambda: noise_of(rests, step))
+            return self._noises.get((rests, step), lambda: noise_of_rests(rests, step))
 
         def nearest(block: Any, motions: Mapping[int, Any], hypotheses: Any) -> dict[int, Any]:
             number = min(motions, key=lambda each: abs(release[each] - (near_s or 0.0)), default=None)
@@ -159,14 +159,14 @@ class Bench:
             return Analysed(record, open_fits(fits_file))
 
     def _record(self, settings: Mapping[str, Any], file: Path) -> xr.DataTree:
-        from freerock.jobs.record import make_record
+        from freerock.jobs.make_record import make_record
 
         make_record(settings, file, self._rotation, packed=False)
         give_back()
         return open_record(file, samples=False)
 
     def _rotation(self, settings: Mapping[str, Any]) -> xr.Dataset:
-        from freerock.jobs.record import rotation_of
+        from freerock.jobs.make_record import rotation_of
 
         own = {
             key: value for key, value in settings.items() if key not in (*BY_HAND, "attributes", "laboratory")

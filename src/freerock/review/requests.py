@@ -98,7 +98,7 @@ ASKED: dict[str, type[Section]] = {
 }
 
 
-def understood(model: type[Section], body: bytes) -> dict[str, Any]:
+def read_request(model: type[Section], body: bytes) -> dict[str, Any]:
     """What a request in JSON holds; raises as `checked`, and where it is no JSON."""
     try:
         given = from_json(body)

@@ -23,7 +23,7 @@ from freerock import bounds
 from freerock.errors import FreerockError
 from freerock.figures.looks import on_screen, scripts_folder
 from freerock.review.desk import Desk
-from freerock.review.requests import ASKED, DONE, checked, understood
+from freerock.review.requests import ASKED, DONE, checked, read_request
 
 HOST = "127.0.0.1"
 HERE = Path(__file__).parent
@@ -169,7 +169,7 @@ class Do(Page):
             raise tornado.web.HTTPError(415)
         if what not in DONE:
             raise tornado.web.HTTPError(404)
-        if (given := self.taken(lambda: understood(DONE[what], self.request.body))) is None:
+        if (given := self.taken(lambda: read_request(DONE[what], self.request.body))) is None:
             return
         if what == "refit":
             given["needed"] = self.work.needed()

@@ -22,7 +22,7 @@ BINS = 900  # of a curve, with two samples drawn in each: about as many as it ha
 FLAGGED_DRAWN = 200  # stretches of invalid samples drawn; those that are near each other become one
 
 
-class Channel(NamedTuple):
+class ShownChannel(NamedTuple):
     """What was recorded, in its unit; values of shape (n_time,), in single precision."""
 
     label: str
@@ -40,7 +40,7 @@ class Signals:
         First instant and sampling interval [s].
     n : int
         Samples.
-    channels : list of Channel
+    channels : list of ShownChannel
     theta : OnDisk, shape (n,), or None
         Rotation [rad] in single precision; None where the channels could not become one.
     flags : OnDisk of uint8, shape (n,), or None
@@ -50,7 +50,7 @@ class Signals:
     start_s: float
     step_s: float
     n: int
-    channels: list[Channel]
+    channels: list[ShownChannel]
     theta: OnDisk | None = None
     flags: OnDisk | None = None
 
@@ -81,9 +81,9 @@ class Signals:
         time_s: Floats = self.start_s + self.step_s * np.arange(*shown.indices(self.n), dtype=float)
         found: Json = {"signals": [], "theta": None, "flags": []}
         for label, unit, values in self.channels:
-            found["signals"].append({"label": label, "unit": unit} | thin(time_s, values[shown], bins))
+            found["signals"].append({"label": label, "unit": unit} | thinned(time_s, values[shown], bins))
         if self.theta is not None and self.flags is not None:
-            found["theta"] = thin(time_s, np.degrees(self.theta[shown]), bins)
+            found["theta"] = thinned(time_s, np.degrees(self.theta[shown]), bins)
             found["flags"] = _flagged(time_s, self.flags[shown])
         return found
 
@@ -98,26 +98,29 @@ def signals_of(record: xr.Dataset) -> Signals:
     return replace(even, theta=_single(record["theta"]), flags=OnDisk(record["flags"].values))
 
 
-def _channels(record: xr.Dataset) -> Iterator[Channel]:
+def _channels(record: xr.Dataset) -> Iterator[ShownChannel]:
     for name, variable in record.data_vars.items():
         kind, _, second = str(name).partition("_")
         if variable.dims == ("time",) and (kind in BASE or "theta" not in record):
             label = f"{kind} of laser {second}" if second.isdigit() else kind
             unit = BASE.get(kind) or str(variable.attrs.get("units", ""))
-            yield Channel(label, unit, _single(variable))
+            yield ShownChannel(label, unit, _single(variable))
 
 
 def _single(variable: xr.DataArray) -> OnDisk:
     return OnDisk(variable.values.astype(np.float32))
 
 
-def thin(time_s: Floats, values: Floats | NDArray[np.float32], bins: int = BINS) -> Json:
+def thinned(time_s: Floats, values: Floats | NDArray[np.float32], bins: int = BINS) -> Json:
     """Time [s] and value of the lowest and highest sample in each of so many bins."""
     kept = extremes(values, bins)
-    return {"t": [round(float(t), 5) for t in time_s[kept]], "v": [on_screen(float(v)) for v in values[kept]]}
+    return {
+        "t": [round(float(t), 5) for t in time_s[kept]],
+        "v": [screen_digits(float(v)) for v in values[kept]],
+    }
 
 
-def on_screen(value: float) -> float | None:
+def screen_digits(value: float) -> float | None:
     """A number with as many digits as a screen shows, None where there is none."""
     return float(f"{value:.7g}") if math.isfinite(value) else None
 

@@ -38,7 +38,7 @@ def small_sine_cosine(x: Number) -> Number:
 
 
 @compiled(forceinline=True)
-def displaced(turn: Number, sunk: Number, sinks: Number, beam: Number) -> Number:
+def beam_displacement(turn: Number, sunk: Number, sinks: Number, beam: Number) -> Number:
     """`beam.displaced`: (F30) to (F32); sunk is the depth of the base centre where it sinks, else 0."""
     vertical, place, height, edge, corner = beam
     sine, cosine = sine_cosine(turn)
@@ -236,7 +236,7 @@ def seen(
         for j in range(weights.size):
             turn = sign * theta[j, i]
             sunk = z_cb[j, i] - rests if sinks else 0.0
-            reading += weights[j] * displaced(turn, sunk, sinks, beam)
+            reading += weights[j] * beam_displacement(turn, sunk, sinks, beam)
         found = turned_near(reading, mean, expected)
         out[i] = sign * (found if abs(mean) < BEYOND and found == found else mean)
 
@@ -244,7 +244,7 @@ def seen(
 @compiled()
 def released(turn: Number, load: Number, rests: Number, beam: Number, expected: Number) -> Number:
     """`view.View.released`; load is m g/k, the weight over the stiffness [m²], 0 where no corner sinks."""
-    reading = displaced(turn, 0.0, False, expected)
+    reading = beam_displacement(turn, 0.0, False, expected)
     before, error_before, now = turn, math.nan, turn
     for i in range(MOST):
         sunk = 0.0
@@ -252,7 +252,7 @@ def released(turn: Number, load: Number, rests: Number, beam: Number, expected: 
             lift, flat = beam[4] * abs(math.sin(now)), load / (2 * beam[4])
             sunk = flat if flat >= lift else math.sqrt(2 * load * abs(math.sin(now))) - lift
             sunk -= rests
-        error = displaced(now, sunk, load > 0, beam) - reading
+        error = beam_displacement(now, sunk, load > 0, beam) - reading
         if abs(error) <= CLOSE * abs(reading) or error == error_before:
             break
         slope = (error - error_before) / (now - before) if i > 0 else reading / turn

@@ -21,7 +21,7 @@ from freerock.rotation.reading import PIECE, Reading, Rotation, read_channel
 from freerock.rotation.sensor import Laser
 from freerock.rotation.sensor_response import delay_s
 from freerock.rotation.two_lasers import rotation_of_two
-from freerock.rotation.view import attributes, view_of
+from freerock.rotation.view import sensor_attributes, view_of
 from freerock.units import BASE
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def find_rotation(
         readings = [_named(*each) for each in zip(readings, lasers, strict=True)]
     late_s = _delay_s(lasers)
     dataset = _dataset(time_s - late_s if late_s else time_s, step, readings, found)
-    return dataset.assign_attrs(attributes(view_of(lasers, block)))
+    return dataset.assign_attrs(sensor_attributes(view_of(lasers, block)))
 
 
 def _named(reading: Reading, laser: Laser) -> Reading:

@@ -101,7 +101,7 @@ def view_of(lasers: Sequence[Laser], block: Block) -> View | None:
     return None if view.laser.beam is None and len(view.moments[0]) == 1 else view
 
 
-def attributes(view: View | None) -> dict[str, Any]:
+def sensor_attributes(view: View | None) -> dict[str, Any]:
     """How a dataset tells what `view_in` reads; texts and numbers."""
     found = {f"sensor_{key}": getattr(view.laser, key) for key in KEYS} if view else {}
     return {key: value for key, value in found.items() if value is not None}

@@ -8,30 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats, Mask
+from freerock.config.override import Override
 from freerock.runs.verdict import Reason
 
 SHARED = 0.5  # of the time of the shorter of two runs: then they are one
-
-
-class Override(NamedTuple):
-    """A run set by hand.
-
-    Parameters
-    ----------
-    number : int
-        What its author takes for its number, in the order of release.
-    release_s, end_s : float
-        Release and end [s].
-    reason : str
-    hold_s : (float, float), optional
-        From when to when it is held before [s].
-    """
-
-    number: int
-    release_s: float
-    end_s: float
-    reason: str
-    hold_s: tuple[float, float] | None = None
 
 
 class Planned(NamedTuple):
@@ -136,7 +116,7 @@ class ByHand:
         """Runs named by hand that are not there."""
         for each in self._overrides:
             if each.release_s >= record_end_s:
-                text = f"override: run {each.number} is released at {each.release_s:g} s"
+                text = f"override: run {each.run} is released at {each.release_s:g} s"
                 yield Reason("warn", "by_hand", f"{text}, the record ends at {record_end_s:.3f} s")
         for number, _ in sorted(self.exclusions):
             if not 1 <= number <= n_runs:
@@ -156,8 +136,8 @@ def _place(override: Override, found: Sequence[tuple[float, float]]) -> int | No
 
 def _doubts(override: Override, number: int, record_end_s: float) -> Iterator[Reason]:
     """What speaks against a run set by hand, whatever the others are."""
-    if override.number != number:
-        text = f"set by hand as run {override.number}, it is run {number} in the order of release"
+    if override.run != number:
+        text = f"set by hand as run {override.run}, it is run {number} in the order of release"
         yield Reason("warn", "renumbered", f"{text}: correct the number, and those in exclude")
     if override.end_s > record_end_s:
         text = f"set by hand to end at {override.end_s:g} s, the record ends at {record_end_s:.3f} s"

@@ -41,7 +41,7 @@ class Residual(NamedTuple):
     known: bool
 
 
-class Samples(NamedTuple):
+class NoisySamples(NamedTuple):
     """A motion, or a part of it: time [s], θ or |θ| and the standard deviation of its noise [rad].
 
     `left` is what a fit leaves of that noise.
@@ -128,7 +128,7 @@ class Side(NamedTuple):
     sign: float
     peak: Peak
     shape: Shape
-    motion: Samples
+    motion: NoisySamples
     remainder: Floats
 
 
@@ -138,7 +138,7 @@ NOT_FOUND = Extrapolated(math.nan, math.nan, math.nan, math.nan, False, False)
 
 @compiled(fastmath=False)
 def impact_rows(
-    motion: Samples,
+    motion: NoisySamples,
     swings: NDArray[np.int64],
     passages: Floats,
     before: Peak,
@@ -151,7 +151,7 @@ def impact_rows(
 
     Parameters
     ----------
-    motion : Samples
+    motion : NoisySamples
         θ since the release; its arrays can't be written to.
     swings : ndarray of int, shape (n_impacts + 1, 2)
         First and last sample of each stretch that stands out of the noise with one sign.
@@ -205,25 +205,25 @@ def impact_rows(
 
 
 @compiled(fastmath=False)
-def part(motion: Samples, first: Index, last: Index) -> Samples:
+def part(motion: NoisySamples, first: Index, last: Index) -> NoisySamples:
     """Some of the samples."""
-    return Samples(motion.t[first:last], motion.y[first:last], motion.noise[first:last], motion.left)
+    return NoisySamples(motion.t[first:last], motion.y[first:last], motion.noise[first:last], motion.left)
 
 
 @compiled(fastmath=False)
-def part_between(motion: Samples, one_s: float, other_s: float) -> Samples:
+def part_between(motion: NoisySamples, one_s: float, other_s: float) -> NoisySamples:
     """The samples from one instant to another, whichever is earlier."""
     first = np.searchsorted(motion.t, min(one_s, other_s))
     return part(motion, first, np.searchsorted(motion.t, max(one_s, other_s)))
 
 
 @compiled(fastmath=False)
-def averaged_swing(swing: Samples, block: Rigid) -> Samples:
+def averaged_swing(swing: NoisySamples, block: Rigid) -> NoisySamples:
     """|θ| of a swing in no more than `SWING_SAMPLES` means, less what it bends within the time of one."""
     t, n = swing.t, swing.t.size
     side = 1.0 if swing.y.sum() > 0 else -1.0
     if n <= SWING_SAMPLES:
-        return Samples(t.copy(), side * swing.y, swing.noise.copy(), swing.left)
+        return NoisySamples(t.copy(), side * swing.y, swing.noise.copy(), swing.left)
     step = (t[-1] - t[0]) / SWING_SAMPLES
     time_s, y, noise = np.empty(SWING_SAMPLES), np.empty(SWING_SAMPLES), np.empty(SWING_SAMPLES)
     first = made = 0
@@ -246,11 +246,11 @@ def averaged_swing(swing: Samples, block: Rigid) -> Samples:
             noise[made] = math.sqrt(variance / count / count)
             made += 1
         first = j
-    return Samples(time_s[:made], y[:made], noise[:made], swing.left)
+    return NoisySamples(time_s[:made], y[:made], noise[:made], swing.left)
 
 
 @compiled(fastmath=False)
-def fit_peak(swing: Samples, noise_of_one: float, block: Rigid) -> Peak:
+def fit_peak(swing: NoisySamples, noise_of_one: float, block: Rigid) -> Peak:
     """Highest point of a swing given as means of |θ|; NaN with too few of them.
 
     noise_of_one is the standard deviation of one sample [rad].
@@ -399,13 +399,13 @@ def inverse_of(moments: Floats, n: int) -> tuple[Floats, bool]:
 
 
 @compiled(fastmath=False)
-def side_of(swing: Samples, passage: float, peak: Peak, sign: float, block: Rigid) -> Side:
+def side_of(swing: NoisySamples, passage: float, peak: Peak, sign: float, block: Rigid) -> Side:
     """The part of a swing between a passage through zero and its peak."""
     near, shape = part_between(swing, passage, peak.time_s), shape_of(peak, block)
     remainder = np.empty(near.t.size)
     for i in range(near.t.size):
         remainder[i] = sign * (near.y[i] - swing_at(near.t[i], peak, shape, block))
-    rising = Samples(near.t, sign * near.y, near.noise, near.left)
+    rising = NoisySamples(near.t, sign * near.y, near.noise, near.left)
     return Side(sign, peak, shape, rising, remainder)
 
 

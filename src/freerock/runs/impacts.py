@@ -15,7 +15,7 @@ from scipy.special import ellipkinc
 from freerock.arrays import Floats
 from freerock.config.defaults import IMPACTS, ImpactLimits
 from freerock.models.block import Block
-from freerock.runs.impact_kernel import Lowest, Peak, Residual, Rigid, Samples, impact_rows
+from freerock.runs.impact_kernel import Lowest, NoisySamples, Peak, Residual, Rigid, impact_rows
 from freerock.runs.noise import Noise
 from freerock.runs.noise_in_motion import in_motion
 from freerock.runs.peak_noise import left_of, under_noise
@@ -188,17 +188,17 @@ def _energy(peak: float, block: Block) -> tuple[float, float]:
     return share * energy, share * math.sin(theta_cr - height)
 
 
-def _motion(time_s: ArrayLike, theta: ArrayLike, sigma_theta: ArrayLike) -> Samples:
+def _motion(time_s: ArrayLike, theta: ArrayLike, sigma_theta: ArrayLike) -> NoisySamples:
     """The samples that are numbers, with their noise."""
     t, y, sigma = (np.asarray(x, float) for x in np.broadcast_arrays(time_s, theta, sigma_theta))
     valid = np.isfinite(y) & np.isfinite(sigma)
     if not valid.all():
         t, y, sigma = t[valid], y[valid], sigma[valid]
     noise = np.maximum(sigma, RELATIVE_NOISE * np.abs(y).max(initial=0.0))
-    return Samples(t, y, noise, Residual(1.0, 1.0, bool(np.all(sigma == noise))))
+    return NoisySamples(t, y, noise, Residual(1.0, 1.0, bool(np.all(sigma == noise))))
 
 
-def _swings(motion: Samples, limits: ImpactLimits) -> list[tuple[int, int]]:
+def _swings(motion: NoisySamples, limits: ImpactLimits) -> list[tuple[int, int]]:
     """First and last index of the stretches in which θ stands out of the noise with one sign."""
     index = np.flatnonzero(np.abs(motion.y) > motion.noise * limits.min_amplitude_sigmas / 2)
     if index.size == 0:
@@ -219,7 +219,7 @@ def _line_zero(t: Floats, theta: Floats) -> float:
 
 
 def _rows(
-    motion: Samples,
+    motion: NoisySamples,
     swings: Sequence[tuple[int, int]],
     passages: Sequence[float],
     release: tuple[float | None, float, float],
@@ -237,7 +237,7 @@ def _rows(
     released = theta0 is not None and abs(theta0) < rigid.theta_cr
     lowest = Lowest(limits.min_amplitude_sigmas, limits.min_uplift_ratio * uplift)
     t, y, sigma = (_unwritable(each) for each in motion[:3])
-    known = Samples(t, y, sigma, motion.left)
+    known = NoisySamples(t, y, sigma, motion.left)
     rows = impact_rows(known, np.array(swings), np.array(passages), start, released, uplift, lowest, rigid)
     rows, fits = rows[:, :8], rows[:, 8:]
     shared = np.zeros(len(rows))
@@ -263,7 +263,7 @@ def _unwritable(values: Floats) -> Floats:
     return view
 
 
-def _release_peak(motion: Samples, theta0: float | None, theta0_stderr: float, block: Rigid) -> Peak:
+def _release_peak(motion: NoisySamples, theta0: float | None, theta0_stderr: float, block: Rigid) -> Peak:
     """The release angle as a peak: its rigid swing meets the data at half its height.
 
     theta0 and its standard error are in rad, of either sign; None stands for the largest |θ|.

@@ -63,12 +63,14 @@ def measured_total(
             impacts.restitution_stderr,
         ]
     )
-    u = np.hypot(contributions(theta0, impacts, laboratory).total(stderr), sunk(theta0, impacts, laboratory))
+    u = np.hypot(
+        measured_contributions(theta0, impacts, laboratory).total(stderr), sunk(theta0, impacts, laboratory)
+    )
     return MeasuredTotal(float(u[0]), *np.split(u[1:], 3))
 
 
 def sunk(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Floats:
-    """By what a corner that sinks puts off the numbers of `contributions`, shape (n_numbers,).
+    """By what a corner that sinks puts off the numbers of `measured_contributions`, shape (n_numbers,).
 
     The bed is that of `Impacts.theta_uplift` (F26). 0 where one beam does not see its corner or the tail does
     not show it; of what is not known of an impact as well.
@@ -86,7 +88,7 @@ def sunk(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Floats:
     return np.nan_to_num(true - seen)
 
 
-def contributions(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Contributions:
+def measured_contributions(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Contributions:
     """What the laboratory's inputs contribute to release angle, peaks and restitutions.
 
     Rotation counts from the base, so that a base off level moves no peak. It moves where the block balances:

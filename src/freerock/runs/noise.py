@@ -189,7 +189,7 @@ class Rests(NamedTuple):
 
 
 def rests_of(stretches: Iterable[Floats], rate_hz: float) -> Rests:
-    """What `noise_of` takes of stretches at rest [rad], of shape (n_time,), each about any level."""
+    """What `noise_of_rests` takes of stretches at rest [rad], of shape (n_time,), each about any level."""
     m = samples_averaged(rate_hz)
     squares, n, still = 0.0, 0, []
     for each in stretches:
@@ -201,11 +201,11 @@ def rests_of(stretches: Iterable[Floats], rate_hz: float) -> Rests:
 
 
 def noise_at_rest(stretches: Iterable[Floats], rate_hz: float, step: float = 0.0) -> Noise | None:
-    """Noise of stretches at rest, as `noise_of` and `rests_of` have it."""
-    return noise_of(rests_of(stretches, rate_hz), step)
+    """Noise of stretches at rest, as `noise_of_rests` and `rests_of` have it."""
+    return noise_of_rests(rests_of(stretches, rate_hz), step)
 
 
-def noise_of(rests: Rests, step: float = 0.0) -> Noise | None:
+def noise_of_rests(rests: Rests, step: float = 0.0) -> Noise | None:
     """Noise of a sensor at rest.
 
     Parameters

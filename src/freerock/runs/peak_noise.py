@@ -7,7 +7,7 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from freerock.arrays import Floats
-from freerock.runs.impact_kernel import PEAK_DEGREE, SWING_SAMPLES, Residual, Samples
+from freerock.runs.impact_kernel import PEAK_DEGREE, SWING_SAMPLES, NoisySamples, Residual
 from freerock.runs.noise import Noise
 from freerock.runs.sums import covariance_of_means, covariance_of_sums
 
@@ -15,14 +15,14 @@ TYPICAL = 0.5  # of a swing, the window in which a residual is looked at
 COARSE = 2  # steps in a factor of two: white noise is white, however its spectrum was drawn
 
 
-def left_of(noise: Noise, motion: Samples, swings: Sequence[tuple[int, int]]) -> Residual:
+def left_of(noise: Noise, motion: NoisySamples, swings: Sequence[tuple[int, int]]) -> Residual:
     """What the fit of a peak leaves of the noise, over what it would if that were white and of variance 1.
 
     Parameters
     ----------
     noise : Noise
         Over σ.
-    motion : Samples
+    motion : NoisySamples
     swings : sequence of (int, int)
         First and last sample of each.
     """
@@ -40,7 +40,7 @@ def left_of(noise: Noise, motion: Samples, swings: Sequence[tuple[int, int]]) ->
     return Residual(expected, share, True)
 
 
-def under_noise(rows: Floats, fits: Floats, motion: Samples, noise: Noise) -> Floats:
+def under_noise(rows: Floats, fits: Floats, motion: NoisySamples, noise: Noise) -> Floats:
     """Put the standard errors of a run's impacts under its noise; return what neighbouring peaks share.
 
     A peak is linear in the samples of its window: its error is a weighted sum of their noise.
@@ -51,7 +51,7 @@ def under_noise(rows: Floats, fits: Floats, motion: Samples, noise: Noise) -> Fl
         As `impact_kernel.impact_rows` gives them; written to.
     fits : ndarray, shape (n_impacts, 4)
         Of the peak after each: instant, half its window [s], degree, loudness.
-    motion : Samples
+    motion : NoisySamples
     noise : Noise
         Over σ.
 

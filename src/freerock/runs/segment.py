@@ -16,13 +16,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.config.defaults import RUNS, RunLimits
+from freerock.config.override import Override
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.still import Phase, stationary_phases
 from freerock.runs.beginning import Beginning, begun_by_hand, from_hold, unseen
 from freerock.runs.begun_in_motion import Position, begun_moving, slid
-from freerock.runs.by_hand import NOTHING, ByHand, Override, Planned
+from freerock.runs.by_hand import NOTHING, ByHand, Planned
 from freerock.runs.checks import Facts, verdict_on
 from freerock.runs.ending import OUT_OF_NOISE, core, end_of_motion
 from freerock.runs.holds import find_holds, no_release

@@ -133,7 +133,7 @@ def hints_for(
         for model in fits
         if law_of(model).is_foundation and not law_of(model).cases and not CANDIDATES[model].width
     ]
-    as_mirrored = mirrored(motion)
+    as_mirrored = with_other_sign(motion)
     for model in laws:
         own, start = settings(model), {name: fits[model].values[name] for name in MODELS[model]}
         (other,) = {*DEBONDING} - {own.debonding}
@@ -147,7 +147,7 @@ def hints_for(
             yield Reason("warn", "other_sign", would.format("the other sign of the laser"))
 
 
-def mirrored(motion: Motion) -> Motion | None:
+def with_other_sign(motion: Motion) -> Motion | None:
     """A run as it would be under the other sign of its laser; None where no such rotation is possible.
 
     A face that tilts takes the beam further on one side than on the other, so the two signs differ by more

@@ -8,7 +8,7 @@ from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.candidates import MEDIANS
 from freerock.tables.paper import SIMULATED_NOTE, Cell, Column, Labels, Printed, number, numbers
-from freerock.tables.text import quantity, with_unit
+from freerock.tables.quantities import quantity, with_unit
 
 NOTE = (
     "Number of runs in which a candidate is selected, also possible, rejected, or not fitted. Selected: the "

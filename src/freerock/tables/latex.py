@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from freerock.tables.paper import SIMULATED_NOTE
-from freerock.tables.text import fixed, quantity, unit_text
+from freerock.tables.quantities import fixed, quantity, unit_text
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
 SMALL = "alpha beta gamma delta zeta eta theta iota kappa mu nu xi pi rho sigma tau upsilon phi chi psi omega"

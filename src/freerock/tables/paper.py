@@ -12,8 +12,8 @@ import pandas as pd
 
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS
-from freerock.tables.text import SIMULATED_NOTE as SIMULATED_NOTE
-from freerock.tables.text import between, fixed, quantity, with_unit
+from freerock.tables.quantities import SIMULATED_NOTE as SIMULATED_NOTE
+from freerock.tables.quantities import between, fixed, quantity, with_unit
 
 U_NOTE = "±: total standard uncertainty (one standard deviation) of"
 RUNS_NOTE = (

@@ -8,7 +8,7 @@ import pandas as pd
 
 from freerock.identification.levels import NORMAL_95
 from freerock.tables.paper import PARAMETER, SIMULATED_NOTE, Cell, Column, Printed, decimals, number, numbers
-from freerock.tables.text import quantity
+from freerock.tables.quantities import quantity
 
 RECOVERED = (
     Column("Record", lambda row: Cell(row.test)),

@@ -15,9 +15,9 @@ import numpy as np
 
 from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.noise import Noise
-from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
-from freerock.virtual_lab.tdms import write_records
+from freerock.virtual_lab.added_noise import AddedNoise
+from freerock.virtual_lab.virtual_record import Recording, VirtualRecord, VirtualRelease, simulate_record
+from freerock.virtual_lab.write_tdms import write_records
 
 LASERS = {  # one that suits each block
     "config1": Laser("horizontal", 0.22, 0.1),
@@ -32,7 +32,7 @@ FOUNDATIONS = {name: models["hunt_crossley"] for name, models in TABLE_2.items()
 
 def palermo_releases(
     angle: float, parameters: Mapping[str, float], generator: Any, *, number: int = 3, scatter: float = 0.03
-) -> list[Release]:
+) -> list[VirtualRelease]:
     """Releases as an operator does them: angles within ±0.3°, parameters within ±`scatter`, both uniform.
 
     Holds and pauses last 1.5 to 2.5 s, tilts 1.2 to 2 s, the finger fades over 5 to 20 ms, and a hand gets
@@ -46,7 +46,7 @@ def palermo_releases(
     for _ in range(number):
         tilt = draw(1.2, 2.0)
         releases.append(
-            Release(
+            VirtualRelease(
                 theta0=round(angle + draw(-math.radians(0.3), math.radians(0.3), 6), 6),
                 parameters={
                     name: float(f"{value * (1 + draw(-scatter, scatter, 6)):.6g}")
@@ -81,7 +81,7 @@ def palermo_records(*, seed: int = 2017) -> Iterator[tuple[str, VirtualRecord]]:
                     seed=seed,
                     recording=Recording(
                         zero_v=round(generator.uniform(4.8, 5.2), 3),
-                        noise=Noise(mains_hz=round(generator.uniform(49.98, 50.02), 3)),
+                        noise=AddedNoise(mains_hz=round(generator.uniform(49.98, 50.02), 3)),
                     ),
                 ),
             )

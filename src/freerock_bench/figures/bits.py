@@ -3,7 +3,7 @@
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import Drawing, headed, styled
+from freerock.figures.style import Drawing, note_simulated, styled
 from freerock_bench.bits import told
 
 FIGURE = {
@@ -30,5 +30,5 @@ def draw(frame: pd.DataFrame) -> Drawing:
         ax.set(xscale="log", xlabel="step of the converter / σ", ylabel=label, ylim=(0, 104))
         ax.margins(x=0.05)
     ax.legend(title="noise", loc="lower left", alignment="left")
-    headed(figure)
+    note_simulated(figure)
     return figure, shares

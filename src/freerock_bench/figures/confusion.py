@@ -6,7 +6,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from freerock.figures.style import Drawing, headed, styled
+from freerock.figures.style import Drawing, note_simulated, styled
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, Candidate
 
 FIGURE = {
@@ -81,7 +81,7 @@ def draw(frame: pd.DataFrame) -> Drawing:
     ax.tick_params(length=0)
     others = f"; {len(truths) - len(shown)} other truths: all right" if len(shown) < len(truths) else ""
     ax.set_title(f"records by truth (row) and name; framed: right{others}", loc="left")
-    headed(figure)
+    note_simulated(figure)
     return figure, confusion_summary(frame)
 
 

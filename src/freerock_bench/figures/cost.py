@@ -3,7 +3,7 @@
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import Drawing, Style, headed, styled
+from freerock.figures.style import Drawing, Style, note_simulated, styled
 from freerock.models.laws import MODEL_LABELS
 
 FIGURE = {
@@ -52,5 +52,5 @@ def draw(frame: pd.DataFrame) -> Drawing:
     ax.set_xticks(counts)
     ax.set_xlim(counts[0] - 0.2, counts[-1] + 0.2)
     ax.legend(title="block: law that moved it", loc="upper right", alignment="left")
-    headed(figure)
+    note_simulated(figure)
     return figure, frame

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from scipy.stats import binom
 
-from freerock.figures.style import Drawing, headed, styled
+from freerock.figures.style import Drawing, note_simulated, styled
 from freerock.models.free_parameters import SYMBOLS
 from freerock_bench.harness import coverage
 
@@ -31,7 +31,7 @@ def draw(frame: pd.DataFrame) -> Drawing:
     for ax, (column, label) in zip(axes, INTERVALS.items(), strict=True):
         _panel(ax, rows, column)
         ax.set_title(label, loc="left")
-    headed(figure)
+    note_simulated(figure)
     return figure, rows
 
 

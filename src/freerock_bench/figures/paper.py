@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import FOUNDATION_STYLES, Axes, Drawing, headed, styled
+from freerock.figures.style import FOUNDATION_STYLES, Axes, Drawing, note_simulated, styled
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS
 
@@ -44,7 +44,7 @@ def draw(frame: pd.DataFrame) -> Drawing:
             )
         )
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
-    headed(figure)
+    note_simulated(figure)
     return figure, frame
 
 

@@ -5,7 +5,7 @@ from itertools import cycle
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import Drawing, headed, styled
+from freerock.figures.style import Drawing, note_simulated, styled
 
 FIGURE = {
     "caption": "How often blocks that differ in k and λ are told apart, by the number of blocks and runs. "
@@ -36,5 +36,5 @@ def draw(frame: pd.DataFrame) -> Drawing:
     alarms.set(xlabel="spread of one block / others'", ylabel="false alarms / %", xticks=(1, 2, 4))
     alarms.set(ylim=(0, None), xlim=(0.5, 4.5))
     alarms.legend([own, pooled], ["own spreads", "one spread"], loc="upper left")
-    headed(figure)
+    note_simulated(figure)
     return figure, frame

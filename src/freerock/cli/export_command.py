@@ -121,7 +121,7 @@ def run(chosen: Namespace) -> None:
 
 
 @dataclass(frozen=True)
-class Scene:
+class ExportedScene:
     """A block on a foundation, its law, and where its numbers come from.
 
     Parameters
@@ -142,7 +142,9 @@ class Scene:
     source: str
 
 
-def scenes(campaign: Campaign, engine: Engine, tables: Mapping[str, "pd.DataFrame"]) -> Iterator[Scene]:
+def scenes(
+    campaign: Campaign, engine: Engine, tables: Mapping[str, "pd.DataFrame"]
+) -> Iterator[ExportedScene]:
     """Each block on each foundation of a campaign, as far as the engine's law has a mean there.
 
     The mean over all blocks on a foundation comes before that of a record.
@@ -166,10 +168,10 @@ def scenes(campaign: Campaign, engine: Engine, tables: Mapping[str, "pd.DataFram
         )
         values = dict(zip(own["parameter"], own["mean"].astype(float), strict=True))
         u_total = dict(zip(own["parameter"], own["u_total"].astype(float), strict=True))
-        yield Scene(block, foundation, values, u_total, math.radians(float(angle)), source)
+        yield ExportedScene(block, foundation, values, u_total, math.radians(float(angle)), source)
 
 
-def program(campaign: Campaign, to: str, scene: Scene, epsilon: str) -> str:
+def program(campaign: Campaign, to: str, scene: ExportedScene, epsilon: str) -> str:
     """Text of a program for an engine."""
     from jinja2 import StrictUndefined, Template
 
@@ -209,7 +211,7 @@ def _template(to: str) -> str:
     return f"{head.rstrip()}\n\n\n{shared.strip()}\n{mark}{after}".rstrip() + "\n"
 
 
-def _solved(campaign: Campaign, engine: Engine, scene: Scene) -> tuple["Floats", float]:
+def _solved(campaign: Campaign, engine: Engine, scene: ExportedScene) -> tuple["Floats", float]:
     """θ(t) of the law under the engine's rule, and ε_θ of the rule of the fits against it."""
     import numpy as np
 

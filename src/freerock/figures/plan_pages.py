@@ -13,7 +13,7 @@ from freerock.figures import style
 from freerock.figures.style import Labels, Style, styled
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS
-from freerock.tables.plan import best_known
+from freerock.tables.plan_text import best_known
 
 BLOCK_STYLES: tuple[Style, ...] = (
     {"color": "black", "marker": "o"},

@@ -20,8 +20,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from freerock.cli.inspect import ChannelLook, RecordLook, look_text, look_to_take, take
-from freerock.cli.new_campaign import plain_name
+from freerock.cli.inspect_command import ChannelLook, RecordLook, look_text, look_to_take, take
+from freerock.cli.new_campaign_command import plain_name
 from freerock.config.campaign import Source, campaign_paths, read_campaign
 from freerock.config.mistakes import ConfigError
 from freerock.config.values import did_you_mean

@@ -17,7 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TextIO
 
-from freerock.cli.progress import progress
+from freerock.cli.progress_command import progress
 from freerock.config.campaign import load_config
 from freerock.errors import FreerockError, printable
 from freerock.jobs.home import HOME, SNAKEFILE

@@ -22,7 +22,7 @@ from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.simulate import Solver, simulate
 from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.noise import Disturbance, Noise, converted
+from freerock.virtual_lab.added_noise import AddedNoise, Disturbance, converted
 
 # Motion is integrated exactly and kept to 1 µrad: no byte depends on a processor's last digit.
 EXACT = Solver(rtol=1e-12)
@@ -39,7 +39,7 @@ VOLTS = (  # what the truth says of a laser: all its outputs are volts
 
 
 @dataclass(frozen=True)
-class Scene:
+class VirtualScene:
     """A law, its parameters [SI], the block and the rules by which it moves."""
 
     model: str
@@ -49,7 +49,7 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Release:
+class VirtualRelease:
     """One release: how the operator does it, and the parameters of the law on that occasion.
 
     Parameters
@@ -88,7 +88,7 @@ class Recording:
         Rocking is followed at most this long [s].
     zero_v : float
         Sensor output at rest [V].
-    noise : Noise
+    noise : AddedNoise
     corner_sinks : bool
         Whether the beam sees that the corner sinks into the foundation, as that of a real laser does.
     """
@@ -97,7 +97,7 @@ class Recording:
     rest_s: float = 2.0
     longest_s: float = 20.0
     zero_v: float = 5.0
-    noise: Noise = field(default_factory=Noise)
+    noise: AddedNoise = field(default_factory=AddedNoise)
     corner_sinks: bool = True
 
 
@@ -123,7 +123,7 @@ def simulate_record(
     block: Block,
     laser: Laser,
     model: str,
-    releases: Sequence[Release],
+    releases: Sequence[VirtualRelease],
     *,
     seed: int,
     recording: Recording = Recording(),
@@ -138,7 +138,7 @@ def simulate_record(
     laser : Laser
     model : str
         "housner", "winkler" or "hunt_crossley".
-    releases : sequence of Release
+    releases : sequence of VirtualRelease
     seed : int
         Of the noise.
     recording : Recording
@@ -154,7 +154,7 @@ def simulate_record(
     rate_hz, noise, clock = recording.rate_hz, recording.noise, recording.rest_s
     runs, parts = [], [np.zeros((2, math.ceil(clock * rate_hz)))]
     for number, release in enumerate(releases, 1):
-        scene = Scene(model, block, release.parameters, rules)
+        scene = VirtualScene(model, block, release.parameters, rules)
         part, truth, clock = _release(scene, release, clock, recording)
         if laser.beam == "vertical" and recording.corner_sinks and LAWS[model].is_foundation:
             part[1] -= static_depth(block, Foundation.of(release.parameters), 0.0)  # where its zero is
@@ -199,7 +199,7 @@ def _volts(
 
 
 def _release(
-    scene: Scene, release: Release, clock: float, recording: Recording
+    scene: VirtualScene, release: VirtualRelease, clock: float, recording: Recording
 ) -> tuple[Floats, dict[str, Any], float]:
     """θ [rad] and how deep the lower corner is [m] from the start of a tilt to the end of the pause, shape
     (2, n_time); the truth; that end [s]."""
@@ -249,7 +249,7 @@ def _release(
     return np.stack([theta, depth])[:, : math.ceil(end * rate_hz) - first], truth, end
 
 
-def _fade(scene: Scene, release: Release, times: Floats) -> tuple[Floats, State]:
+def _fade(scene: VirtualScene, release: VirtualRelease, times: Floats) -> tuple[Floats, State]:
     """θ [rad] while the finger's holding moment fades as (1 + cos)/2, and the state at the end of it."""
     from scipy.integrate import solve_ivp
 

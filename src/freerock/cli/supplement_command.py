@@ -14,7 +14,7 @@ from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable
 from pathlib import Path
 
-from freerock.cli.verify import verification
+from freerock.cli.verify_command import verification
 from freerock.config.campaign import load_config
 from freerock.errors import FreerockError, printable
 from freerock.jobs.home import HOME

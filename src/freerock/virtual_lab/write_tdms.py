@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 
 from freerock.files import atomic, write_manifest
-from freerock.virtual_lab.record import VirtualRecord
 from freerock.virtual_lab.truth import write_truth
+from freerock.virtual_lab.virtual_record import VirtualRecord
 
 START = "2017-05-02T09:00:00"
 AUTHOR = "freerock.twin, the virtual laboratory"  # its name when the shipped files were written
 
 
-def write_record(
+def write_tdms(
     path: str | Path, record: VirtualRecord, *, group: str = "rocking", channel: str = "laser"
 ) -> None:
     """Write a record as NI-style TDMS: converter counts with NI's linear scaling to volts, a waveform.
@@ -61,7 +61,7 @@ def write_records(folder: str | Path, records: Iterable[tuple[str, VirtualRecord
     """
     folder, truth = Path(folder), {}
     for test, record in records:
-        write_record(folder / f"{test}.tdms", record)
+        write_tdms(folder / f"{test}.tdms", record)
         truth[test] = record.truth
     write_truth(folder, truth)
     write_manifest(folder, [*(f"{test}.tdms" for test in truth), "truth.json"])

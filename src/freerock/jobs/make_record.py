@@ -40,7 +40,7 @@ POSITIONS = ("position_x", "position_z")  # of the centre of the block, from mot
 Settings = Mapping[str, Any]
 
 
-def give_up(settings: Settings, output: str | Path, reason: str) -> None:
+def give_up_record(settings: Settings, output: str | Path, reason: str) -> None:
     """Write the dataset of a record in whose processing something unforeseen happened."""
     write_failure(output, Reason("fail", "not_processed", reason), settings["attributes"])
 

@@ -24,8 +24,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from freerock import bounds
-from freerock.cli.init import NO_CAMPAIGN
-from freerock.cli.inspect import ChannelLook, RecordLook, draw_looks, look_text, look_to_take, take
+from freerock.cli.init_command import NO_CAMPAIGN
+from freerock.cli.inspect_command import ChannelLook, RecordLook, draw_looks, look_text, look_to_take, take
 from freerock.config.campaign import RESERVED
 from freerock.config.mistakes import FILL_IN
 from freerock.config.record import Record

@@ -14,7 +14,7 @@ Disturbance = Callable[[Floats, Floats, Any], Floats]
 
 
 @dataclass(frozen=True)
-class Noise:
+class AddedNoise:
     """What sensor and converter add: white noise, mains interference, slow drift, the converter's resolution.
 
     Amplitudes and the span of the converter in V.
@@ -40,7 +40,7 @@ class Noise:
 
 
 def converted(
-    time_s: Floats, volts: Floats, noise: Noise, generator: Any, faults: Sequence[Disturbance]
+    time_s: Floats, volts: Floats, noise: AddedNoise, generator: Any, faults: Sequence[Disturbance]
 ) -> NDArray[np.int32]:
     """The converter's counts of a sensor's volts, with noise and faults.
 

@@ -9,11 +9,11 @@ import pandas as pd
 
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
-from freerock.report.scene import Scene, sentences
+from freerock.report.scene_choices import SceneChoices, sentences
 from freerock.report.tables import Sortable
 from freerock.tables.candidates import STATUS_WORDS, answers
 from freerock.tables.paper import Cell, Labels, number
-from freerock.tables.text import chance, fixed, quantity
+from freerock.tables.quantities import chance, fixed, quantity
 
 HEADS = ["Candidate", "Runs", "Freed", "ε_θ / %", "Held out / %", "Other runs / %", "ΔBIC"]
 HEADS += ["Noise at rest", "Why, why not"]
@@ -52,7 +52,7 @@ def scenes_of(
     for (block, foundation), own in choice.groupby(["block", "foundation"], sort=False):
         here = candidates[(candidates["block"] == block) & (candidates["foundation"] == foundation)]
         summary = {row["model"]: row for row in here.to_dict("records")}
-        scene = Scene(own, answers(own), summary, blocks[block])
+        scene = SceneChoices(own, answers(own), summary, blocks[block])
         asked = [model for model in summary if model in scene.asked]
         left_out = [MODEL_LABELS[model] for model in summary if model not in asked]
         found.append(
@@ -108,7 +108,7 @@ def together(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _explained(scene: Scene) -> list[Cell]:
+def _explained(scene: SceneChoices) -> list[Cell]:
     """How many runs are explained, by which candidates, with what numbers, and what explains them as well."""
     n = len(scene.answers)
     named = Counter(each.model for each in scene.explained)
@@ -129,7 +129,7 @@ def _explained(scene: Scene) -> list[Cell]:
     ]
 
 
-def _row(scene: Scene, model: str) -> list[Cell]:
+def _row(scene: SceneChoices, model: str) -> list[Cell]:
     """A candidate's cells: medians over the runs with a full fit."""
     run = [scene.choice["test"], scene.choice["run"]]
     named = scene.choice["bic"].where(scene.choice["status"] == "selected").groupby(run).transform("max")

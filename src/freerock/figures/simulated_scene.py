@@ -18,7 +18,7 @@ def draw(frame: pd.DataFrame) -> Drawing:
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.virtual_lab.scene.simulate_scene`.
+        From `freerock.virtual_lab.simulate_scene.simulate_scene`.
     """
     styles: Any = style.MODEL_STYLES
     ground = [name for name in frame if name in DIRECTIONS and frame[name].any()]

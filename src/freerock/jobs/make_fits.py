@@ -22,7 +22,7 @@ from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts, find_impacts
 from freerock.runs.motion import Motion
-from freerock.runs.noise import Noise, Rests, noise_of
+from freerock.runs.noise import Noise, Rests, noise_of_rests
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
 from freerock.selection.allowed_hypotheses import Hypotheses
@@ -33,7 +33,7 @@ from freerock.selection.hypotheses_tried import Identified, identify_runs
 log = logging.getLogger("freerock")
 
 
-def give_up(settings: Mapping[str, Any], output: str | Path, reason: str) -> None:
+def give_up_fits(settings: Mapping[str, Any], output: str | Path, reason: str) -> None:
     """Write the fits of a record in whose identification something unforeseen happened: none."""
     outcome = {"verdict": "fail", "reasons": [Reason("fail", "not_processed", reason)]}
     write_fits(output, {}, settings["attributes"] | outcome | {"not_fitted": [NotFitted(None, reason)]})
@@ -44,7 +44,7 @@ def make_fits(
     record_file: str | Path,
     output: str | Path,
     identify: Callable[[Block, Mapping[int, Motion], Hypotheses], dict[int, Identified]] | None = None,
-    hear: Callable[[Rests, float], Noise | None] = noise_of,
+    hear: Callable[[Rests, float], Noise | None] = noise_of_rests,
     passing: bool = False,
 ) -> None:
     """Write the fits of a record.
@@ -62,7 +62,7 @@ def make_fits(
         What is identified of the runs of the record, as `identify_runs` does it: one that remembers spares
         the work on runs that have not changed.
     hear : callable
-        What the noise of the record is, as `noise_of` says it; likewise.
+        What the noise of the record is, as `noise_of_rests` says it; likewise.
     passing : bool
         Written to be looked at once: not compressed and without energies.
     """

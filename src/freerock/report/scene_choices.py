@@ -13,13 +13,13 @@ from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of
 from freerock.tables.candidates import MEDIANS, Answer, answers
-from freerock.tables.text import in_words, quantity, unit_text
+from freerock.tables.quantities import in_words, quantity, unit_text
 
 PIVOTING = [m for m, each in CANDIDATES.items() if each.kinematics == "pivoting" and law_of(m).is_foundation]
 
 
 @dataclass(frozen=True)
-class Scene:
+class SceneChoices:
     """The choices of a block on a foundation.
 
     Parameters
@@ -84,7 +84,7 @@ def unexplained(choice: pd.DataFrame) -> str:
     return f"No candidate explains {_runs(lost, len(found)) if len(found) > 1 else 'the only run with fits'}."
 
 
-def sentences(scene: Scene) -> list[str]:
+def sentences(scene: SceneChoices) -> list[str]:
     """What the runs of a scene say, in words."""
     return [
         *_explains(scene),
@@ -95,7 +95,7 @@ def sentences(scene: Scene) -> list[str]:
     ]
 
 
-def _explains(scene: Scene) -> list[str]:
+def _explains(scene: SceneChoices) -> list[str]:
     n, counted = len(scene.answers), Counter(each.model for each in scene.explained)
     named = [(MODEL_LABELS[model], counted[model]) for model in CANDIDATES if model in counted]
     if not named:
@@ -108,7 +108,7 @@ def _explains(scene: Scene) -> list[str]:
     return [f"{first} explains {_runs(count, n)}: {why}."]
 
 
-def _unexplained(scene: Scene) -> list[str]:
+def _unexplained(scene: SceneChoices) -> list[str]:
     n, lost = len(scene.answers), [each for each in scene.answers if not each.explained]
     if not lost:
         return []
@@ -126,7 +126,7 @@ def _unexplained(scene: Scene) -> list[str]:
     return told
 
 
-def _others(scene: Scene) -> list[str]:
+def _others(scene: SceneChoices) -> list[str]:
     """What else could explain the runs."""
     n, counted = len(scene.explained), Counter(model for each in scene.explained for model in each.others)
     if not n:
@@ -137,7 +137,7 @@ def _others(scene: Scene) -> list[str]:
     return ["No other candidate that was fitted explains as much with as few parameters."]
 
 
-def _rigid_or_compliant(scene: Scene) -> list[str]:
+def _rigid_or_compliant(scene: SceneChoices) -> list[str]:
     """A rigid block, with worn corners or without, against a compliant foundation."""
     rigid = [model for model in scene.possible if not law_of(model).is_foundation]
     soft = [model for model in scene.possible if law_of(model).is_foundation]
@@ -172,14 +172,14 @@ def _rigid_or_compliant(scene: Scene) -> list[str]:
     return []
 
 
-def _needless(scene: Scene) -> str:
+def _needless(scene: SceneChoices) -> str:
     """What the paper's foundations are beside a rigid one that explains the runs."""
     if not any(model in scene.summary for model in PAPER_MODELS if law_of(model).is_foundation):
         return ""
     return " These runs give no reason to quote k and λ of the other laws."
 
 
-def _neither(scene: Scene) -> list[str]:
+def _neither(scene: SceneChoices) -> list[str]:
     """Worn corners and a compliant foundation where both come near and neither explains a run."""
     near = [model for model, row in scene.summary.items() if row["epsilon_theta"] <= NEAR]
     worn = [model for model in near if CANDIDATES[model].width and not law_of(model).is_foundation]
@@ -197,7 +197,7 @@ def _neither(scene: Scene) -> list[str]:
     ]
 
 
-def _guided_or_pivoting(scene: Scene) -> list[str]:
+def _guided_or_pivoting(scene: SceneChoices) -> list[str]:
     """What k means: guided against pivoting."""
     soft = [model for model in scene.possible if law_of(model).is_foundation]
     pivoting = [model for model in soft if model in PIVOTING]
@@ -225,7 +225,7 @@ def _guided_or_pivoting(scene: Scene) -> list[str]:
     ]
 
 
-def _told(scene: Scene, model: str) -> str:
+def _told(scene: SceneChoices, model: str) -> str:
     return f"{MODEL_LABELS[model]}, {scene.numbers(model)}"
 
 

@@ -27,9 +27,9 @@ def run(chosen: Namespace) -> None:
     scene = load_scene(path)  # refused before the numerical libraries are loaded
     stem = Path(chosen.into) / path.stem
 
-    from freerock.figures.scene import draw
+    from freerock.figures.simulated_scene import draw
     from freerock.figures.style import save
-    from freerock.virtual_lab.scene import scene_text, simulate_scene, write_scene_record
+    from freerock.virtual_lab.simulate_scene import scene_text, simulate_scene, write_scene_record
 
     if scene.laser:
         write_scene_record(scene, stem.with_suffix(".tdms"))

@@ -14,10 +14,10 @@ from freerock.models.ground import GroundMotion, accelerogram, pulse
 from freerock.models.laws import LAWS, Rules
 from freerock.models.simulate import Response, simulate
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.noise import Noise
+from freerock.virtual_lab.added_noise import AddedNoise
 from freerock.virtual_lab.palermo import palermo_releases
-from freerock.virtual_lab.record import Recording, simulate_record
-from freerock.virtual_lab.tdms import write_record
+from freerock.virtual_lab.virtual_record import Recording, simulate_record
+from freerock.virtual_lab.write_tdms import write_tdms
 
 
 def ground_motion(section: GroundSection, folder: Path) -> GroundMotion:
@@ -128,8 +128,8 @@ def write_scene_record(scene: Scene, path: Path) -> None:
         recording=Recording(
             rate_hz=scene.sampling_rate_hz,
             longest_s=scene.duration_s,
-            noise=Noise(white_v=scene.laser.noise_v),
+            noise=AddedNoise(white_v=scene.laser.noise_v),
         ),
         rules=Rules(scene.debonding, scene.kinematics),
     )
-    write_record(path, record)
+    write_tdms(path, record)

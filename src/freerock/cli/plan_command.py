@@ -30,11 +30,11 @@ def run(chosen: Namespace) -> None:
     path = Path(chosen.campaign) if named else Path("config/campaigns") / f"{chosen.campaign}.yaml"
     campaign = load_campaign(path)  # refused before the numerical libraries are loaded
 
-    from freerock.figures.plan import draw, draw_rivals, draw_totals
+    from freerock.figures.plan_pages import draw, draw_rivals, draw_totals
     from freerock.figures.style import save
     from freerock.planning.plan_campaign import plan_campaign
     from freerock.tables.csvfile import write_csv
-    from freerock.tables.plan import plan_text, rivals_text, totals_text
+    from freerock.tables.plan_text import plan_text, rivals_text, totals_text
 
     found, labels = plan_campaign(campaign), labels_of(campaign)
     folder = Path(chosen.into or f"results/{campaign.name}/plan")

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING
 
 from freerock.config.campaign import Campaign, Source, campaign_paths, read_campaign
 from freerock.config.keys import BlockSection
+from freerock.config.laser_section import LaserSection
 from freerock.config.mistakes import ConfigError
 from freerock.config.record import Record
-from freerock.config.sensor import LaserSection
-from freerock.config.step_settings import plain
+from freerock.config.step_settings import section_values
 from freerock.errors import FreerockError, attempt
 from freerock.files import MANIFEST, check_manifest, listed_checksums
 from freerock.units import in_base_units
@@ -136,7 +136,7 @@ def check_config(
             held |= {"foundation": source.campaign.foundations}
             counted = (f"{len(all_of)} {what}{'s' * (len(all_of) != 1)}" for what, all_of in held.items())
             sound.append(f"{each.stem}: {', '.join(counted)}")
-            doubts += doubts_about(source)
+            doubts += configuration_doubts(source)
     return sound, problems, doubts
 
 
@@ -159,9 +159,9 @@ def check_files(source: Source) -> Iterator[FreerockError]:
             else:
                 tables[name] = table
     if source.campaign and source.campaign.ground_motions:
-        from freerock.response.motions import motions_in
+        from freerock.response.motions import ground_motions_in
 
-        wrong = motions_in(source.campaign.ground_motions.folder)[1]
+        wrong = ground_motions_in(source.campaign.ground_motions.folder)[1]
         yield from (_at(source.where("ground_motions", "folder"), each) for each in wrong)
     if source.campaign and source.campaign.truth:
         truth = attempt(read_truth, Path(source.raw, source.campaign.truth))
@@ -191,7 +191,7 @@ def _manifest(raw: str, unread: set[str]) -> Iterator[FreerockError]:
 def _record(
     where: str, source: Source, contents: "Contents", record: Record, tables: "Tables"
 ) -> Iterator[FreerockError]:
-    from freerock.records.channels import chosen, listed
+    from freerock.records.channels import chosen, names_in_short
 
     path = Path(source.raw, record.file)
     if isinstance(contents, FreerockError):
@@ -202,7 +202,9 @@ def _record(
         if isinstance(found, FreerockError):
             yield _at(f"{where}: channel", found)
         elif len(found) > 1:
-            yield FreerockError(f"{where}: channel", f"{path}: has the channels {listed(found)}", NAME_IT)
+            yield FreerockError(
+                f"{where}: channel", f"{path}: has the channels {names_in_short(found)}", NAME_IT
+            )
         elif name in source.lasers:
             (unit,) = (each.units for each in found.values())
             yield from _unit(f"{where}: laser", unit, source.lasers[name], tables.get(name))
@@ -229,7 +231,7 @@ def _at(where: str, error: FreerockError) -> FreerockError:
     return FreerockError(where, f"{error.where}: {error.what}", error.remedy)
 
 
-def doubts_about(source: Source) -> Iterator[FreerockError]:
+def configuration_doubts(source: Source) -> Iterator[FreerockError]:
     """What the user should look at again; nothing of it stops an analysis."""
     campaign = source.campaign
     if campaign is None:
@@ -403,7 +405,7 @@ def _sensor(laser: LaserSection, raw: str) -> "Laser":
     from freerock.rotation.sensor import Laser
 
     table = laser.calibration and read_calibration(Path(raw, laser.calibration))
-    return Laser(**{**plain(laser, "uncertainty"), "calibration": table})
+    return Laser(**{**section_values(laser, "uncertainty"), "calibration": table})
 
 
 def _swept_angle(values: "Floats", quantity: str, sensor: "Laser", block: BlockSection) -> float:

@@ -37,10 +37,10 @@ def run(chosen: Namespace) -> None:
 
     from freerock.config.step_settings import geometries, scenes_tested
     from freerock.jobs.respond import fragility_table, known_laws, make_responses
-    from freerock.response.motions import motions_in
+    from freerock.response.motions import ground_motions_in
     from freerock.tables.csvfile import read_csv, write_csv
 
-    motions, wrong = motions_in(chosen.motions)
+    motions, wrong = ground_motions_in(chosen.motions)
     for each in wrong:
         print(each)
     if wrong:
