@@ -46,7 +46,7 @@ rule tables:
         code=code("tables"),
         blocks=of_campaign(settings.geometries),
         release_angles_deg=of_campaign(settings.release_angles),
-        published=lambda w: campaign(w).published and settings.plain(campaign(w).published)["values"],
+        published=lambda w: campaign(w).published and settings.section_values(campaign(w).published)["values"],
         debonding=lambda w: campaign(w).fits.debonding,
     message:
         "{wildcards.campaign}: tables"
@@ -187,7 +187,7 @@ rule report:
         mem_mb=memory(1000),
     params:
         code=code("report"),
-        campaign=of_campaign(settings.plain),
+        campaign=of_campaign(settings.section_values),
         blocks=of_campaign(settings.geometries),
     message:
         "{wildcards.campaign}: report"
