@@ -1,9 +1,9 @@
 """The verdict on a run or a record: how far it may be used, and why, one reason per check.
 
 Reasons are made in `checks`; of a beginning in `beginning` and `begun_in_motion`; of r in
-`uneven_restitution` and `impacts`; of a signal in `rotation.faults`; after the fits in `selection.doubts` and `selection.fit_reasons`.
-Thresholds that have a key are in `config.defaults`, levels of tests in `identification.levels`, others beside
-their check.
+`uneven_restitution` and `impacts`; of a signal in `rotation.faults`; after the fits in `selection.doubts` and
+`selection.fit_reasons`. Thresholds with a key are in `config.defaults`, levels of tests in
+`identification.levels`, others beside their check.
 """
 
 from collections.abc import Iterable
