@@ -68,6 +68,11 @@ def test_a_single_run(tmp_path):
     assert "How much runs scatter" in text["Not to be concluded"]
 
 
+def test_release_angles_are_those_of_the_runs_whatever_their_side(tmp_path):
+    tree = record(theta0_deg=-10.0)  # the third run is excluded
+    assert ", released at 9.80 to 9.90°." in told(tmp_path, ([tree], [fits(tree)]))["Tested"]
+
+
 def test_no_law_explains_any_run(tmp_path):
     tree = record()
     text = told(tmp_path, ([tree], [fits(tree, models=("housner", "winkler"))]))

@@ -21,6 +21,7 @@ TABLES = ("runs", "choice", "candidates", "populations", "foundations", "predict
 OTHER_RUNS = "other runs"  # of the record, as the table predictions says
 MOST = 4  # names, laws or foundations that are listed
 NAMED = {"status": "selected", "explains": True}
+USABLE: Where = {"excluded": False, "verdict": f"{NOT}fail", "run": KNOWN}
 
 
 class Finding(NamedTuple):
@@ -83,8 +84,8 @@ def _tested(known: Tables, labels: Labels) -> list[Sentence]:
     if n_runs.text == "0":
         return [said("No run could be used: {} {} record{} of {}.", records, origin, _s(records), scene)]
     what = said("{} {} run{} in {} record{}: {}", n_runs, origin, _s(n_runs), records, _s(records), scene)
-    if known["table1"]["release_angle_deg"].notna().any():
-        what = said("{}, released at {}°", what, known.ends("table1", "release_angle_deg", {}))
+    if len(known.rows("runs", USABLE)):
+        what = said("{}, released at {}°", what, known.ends("runs", "theta0_deg", USABLE))
     return [said("{}.", what), *_left_out(known)]
 
 
@@ -104,8 +105,7 @@ def _left_out(known: Tables) -> list[Sentence]:
 
 def _durations(known: Tables, labels: Labels, longest: Mapping[str, str]) -> list[Sentence]:
     """How long each block rocks on each of several foundations where a law explains a run, longest first."""
-    usable: dict[str, object] = {"excluded": False, "verdict": f"{NOT}fail", "run": KNOWN}
-    means = known.rows("runs", usable).groupby(["block", "foundation"], sort=False)["duration_s"].mean()
+    means = known.rows("runs", USABLE).groupby(["block", "foundation"], sort=False)["duration_s"].mean()
     explained = known.rows("choice", NAMED)[["block", "foundation"]].itertuples(index=False, name=None)
     means = means[means.index.isin([*explained])]
     blocks = list(dict.fromkeys(means.index.get_level_values("block")))
@@ -114,7 +114,7 @@ def _durations(known: Tables, labels: Labels, longest: Mapping[str, str]) -> lis
         ranked = means[block].sort_values(ascending=False, kind="stable")
         first, times = str(ranked.index[0]), list[Sentence]()
         for each in ranked.index:
-            lasts = known.ends("runs", "duration_s", usable | {"block": block, "foundation": each})
+            lasts = known.ends("runs", "duration_s", {**USABLE, "block": block, "foundation": each})
             times.append(said("{} s{}", lasts, "" if each == first else f" on {labels.get(each, each)}"))
         beside = {first: ", as published"}.get(longest.get(block, ""), "")
         if not beside and longest.get(block) in ranked:
