@@ -171,7 +171,7 @@ def _explained(known: Tables) -> list[Sentence]:
     if lost := [each for each in found if not each.explained]:
         told += _unexplained(lost, n)
     elif rejected := list(_rejected(known)):
-        told.append(("Rejected: ", *listed(rejected), "."))
+        told.append(("Rejected, with the median ε_θ of each record: ", *listed(rejected), "."))
     return told
 
 
@@ -213,7 +213,7 @@ def _rejected(known: Tables) -> Iterator[Sentence]:
             continue
         some = "; some fits failed" if n < len(known.rows("table3", {"model": model})) else ""
         ends = known.ends("table3", "epsilon_theta", usable, 100)
-        yield said("{} (ε_θ = {} %{})", MODEL_LABELS[model], ends, some)
+        yield said("{} ({} %{})", MODEL_LABELS[model], ends, some)
 
 
 def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:

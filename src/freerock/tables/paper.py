@@ -40,6 +40,10 @@ STOPS_NOTE = (
     "Stops: at the minimum of ε_θ the rigid block comes to rest too soon; then the local minimum at which it "
     "rocks for at least half the time. Neither is used further."
 )
+EPSILON_NOTE = (
+    "ε_θ: median of the fits that may be used, of all where none may. The choice counts a failed fit as "
+    "rejected."
+)
 GIVEN_NOTE = "Fixed and tied parameters are stated in the configuration (fits.parameters)."
 UNDETERMINED_NOTE = (
     "An undetermined parameter was held: the run hardly depends on it, or the motion jumps there."
@@ -227,7 +231,7 @@ def printed_tables(
             table3_columns(third),
             table3_text(third, labels),
             f"Discrepancy ε_θ between {seen} and modelled rotation up to t_f, median and range of the runs",
-            [*_marked_notes(third), *_given_notes(third), *notes],
+            [*_marked_notes(third), *_given_notes(third), f"{EPSILON_NOTE} t_f: of the longest run.", *notes],
         ),
     }
 
