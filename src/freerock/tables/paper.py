@@ -131,7 +131,7 @@ def spread(row: Any) -> Cell:
         return Cell("–")
     if row.scatter_p > SCATTERS or row.tau == 0:
         bound = 100 * row.tau_high / row.mean
-        return number(f"< {quantity(bound, digits=2)}" if bound else "0", bound)
+        return number(f"< {quantity(bound, digits=2)}" if bound else "not seen", bound)
     return number(quantity(100 * row.tau / row.mean, digits=2), row.tau / row.mean)
 
 
