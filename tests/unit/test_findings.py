@@ -162,15 +162,17 @@ def test_the_page_begins_with_the_findings_and_says_where_each_number_stands(tmp
     assert first.count(" (selected)</span>") == 1 and "Hunt–Crossley (selected)" in first
 
 
-def test_a_chance_near_one_is_a_bound_and_lies_above_it(tmp_path):
+def test_both_chances_are_told_and_one_near_one_is_a_bound_below_it(tmp_path):
     names = tables_of(tmp_path, campaign())
     frames = {name: read_csv(tmp_path / f"{name}.csv") for name in names}
-    frames["foundations"] = frames["foundations"].assign(f_p=0.9987, shared=True, visible_percent=5.0)
+    seen = {"f_p": 0.9987, "inputs_p": 0.048, "shared": True, "visible_percent": 5.0}
+    frames["foundations"] = frames["foundations"].assign(**seen)
     write_csv(frames["foundations"], tmp_path / "foundations.csv")
     found = findings(frames, LABELS)
     found_again(found, tmp_path, LABELS)
     (shared,) = [each.sentences for each in found if each.head == "Shared by blocks"]
-    assert " (p > 0.99); " in plain(shared[0])
+    chances = " (p > 0.99; with what block and sensor may shift them, p = 0.048); "
+    assert chances in plain(shared[0]) and plain(shared[0]).endswith(" would mostly show.")
 
 
 def test_of_a_rigid_law_r_is_the_restitution_where_it_is_not_rejected(tmp_path, monkeypatch):

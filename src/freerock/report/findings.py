@@ -9,7 +9,6 @@ import pandas as pd
 
 from freerock.models.free_parameters import OF_RECORD, SYMBOLS
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of
-from freerock.populations.between_blocks import TEST
 from freerock.report.limitations import limits
 from freerock.report.numbers import KNOWN, NOT, Number, Sentence, Tables, Where, listed, said
 from freerock.tables.candidates import Answer, answers
@@ -358,17 +357,16 @@ def _agree(known: Tables, label: str, scene: Where) -> Sentence:
         return said(told, label, blocks, symbols, chance, apart)
     if rows["shared"].isna().any():
         return said("{}: too few runs to know whether {} blocks share {}.", label, blocks, symbols)
-    told = "{}: {} blocks show no difference{}; a difference of {} would show."
+    told = "{}: {} blocks show no difference{}; a difference of {} would mostly show."
     return said(told, label, blocks, chance, percent("visible_percent", "or"))
 
 
 def _chance(known: Tables, where: Where) -> Sentence:
-    """The p-value of the scatter between blocks against that between runs, where it is not too small to
-    matter; where it is small, also that of the test that allows for the inputs."""
-    row = known.rows("foundations", where).iloc[0]
-    told = _p(known, "f_p", where)
-    if told and row["f_p"] < TEST.significant and row["inputs_p"] > LEAST_P:
-        told = (*told, "; with what block and sensor may shift them, ", *_p(known, "inputs_p", where))
+    """The p-values of the scatter between blocks against that between runs, and of the test that allows for
+    the inputs, where they are not too small to matter."""
+    told, inputs = _p(known, "f_p", where), _p(known, "inputs_p", where)
+    if told and inputs:
+        told = (*told, "; with what block and sensor may shift them, ", *inputs)
     return (" (", *told, ")") if told else ()
 
 
