@@ -51,7 +51,7 @@ UNDETERMINED_NOTE = (
 NO_U_NOTE = "Without ±: the law does not explain the run, and the error of the parameter is not known."
 PUBLISHED_NOTE = "Published values: doi:{doi}, from the laboratory's own records."
 
-ANGLE_NOTE = "θ₀ measured: mean; ±: standard deviation between the runs."
+ANGLE_NOTE = "θ₀ recorded: mean; ±: standard deviation between the runs."
 
 SCATTERS = 0.05  # chance of noise to scatter runs as much, above which their spread is but bounded
 
@@ -166,7 +166,7 @@ TABLE1 = (
     numbers("r (Housner)", "r_housner", _four_digits),
     numbers("θ₀ nominal / °", "release_angle_nominal_deg", _four_digits),
     Column(
-        "θ₀ measured / °",
+        "θ₀ recorded / °",
         lambda row: number(quantity(row.release_angle_deg, row.release_angle_std_deg), row.release_angle_deg),
     ),
 )
