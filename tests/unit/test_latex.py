@@ -62,6 +62,7 @@ def test_latex_sets_symbols_in_italics_and_numbers_by_siunitx():
     assert r"$k$ / (\unit{N.m^{-2}}) & \num{6.88e6} \\" in text
     assert r"$2b$ / \unit{m} & \num{-1.5e-3} \\" in text
     assert r"Hunt--Crossley $\ddagger$ & 3 runs \\" in text
+    assert text.count(r"\sisetup{separate-uncertainty=true, exponent-product=\cdot}") == 1
     assert text.index(r"\caption") < text.index(r"\label{tab:x}") < text.index(r"\begin{tabular}")
 
 

@@ -116,6 +116,7 @@ def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: st
         written += [
             rf"\begin{{{fit.environment}}}",
             rf"\centering\{fit.font}\setlength{{\tabcolsep}}{{{SEPARATION_PT}pt}}",
+            r"\sisetup{separate-uncertainty=true, exponent-product=\cdot}",
             *([r"\addtocounter{table}{-1}"] if again else []),
             rf"\caption{{{_tex(caption)}{' (continued)' * again}}}",
             *([rf"\label{{{label}}}"] if label and not again else []),
