@@ -189,8 +189,10 @@ def test_the_spectrum_of_a_residual_of_white_noise_is_its_variance_over_the_band
     figure, data = residuals.draw([fits(tree)], [tree], "simulated", LABELS)
     own = data[data["source"] == "hunt_crossley"]
     density = own[own["run"] == 1]
-    assert np.trapezoid(density["value"], density["at"]) == pytest.approx(0.01**2, rel=0.15)
-    assert density["at"].max() == pytest.approx(RATE_HZ / 2, rel=0.1)
+    assert np.trapezoid(density["density_deg2_hz"], density["frequency_hz"]) == pytest.approx(
+        0.01**2, rel=0.15
+    )
+    assert density["frequency_hz"].max() == pytest.approx(RATE_HZ / 2, rel=0.1)
     assert figure.axes[0].get_title(loc="left") == "Slender block, mat"
 
 
