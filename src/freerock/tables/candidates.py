@@ -108,10 +108,10 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
         Columns `COLUMNS`, then `RARE_COLUMNS` that are not empty; one row per block, foundation and
         candidate. n_runs: those with a choice; n_selected to n_not_fitted: their number by status;
         n_explains: runs in which the candidate leaves no more than the noise at rest. epsilon_theta,
-        epsilon_holdout: medians (fractions) of the fits that may be used, of all where none may. r, k_n_m2 [N/m²], c_n_s_m2
-        [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m, kappa_n_m3 [N/m³], e, mu, tau_s [s]: medians over
-        the runs in which the candidate is named or also possible, NaN where there is none or it has no such
-        parameter.
+        epsilon_holdout: medians (fractions) of the fits that may be used, of all where none may. r,
+        k_n_m2 [N/m²], c_n_s_m2 [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m, kappa_n_m3 [N/m³], e, mu,
+        tau_s [s]: medians over the runs in which the candidate is named or also possible, NaN where there
+        is none or it has no such parameter.
     """
     key = [*SCENE, "test", "run", "model"]
     choice, parameters = (table.assign(run=table["run"].astype(str)) for table in (choice, parameters))
