@@ -299,7 +299,7 @@ def made(tmp_path, tables, module, names, target, blocks=BLOCKS, **more):
 def test_a_caption_has_a_title_what_is_drawn_of_which_runs_and_that_it_is_simulated(tables, tmp_path):
     stem = made(tmp_path, tables, restitution, ["runs", "restitution", "epsilon"], "double_column")
     assert stem.with_suffix(".txt").read_text(encoding="utf-8") == (
-        "Title.\nWhat is drawn. 28 impacts of 7 runs. Lines: Hunt–Crossley. "
+        "Title.\nWhat is drawn. 28 impacts of 7 runs. Lines: the law fitted to the first run, Hunt–Crossley. "
         "The records are simulated; they are not the laboratory's data.\n"
     )
     assert pages(stem) == 1
