@@ -48,8 +48,8 @@ def test_a_campaign_with_failures(tmp_path):
     assert "Foundation" not in {each.head for each in findings(tables, LABELS)}
     assert text["Foundation"].startswith("Slender (h/b = 4.00) rocks longest on ")
     assert re.match(
-        r"Marble, from the other runs of a record: ε_θ ≤ [\d.]+ %\. "
-        r"Marble, from another block: ε_θ ≤ [\d.]+ % for Slender and [\d.]+ % for Squat\.",
+        r"Marble, from the other runs of a record \(1 averaged\): ε_θ ≤ [\d.]+ %\. "
+        r"Marble, from another block \(1 averaged\): ε_θ ≤ [\d.]+ % for Slender and [\d.]+ % for Squat\.",
         text["Predicted"],
     )
     assert "Not tested" not in text["Shared by blocks"]

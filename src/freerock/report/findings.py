@@ -127,15 +127,15 @@ def _durations(known: Tables, labels: Labels, longest: Mapping[str, str]) -> lis
 
 def _predicted(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:
     """Largest discrepancy of runs with parameters of other runs, and of each block with those of others,
-    under the law quoted."""
+    under the law quoted, with the number of runs that were averaged."""
     told: list[Sentence] = []
     for foundation, model in list(quoted.items())[:MOST]:
         scene = {"foundation": foundation, "model": model}
         from_runs, from_blocks = scene | {"basis": OTHER_RUNS}, scene | {"basis": NOT + OTHER_RUNS}
         label = labels.get(foundation, foundation)
         if len(known.rows("predictions", from_runs)):
-            most = _at_most(known, from_runs)
-            told.append(said("{}, from the other runs of a record: ε_θ ≤ {}.", label, most))
+            most, n = _at_most(known, from_runs), known.ends("predictions", "n_runs", from_runs)
+            told.append(said("{}, from the other runs of a record ({} averaged): ε_θ ≤ {}.", label, n, most))
         blocks = list(known.rows("predictions", from_blocks)["block"].unique())
         if blocks:
             most = _at_most(known, from_blocks)
@@ -143,7 +143,8 @@ def _predicted(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list
                 each_most = [_at_most(known, from_blocks | {"block": each}) for each in blocks]
                 names = [labels.get(each, each) for each in blocks]
                 most = listed([said("{} for {}", *pair) for pair in zip(each_most, names, strict=True)])
-            told.append(said("{}, from another block: ε_θ ≤ {}.", label, most))
+            n = known.ends("predictions", "n_runs", from_blocks)
+            told.append(said("{}, from another block ({} averaged): ε_θ ≤ {}.", label, n, most))
     return told
 
 
