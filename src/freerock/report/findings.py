@@ -122,7 +122,7 @@ def _durations(known: Tables, labels: Labels, longest: Mapping[str, str]) -> lis
         where = f"{labels.get(first, first)}{beside}"
         name = labels.get(block, block)
         told.append(said("{} (h/b = {}) rocks longest on {}: {}.", name, slender, where, listed(times)))
-    return told
+    return told and [*told, ("Each time ends where the motion is lost in the noise.",)]
 
 
 def _predicted(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:
