@@ -42,7 +42,7 @@ def test_a_campaign_with_failures(tmp_path):
     assert "Housner (" in text["Explained by"]
     assert "Marble: k = (6.8800 ± 0.0060)·10⁶ N m⁻² and λ = " in text["Parameters"]
     assert text["Foundation"].count(" rocks longest on ") == 2
-    assert text["Foundation"].endswith(" s on Soft mat. Each time ends where the motion is lost in the noise.")
+    assert text["Foundation"].endswith(" on Soft mat. Each time ends where the motion is lost in the noise.")
     tables = {name: read_csv(tmp_path / f"{name}.csv") for name in tables_of(tmp_path, campaign())}
     choice = tables["choice"]
     choice.loc[choice["foundation"] == "mat", "explains"] = False
