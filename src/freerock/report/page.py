@@ -201,7 +201,7 @@ def _content(
         "unexplained": unexplained(tables["choice"]),
         "n_runs": int(runs["run"].notna().sum()),
         "settings": settings(config),
-        "free": free_besides(config["fits"]),
+        "free": free_besides(config["fits"], laws),
         **{name: provenance[name] for name in ("inputs", "software", "git")},
         "other_software": provenance.get("other_software", ()),
         "styles": {"mark": " – simulated" if simulated else "", "lines": looks},
