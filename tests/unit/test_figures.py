@@ -285,7 +285,8 @@ def test_quality_begins_with_what_was_found_and_what_is_doubtful(datasets):
         for text in words
         if text.startswith("Found: Hunt–Crossley explains the run: k\N{NO-BREAK SPACE}=")
     )
-    doubtful = next(text for text in words if text.startswith("Doubtful: nothing that a check found"))
+    doubtful = next(text for text in words if text == "No check found a doubt")
+    assert any("$ε_θ$\N{NO-BREAK SPACE}= " in text for text in words)
     assert words.index(found) < words.index(doubtful)
     left_out = texts(pages[2])
     assert "Found: not fitted" in left_out
@@ -317,6 +318,8 @@ def test_quality_shows_the_noise_on_top_of_the_residual(datasets):
     assert edges == pytest.approx([-1.96, 1.96])
     drawn = [line for line in residual.lines if line.get_zorder() == 2]
     assert len(drawn) == 3
+    marks = {text.get_text() for text in residual.texts}
+    assert max(residual.get_ylim()) > 100 and {"3", "−3", "100"} <= marks and "10" not in marks
 
 
 def test_quality_shows_no_noise_where_nothing_was_fitted(datasets):

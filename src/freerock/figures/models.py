@@ -109,7 +109,8 @@ def _plot(motion: Axes, residual: Axes, own: pd.DataFrame, model: str, origin: s
 def _scale(residual: Axes, furthest: float) -> None:
     """Linear about zero, logarithmic beyond."""
     residual.set_yscale("symlog", linthresh=LINEAR)
-    decades = [10.0**power for power in range(1, 7) if 10**power < furthest]
+    first = 2 if furthest > 30 else 1  # 10 would touch 3
+    decades = [10.0**power for power in range(first, 7) if 10**power < furthest]
     ticks = [-each for each in decades[::-1]] + [-LINEAR, 0.0, LINEAR] + decades
     residual.set_yticks(ticks, [fixed(tick, 0) for tick in ticks])
     residual.minorticks_off()
