@@ -121,6 +121,10 @@ def test_models_shows_all_runs_their_named_law_and_the_residuals(datasets):
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["simulated record", "Hunt–Crossley"]
     assert any(text.startswith("$ε_θ$ = ") for text in texts(figure))
+    runs = runs_of(datasets[1][0].copy(deep=True))
+    for run, epsilon in zip(runs.values(), (9.7e-6, 1.17e-5), strict=True):
+        run.children["hunt_crossley"]["epsilon_theta"] = epsilon
+    assert models._laws(runs) == ["$ε_θ$ = 0.0010 … 0.0012 %"]
 
 
 def test_models_names_the_runs_drawn_and_a_law_that_is_rejected():

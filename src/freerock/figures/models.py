@@ -11,7 +11,7 @@ from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.choices import explained_in, named_in
 from freerock.products.groups import runs_of
-from freerock.tables.text import fixed, quantity
+from freerock.tables.text import between, fixed, quantity
 
 FIGURE = {
     "title": "{Measured} rotation and the law selected for it",
@@ -88,10 +88,12 @@ def _laws(fitted: Mapping[int, xr.DataTree]) -> list[str]:
             found.setdefault(model, []).append((epsilon, explained_in(run)))
     told = []
     for model, each in found.items():
-        low, high = (quantity(end(epsilon for epsilon, _ in each), digits=2) for end in (min, max))
+        ends = [end(epsilon for epsilon, _ in each) for end in (min, max)]
+        low, high = (quantity(end, digits=2) for end in ends)
+        span = low if low == high else between(*ends, digits=2, apart=False)
         name = f"{MODEL_LABELS[model]}: " if len(found) > 1 else ""
         rejected = "" if all(explains for _, explains in each) else ", rejected"
-        told.append(f"{name}$ε_θ$ = {low if low == high else f'{low} to {high}'} %{rejected}")
+        told.append(f"{name}$ε_θ$ = {span} %{rejected}")
     return told
 
 

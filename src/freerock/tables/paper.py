@@ -107,8 +107,11 @@ def decimals(n: int) -> Callable[[float], str]:
     return partial(fixed, decimals=n)
 
 
-def _four_digits(value: float) -> str:
+def _stated(value: float) -> str:
     return f"{value:.4g}" if math.isfinite(value) else "–"
+
+
+_FOUR_DIGITS = partial(quantity, digits=4)
 
 
 def _failed(row: Any, times: float = 1.0) -> str:
@@ -144,7 +147,7 @@ def _next_run(row: Any) -> Cell:
 def _range(row: Any) -> Cell:
     if row.n_runs < 2:
         return Cell("–")
-    return number(between(100 * row.epsilon_low, 100 * row.epsilon_high), row.epsilon_low)
+    return number(between(100 * row.epsilon_low, 100 * row.epsilon_high, apart=False), row.epsilon_low)
 
 
 _MODEL = Column("Model", lambda row: Cell(MODEL_LABELS[row.model] + _mark(row)))
@@ -156,15 +159,15 @@ _BETWEEN_RUNS = (
 )
 
 TABLE1 = (
-    numbers("2h / m", "height_m", _four_digits),
-    numbers("2b / m", "width_m", _four_digits),
-    numbers("h/b", "slenderness", _four_digits),
-    numbers("m / kg", "mass_kg", _four_digits),
-    numbers("α / °", "alpha_deg", _four_digits),
-    numbers("R / m", "R_m", _four_digits),
-    numbers("p / (rad s⁻¹)", "p_rad_s", _four_digits),
-    numbers("r (Housner)", "r_housner", _four_digits),
-    numbers("θ₀ nominal / °", "release_angle_nominal_deg", _four_digits),
+    numbers("2h / m", "height_m", _stated),
+    numbers("2b / m", "width_m", _stated),
+    numbers("h/b", "slenderness", _stated),
+    numbers("m / kg", "mass_kg", _stated),
+    numbers("α / °", "alpha_deg", _FOUR_DIGITS),
+    numbers("R / m", "R_m", _FOUR_DIGITS),
+    numbers("p / (rad s⁻¹)", "p_rad_s", _FOUR_DIGITS),
+    numbers("r (Housner)", "r_housner", _FOUR_DIGITS),
+    numbers("θ₀ nominal / °", "release_angle_nominal_deg", _stated),
     Column(
         "θ₀ recorded / °",
         lambda row: number(quantity(row.release_angle_deg, row.release_angle_std_deg), row.release_angle_deg),
