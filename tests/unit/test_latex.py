@@ -88,6 +88,7 @@ def test_numbers_are_macros_of_letters_alone(datasets):
     tidy["populations"] = populations_table(tidy["parameters"])
     lines = numbers_tex(tidy).splitlines()
     assert lines[0].startswith("% The records are simulated")
+    assert lines[1] == "% θ₀: as the sensor shows it, a sinking corner included."
     names = [re.fullmatch(r"\\newcommand\{\\(fr[a-zA-Z]+)\}\{.+\}", line)[1] for line in lines[1:]]
     populations, epsilon = tidy["populations"], tidy["epsilon"]
     of_records = (populations["level"] == "record").sum() + len(epsilon[["test", "model"]].drop_duplicates())

@@ -31,7 +31,7 @@ from freerock.report.records import Listed, charted, listed, sections_of
 from freerock.report.scene import unexplained
 from freerock.report.text import counts, facts, free_besides, settings
 from freerock.runs.verdict import VERDICTS
-from freerock.tables.paper import PUBLISHED_NOTE, SIMULATED_NOTE, named, printed_tables
+from freerock.tables.paper import PUBLISHED_NOTE, SEEN_NOTE, SIMULATED_NOTE, named, printed_tables
 
 MOST_LISTED = 120  # runs with rows and fits in the page, up to 6 kB each; all stand in the tables
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
@@ -171,6 +171,7 @@ def _content(
         else {},
         "simulated": simulated,
         "simulated_note": SIMULATED_NOTE,
+        "seen_note": SEEN_NOTE,
         "origin_word": config["origin"],
         "laws": [law for name, law in LAWS.items() if law.published or name in laws],
         "findings": findings(tables, labels, config["published"]["longest"] if config["published"] else {}),

@@ -14,7 +14,7 @@ from freerock.response.motions import INTENSITIES
 from freerock.rotation.total_uncertainty import LAW
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
-from freerock.tables.paper import Cell, Column, Labels, Printed, decimals, number, numbers
+from freerock.tables.paper import SEEN_NOTE, Cell, Column, Labels, Printed, decimals, number, numbers
 from freerock.tables.text import INPUT_LABELS, fixed, quantity, with_unit
 
 SHOWN = 1.0  # per cent of a square of a total uncertainty, from which a contribution is shown
@@ -164,7 +164,7 @@ def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortab
         numbers("σ / °", "sigma_theta_deg", partial(quantity, digits=2)),
         Column("Model", lambda row: _named(needed.get((row.test, run(row))))),
     ]
-    note = "Each row leads to its run. σ: standard deviation of the noise of θ. "
+    note = f"Each row leads to its run. {SEEN_NOTE} σ: standard deviation of the noise of θ. "
     note += "Impacts: those seen; with r: those of them with a restitution. "
     note += "Model: the one that explains the run with the fewest parameters."
     return _sortable(columns, runs.itertuples(), "Runs and verdicts", [note])

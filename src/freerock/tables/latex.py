@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from freerock.tables.paper import SIMULATED_NOTE
+from freerock.tables.paper import SEEN_NOTE, SIMULATED_NOTE
 from freerock.tables.text import fixed, quantity, unit_text
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
@@ -206,7 +206,7 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
         text = f"{quantity(100 * row.epsilon_theta)} %"
         macro([*_fit_name(row), "Epsilon"], text if row.success else "failed fit")
         macro([*_fit_name(row), "FinalTime"], f"{fixed(row.final_time_s, 2)} s")
-    notes = [f"% {SIMULATED_NOTE}"] if "simulated" in set(runs["origin"]) else []
+    notes = [*[f"% {SIMULATED_NOTE}"] * ("simulated" in set(runs["origin"])), f"% {SEEN_NOTE}"]
     lines = [rf"\newcommand{{\{name}}}{{{text}}}" for name, text in named.items()]
     return "\n".join([*notes, *lines, ""])
 

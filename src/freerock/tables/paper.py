@@ -51,6 +51,7 @@ UNDETERMINED_NOTE = (
 NO_U_NOTE = "Without ±: the law does not explain the run, and the error of the parameter is not known."
 PUBLISHED_NOTE = "Published values: doi:{doi}, from the laboratory's own records."
 
+SEEN_NOTE = "θ₀: as the sensor shows it, a sinking corner included."
 ANGLE_NOTE = "θ₀ recorded: mean; ±: standard deviation between the runs."
 
 SCATTERS = 0.05  # chance of noise to scatter runs as much, above which their spread is but bounded
@@ -226,7 +227,7 @@ def printed_tables(
             table1_columns(first),
             table1_text(first, labels),
             "Block configurations",
-            [*_scatter_note(first), *angle_notes(first, labels), *simulated],
+            [SEEN_NOTE, *_scatter_note(first), *angle_notes(first, labels), *simulated],
         ),
         "table2": _parameters(second, "Identified parameters, record by record", notes, labels),
         "table3": Printed(
