@@ -88,9 +88,10 @@ def _laws(fitted: Mapping[int, xr.DataTree]) -> list[str]:
             found.setdefault(model, []).append((epsilon, explained_in(run)))
     told = []
     for model, each in found.items():
-        ends = [end(epsilon for epsilon, _ in each) for end in (min, max)]
-        low, high = (quantity(end, digits=2) for end in ends)
-        span = low if low == high else between(*ends, digits=2, apart=False)
+        low, high = (end(epsilon for epsilon, _ in each) for end in (min, max))
+        span = between(low, high, digits=2, apart=False)
+        if quantity(low, digits=2) == quantity(high, digits=2):
+            span = quantity(low, digits=2)
         name = f"{MODEL_LABELS[model]}: " if len(found) > 1 else ""
         rejected = "" if all(explains for _, explains in each) else ", rejected"
         told.append(f"{name}$ε_θ$ = {span} %{rejected}")
