@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 from evidence import NAMED, ON_ANY_RUN, POSSIBLE, paper, scene
 from fabricated import campaign
 
@@ -39,6 +40,17 @@ def test_counts_and_medians():
     assert (worn["n_selected"], worn["n_not_fitted"], worn["contact_width_m"]) == (1, 2, 0.063)
     assert np.isnan(table.set_index("model").loc["housner", "r"])
     assert (table[["n_selected", "n_also_possible", "n_rejected", "n_not_fitted"]].sum(axis=1) == 3).all()
+
+
+def test_medians_are_of_fits_that_may_be_used_unless_none_may():
+    choice, parameters = scene(*RUNS)
+    winkler = choice["model"] == "winkler"
+    choice.loc[winkler, "epsilon_theta"] = choice.loc[winkler, "epsilon_holdout"] = [0.1, 0.2, 0.9]
+    failed = (parameters["model"] == "winkler") & (parameters["run"] == 3)
+    parameters.loc[failed | (parameters["model"] == "housner"), "success"] = False
+    table = candidates_table(choice, parameters).set_index("model")
+    assert table.loc["winkler", ["epsilon_theta", "epsilon_holdout"]].tolist() == pytest.approx([0.15, 0.15])
+    assert table.loc["housner", ["epsilon_theta", "epsilon_holdout"]].tolist() == [1e-5, 2e-5]
 
 
 def test_printed_are_the_candidates_that_were_fitted():

@@ -119,7 +119,7 @@ def test_a_candidate_worse_than_a_block_at_rest_is_never_named():
     assert choose(alike).selected == "hunt_crossley"
     runs = choose([found("winkler", -50.0, epsilon_holdout_runs=1.5), found("hunt_crossley", 0.0, **LOUD)])
     assert runs.selected == "hunt_crossley"
-    assert runs.judged[0].reason == "held-out ε_θ = 150 %: worse than a block at rest"
+    assert runs.judged[0].reason == "held-out ε_θ is worse than that of a block at rest: 150 %"
 
 
 def test_worn_corners_against_a_compliant_foundation_in_words():

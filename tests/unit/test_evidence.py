@@ -3,8 +3,9 @@
 from evidence import NAMED, PIVOTING, POSSIBLE, REJECTED, paper, scene
 
 from freerock.models.block import Block
-from freerock.report.scene_choices import unexplained
 from freerock.report.scene_evidence import explained, scenes_of, together
+from freerock.report.scene_choices import unexplained
+from freerock.selection.choice import Evidence
 from freerock.tables.candidates import candidates_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84)}
@@ -175,6 +176,15 @@ def test_table_of_the_evidence():
         "Hunt–Crossley, pivoting",
         "Housner, width free",
     ]
+
+
+def test_a_reason_without_its_numbers_is_whole():
+    choice, parameters = scene(paper() | {"hunt_crossley": NAMED})
+    rejected = Evidence("winkler", 4, success=True, epsilon_holdout=1.8).objection
+    choice.loc[choice["model"] == "winkler", "reason"] = rejected
+    (found,) = scenes_of(choice, candidates_table(choice, parameters), BLOCKS, {})
+    (row,) = [row for row in found["rows"] if row[0].text == "Winkler"]
+    assert row[-1].text == "held-out ε_θ is worse than that of a block at rest"
 
 
 def test_what_scenes_share_is_told_once():

@@ -121,6 +121,10 @@ def test_models_shows_all_runs_their_named_law_and_the_residuals(datasets):
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["simulated record", "Hunt–Crossley"]
     assert any(text.startswith("$ε_θ$ = ") for text in texts(figure))
+    runs = runs_of(datasets[1][0].copy(deep=True))
+    for run, epsilon in zip(runs.values(), (9.7e-6, 1.17e-5), strict=True):
+        run.children["hunt_crossley"]["epsilon_theta"] = epsilon
+    assert models._laws(runs) == ["$ε_θ$ = 0.0010 … 0.0012 %"]
 
 
 def test_models_names_the_runs_drawn_and_a_law_that_is_rejected():
@@ -269,7 +273,7 @@ def test_quality_has_a_page_per_run_with_verdict_and_reasons(datasets):
         if each.get_text().startswith(("ok", "warn"))
     ]
     assert [quality.VERDICT_COLOURS["ok"], quality.VERDICT_COLOURS["excluded"]] == [shades[0], shades[2]]
-    assert any("4 impacts seen, " in text and " with a restitution" in text for text in texts(pages[0]))
+    assert any("; 4 zero crossings, 4 with a restitution" in text for text in texts(pages[0]))
     assert "not fitted" in texts(pages[2])
     assert "not fitted" not in texts(pages[0])
     assert {"voltage", "theta", "error_level"} <= set(data[data["run"].isna()]["series"])
@@ -285,7 +289,8 @@ def test_quality_begins_with_what_was_found_and_what_is_doubtful(datasets):
         for text in words
         if text.startswith("Found: Hunt–Crossley explains the run: k\N{NO-BREAK SPACE}=")
     )
-    doubtful = next(text for text in words if text.startswith("Doubtful: nothing that a check found"))
+    doubtful = next(text for text in words if text == "No check found a doubt")
+    assert any("$ε_θ$" in text for text in words)
     assert words.index(found) < words.index(doubtful)
     left_out = texts(pages[2])
     assert "Found: not fitted" in left_out
@@ -317,6 +322,8 @@ def test_quality_shows_the_noise_on_top_of_the_residual(datasets):
     assert edges == pytest.approx([-1.96, 1.96])
     drawn = [line for line in residual.lines if line.get_zorder() == 2]
     assert len(drawn) == 3
+    marks = {text.get_text() for text in residual.texts}
+    assert max(residual.get_ylim()) > 100 and {"3", "−3", "100"} <= marks and "10" not in marks
 
 
 def test_quality_shows_no_noise_where_nothing_was_fitted(datasets):

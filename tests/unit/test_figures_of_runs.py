@@ -102,10 +102,10 @@ def test_parameters_are_of_the_law_of_each_foundation(tables):
     assert re.match(r"Hunt–Crossley \(mat\), named by \d of \d runs\. Runs of ", on_mat)
 
 
-def test_a_spread_that_is_nothing_is_nought(tables):
+def test_a_spread_that_is_nothing_was_not_seen(tables):
     populations = tables["populations"].assign(tau=0.0, tau_high=0.0, scatter_p=1.0)
     figure, data = parameters.draw(tables["parameters"], populations, tables["choice"], "simulated", LABELS)
-    assert set(data["tau_text"].dropna()) <= {"", "0"} and "0" in texts(figure)
+    assert set(data["tau_text"].dropna()) <= {"", "not seen"} and "not seen" in texts(figure)
 
 
 def test_parameters_of_a_rejected_law_are_open(tables):
@@ -189,8 +189,10 @@ def test_the_spectrum_of_a_residual_of_white_noise_is_its_variance_over_the_band
     figure, data = residuals.draw([fits(tree)], [tree], "simulated", LABELS)
     own = data[data["source"] == "hunt_crossley"]
     density = own[own["run"] == 1]
-    assert np.trapezoid(density["value"], density["at"]) == pytest.approx(0.01**2, rel=0.15)
-    assert density["at"].max() == pytest.approx(RATE_HZ / 2, rel=0.1)
+    assert np.trapezoid(density["density_deg2_hz"], density["frequency_hz"]) == pytest.approx(
+        0.01**2, rel=0.15
+    )
+    assert density["frequency_hz"].max() == pytest.approx(RATE_HZ / 2, rel=0.1)
     assert figure.axes[0].get_title(loc="left") == "Slender block, mat"
 
 
@@ -297,7 +299,7 @@ def made(tmp_path, tables, module, names, target, blocks=BLOCKS, **more):
 def test_a_caption_has_a_title_what_is_drawn_of_which_runs_and_that_it_is_simulated(tables, tmp_path):
     stem = made(tmp_path, tables, restitution, ["runs", "restitution", "epsilon"], "double_column")
     assert stem.with_suffix(".txt").read_text(encoding="utf-8") == (
-        "Title.\nWhat is drawn. 28 impacts of 7 runs. Lines: Hunt–Crossley. "
+        "Title.\nWhat is drawn. 28 impacts of 7 runs. Lines: the law fitted to the first run, Hunt–Crossley. "
         "The records are simulated; they are not the laboratory's data.\n"
     )
     assert pages(stem) == 1

@@ -62,6 +62,7 @@ def test_latex_sets_symbols_in_italics_and_numbers_by_siunitx():
     assert r"$k$ / (\unit{N.m^{-2}}) & \num{6.88e6} \\" in text
     assert r"$2b$ / \unit{m} & \num{-1.5e-3} \\" in text
     assert r"Hunt--Crossley $\ddagger$ & 3 runs \\" in text
+    assert text.count(r"\sisetup{separate-uncertainty=true, exponent-product=\cdot}") == 1
     assert text.index(r"\caption") < text.index(r"\label{tab:x}") < text.index(r"\begin{tabular}")
 
 
@@ -87,6 +88,7 @@ def test_numbers_are_macros_of_letters_alone(datasets):
     tidy["populations"] = populations_table(tidy["parameters"])
     lines = numbers_tex(tidy).splitlines()
     assert lines[0].startswith("% The records are simulated")
+    assert lines[1] == "% θ₀: as the sensor shows it, a sinking corner included."
     names = [re.fullmatch(r"\\newcommand\{\\(fr[a-zA-Z]+)\}\{.+\}", line)[1] for line in lines[1:]]
     populations, epsilon = tidy["populations"], tidy["epsilon"]
     of_records = (populations["level"] == "record").sum() + len(epsilon[["test", "model"]].drop_duplicates())

@@ -89,7 +89,7 @@ def test_report_shows_every_run_with_verdict_and_reasons(page):
     assert "5 records with 9 free-rocking runs; verdicts: 7 ok, 2 warn, 1 fail." in page.text
     assert re.search(r'<span class="excluded">\w+, excluded</span>', page.html)
     assert not re.search(r'class="(ok|warn)">\w+, excluded', page.html)
-    assert "4 impacts, 4 with r" in page.text
+    assert "4 zero crossings, 4 with a restitution" in page.text
     assert "1 record could not be processed" in page.text
     assert "the block slid & turned <1°" in page.text
     assert "the file is truncated; record it again" in page.text

@@ -1,7 +1,7 @@
 import pytest
 from fabricated import campaign
 
-from freerock.tables.recovered import recovered_table, recovered_text
+from freerock.tables.recovered import printed_recovered, recovered_table
 from freerock.tables.tidy import parameters_table
 
 
@@ -11,6 +11,8 @@ def test_recovered_compares_runs_with_the_truth():
     assert table["parameter"].tolist() == ["k", "lambda"]
     assert table["inside"].tolist() == [True, False]
     assert table["error_percent"].tolist() == pytest.approx([0.0, 4.0])
-    text = recovered_text(table)
-    assert text["In 95 %"].tolist() == ["yes", "no"]
-    assert text["Identified"].tolist() == ["(6.880 ± 0.012)·10⁶", "(1.3000 ± 0.0040)·10⁸"]
+    table.loc[0, "truth"] = 6.92e6  # beyond the noise, within the total uncertainty
+    printed = printed_recovered(table)
+    assert printed.text["In 1.96 u"].tolist() == ["yes", "no"]
+    assert printed.text["Identified"].tolist() == ["(6.880 ± 0.027)·10⁶", "(1.3000 ± 0.0089)·10⁸"]
+    assert "total standard uncertainty" in printed.notes[0] and "1 of 2 inside 1.96 u." in printed.notes[0]

@@ -47,9 +47,11 @@ def test_methods_tell_the_settings_of_the_campaign(written):
     assert "**Tests.** 9 simulated runs in 5 records: Slender and Squat on Marble and Soft mat" in text
     assert "The first 30 ms after the release" in text
     assert (
-        "Laws fitted: Housner [@housner1963], Winkler [@koh1986], Hunt–Crossley [@hunt1975; @spanos2017]"
+        "Laws fitted: Housner [@housner1963], Winkler [@koh1986], Hunt–Crossley [@hunt1975; @spanos2017]. "
+        "General would have been fitted where the residuals of the others exceed the noise. Hardening would "
         in text
     )
+    assert "Free besides the parameters of the law: Housner, Winkler, Hunt–Crossley: θ₀ and t₀." in text
     assert "a spread for each block" in text and "profile likelihood" not in text
     shipped = settings([])
     runs = shipped["processing"]["runs"] | {"finger_s": 0.05, "min_impacts": 5}

@@ -2,6 +2,7 @@ import pytest
 from fabricated import fits, record
 
 from freerock.models.block import Block
+from freerock.report.tables import compared_restitution
 from freerock.tables.populations import populations_table
 from freerock.tables.restitution_comparison import restitution_comparison
 from freerock.tables.tidy import parameters_table, restitution_table, runs_table
@@ -14,7 +15,7 @@ def test_first_impact_is_compared_with_that_of_a_rigid_block():
     fitted = [fits(tree) for tree in records]
     tables = (
         runs_table(records),
-        populations_table(parameters_table(fitted)),
+        populations_table(parameters_table(fitted)).assign(u_total=0.0027),
         restitution_table(records, fitted),
     )
     row = restitution_comparison(*tables, BLOCKS).iloc[0]
@@ -23,6 +24,9 @@ def test_first_impact_is_compared_with_that_of_a_rigid_block():
     assert row["r_fitted"] == pytest.approx(0.957)
     assert (row["r_first"], row["r_median"]) == pytest.approx((0.94, 0.9445))
     assert (row["r_low"], row["r_high"]) == pytest.approx((0.94, 0.949))
+    assert (row["r_fitted_u"], row["r_first_u"], row["r_median_u"]) == pytest.approx((0.0027, 0.003, 0.003))
+    shown = compared_restitution(restitution_comparison(*tables, BLOCKS)).rows[0]
+    assert [cell.text for cell in shown[1:4]] == ["0.9570 ± 0.0027", "0.9400 ± 0.0030", "0.9445 ± 0.0030"]
 
 
 @pytest.mark.parametrize("run", [None, str])  # numbers, and texts as of the written tables

@@ -47,7 +47,7 @@ def look_up(number, folder):
         (row,) = rows
         known = [float(row[column]) for column in number.columns]
     else:
-        values = [float(row[number.columns[0]]) for row in rows if row[number.columns[0]]]
+        values = [abs(float(row[number.columns[0]])) for row in rows if row[number.columns[0]]]
         known = [{"lowest": min, "highest": max}[number.how](values)]
     texts = [printed["value"], *([printed["error"]] if printed["error"] else [])]
     for text, value in zip(texts, known, strict=False):

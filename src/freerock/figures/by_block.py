@@ -106,7 +106,7 @@ def by_block(
 
 
 def caption_of(data: pd.DataFrame, labels: Labels = None) -> str:
-    """How many impacts and runs are drawn, and the law of each line."""
+    """How many impacts and runs are drawn, and the law of each line, which is of the first run alone."""
     seen = data[data["source"] == "experiment"]
     n = len(seen[["test", "run"]].drop_duplicates())
     told = f"{style.number_of(len(seen), 'impact').capitalize()} of {style.number_of(n, 'run')}."
@@ -115,7 +115,7 @@ def caption_of(data: pd.DataFrame, labels: Labels = None) -> str:
     if not of_law:
         return told
     lines = [law if len(of_law) == 1 else f"{law} ({tests})" for law, tests in of_law.items()]
-    return f"{told} Lines: {'; '.join(lines)}."
+    return f"{told} Lines: the law fitted to the first run, {'; '.join(lines)}."
 
 
 def _draw(ax: Axes, shown: Shown, scene: pd.DataFrame, look: Style, name: str, origin: str) -> None:

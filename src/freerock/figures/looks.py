@@ -10,7 +10,7 @@ from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
 Style = dict[str, Any]
 """Look of a line: keywords of Matplotlib."""
 
-MEASURED: Style = {"color": "0.72", "linestyle": "-", "linewidth": 2.6, "label": "measured"}
+MEASURED: Style = {"color": "0.72", "linestyle": "-", "linewidth": 2.6, "label": "recorded"}
 # Colour, line and marker of a law, in the order of `models.laws`; a further one takes the next look.
 _LAW_LOOKS = (
     ("#d55e00", "-.", ""),

@@ -11,7 +11,7 @@ from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.choices import explained_in, named_in
 from freerock.products.groups import runs_of
-from freerock.tables.quantities import fixed, quantity
+from freerock.tables.quantities import between, fixed, quantity
 
 FIGURE = {
     "title": "{Measured} rotation and the law selected for it",
@@ -88,10 +88,13 @@ def _laws(fitted: Mapping[int, xr.DataTree]) -> list[str]:
             found.setdefault(model, []).append((epsilon, explained_in(run)))
     told = []
     for model, each in found.items():
-        low, high = (quantity(end(epsilon for epsilon, _ in each), digits=2) for end in (min, max))
+        low, high = (end(epsilon for epsilon, _ in each) for end in (min, max))
+        span = between(low, high, digits=2, apart=False)
+        if quantity(low, digits=2) == quantity(high, digits=2):
+            span = quantity(low, digits=2)
         name = f"{MODEL_LABELS[model]}: " if len(found) > 1 else ""
         rejected = "" if all(explains for _, explains in each) else ", rejected"
-        told.append(f"{name}$ε_θ$ = {low if low == high else f'{low} to {high}'} %{rejected}")
+        told.append(f"{name}$ε_θ$ = {span} %{rejected}")
     return told
 
 
@@ -109,7 +112,8 @@ def _plot(motion: Axes, residual: Axes, own: pd.DataFrame, model: str, origin: s
 def _scale(residual: Axes, furthest: float) -> None:
     """Linear about zero, logarithmic beyond."""
     residual.set_yscale("symlog", linthresh=LINEAR)
-    decades = [10.0**power for power in range(1, 7) if 10**power < furthest]
+    first = 2 if furthest > 30 else 1  # 10 would touch 3
+    decades = [10.0**power for power in range(first, 7) if 10**power < furthest]
     ticks = [-each for each in decades[::-1]] + [-LINEAR, 0.0, LINEAR] + decades
     residual.set_yticks(ticks, [fixed(tick, 0) for tick in ticks])
     residual.minorticks_off()

@@ -212,7 +212,7 @@ def _numbers(level: str, found: pd.DataFrame) -> pd.DataFrame:
 def _spread(row: Any) -> str:
     """τ in per cent of the mean, nothing where it is not known."""
     text = spread(row).text
-    return {"–": "", "0": "0"}.get(text, f"{text} %")
+    return {"–": "", "not seen": text}.get(text, f"{text} %")
 
 
 def _panel(ax: Axes, rows: list[_Row], name: str, room: float) -> None:

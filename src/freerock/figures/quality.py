@@ -21,7 +21,7 @@ from freerock.products.groups import Attrs, impacts_of, reasons_in, release_angl
 from freerock.products.verdicts import verdict_of_run
 from freerock.rotation.faults import Fault, listed_faults
 from freerock.runs.verdict import in_one_line
-from freerock.tables.quantities import quantity, unit_text
+from freerock.tables.quantities import number_of, quantity, unit_text
 from freerock.units import BASE
 
 Pages = tuple[list[Figure], pd.DataFrame]
@@ -30,6 +30,7 @@ PAGE: Style = {"dpi": 110, "layout": "none"}
 WIDTH_IN, HEIGHT_IN = 7.0, 8.4
 LINEAR = 3.0  # standard deviations up to which the residual is drawn to an even scale
 MARKS = [0, *(sign * size for size in (LINEAR, 10, 100, 1000, 10000) for sign in (1, -1))]
+CROWDED = 30.0  # standard deviations from which on the marks 3 and 10 would touch
 NOISE = 1.96  # standard deviations within which 95 % of white noise lies
 OF_FITS = ("time", "residual", "parameter", "value", "stderr", "u_total", "unit", "epsilon_theta")  # shown
 COLUMNS = ["run", "series", "time_s", "value", "unit"]
@@ -221,7 +222,8 @@ def _draw_noise(residual: Axes, sigma_deg: float) -> None:
     residual.yaxis.set_major_formatter(lambda value, _: f"{value:g}".replace("-", "−"))
     if not sigma_deg:
         return
-    residual.yaxis.set_major_locator(FixedLocator(MARKS))
+    crowded = max(residual.get_ylim()) > CROWDED
+    residual.yaxis.set_major_locator(FixedLocator([m for m in MARKS if abs(m) != 10 or not crowded]))
     noise: Style = {"facecolor": "0.85", "edgecolor": "#f0c000", "linewidth": 0.8, "label": "noise: 95 %"}
     residual.axhspan(-NOISE, NOISE, **noise)
     for edge in (-NOISE, NOISE):  # on top: a residual that is noise hides the band
@@ -267,7 +269,7 @@ def _faults(record: xr.DataTree) -> str:
     texts = []
     for name, each in found.items():
         first = each[0]
-        more = f", {len(each) - 1} more" if len(each) > 1 else ""
+        more = f", {number_of(len(each) - 1, 'more time')}" if len(each) > 1 else ""
         when = f"{first.start_s:.2f} to {first.end_s:.2f} s"
         texts.append(f"{name.replace('_', ' ')} {when} ({first.note}){more}")
     return "Signal: " + "; ".join(texts) if texts else ""
@@ -277,13 +279,14 @@ def _header(figure: Figure, title: str, attrs: Mapping[Any, Any], facts: str = "
     """Title, verdict, what was found, what is doubtful, faults at the top of a page; their height [inch]."""
     verdict = attrs["verdict"] + (", excluded" if attrs.get("excluded") else "")
     colour = VERDICT_COLOURS["excluded" if attrs.get("excluded") else attrs["verdict"]]
-    doubtful = f"Doubtful: {attrs['reasons']}" if attrs["reasons"] else "Doubtful: nothing that a check found"
+    doubtful = f"Doubtful: {attrs['reasons']}" if attrs["reasons"] else "No check found a doubt"
     told = ((attrs.get("found", ""), "black"), (facts, "black"), (doubtful, colour), (faults, "0.3"))
     lines = [(line, shade) for text, shade in told for line in textwrap.wrap(text, 115)]
     height = figure.get_figheight()
 
     def write(x: float, inches: float, text: str, **look: Any) -> None:
-        figure.text(x, 1 - inches / height, text.replace("$", r"\$"), va="top", **look)
+        drawn = text.replace("$", r"\$").replace("ε_θ", "$ε_θ$")
+        figure.text(x, 1 - inches / height, drawn, va="top", **look)
 
     write(0.01, 0.05, title, fontsize=11)
     write(0.99, 0.05, verdict, fontsize=11, ha="right", color=colour)

@@ -27,7 +27,7 @@ FIGURE = {
 }
 
 PER_OCTAVE = 6  # means of the spectrum
-COLUMNS = ["test", "run", "source", "at", "value"]
+COLUMNS = ["test", "run", "source", "frequency_hz", "density_deg2_hz"]
 REST = "noise at rest"
 OF_FITS = ("time", "theta", "residual")  # shown
 OF_REST: Style = {"color": "0.72", "linewidth": 2.6, "linestyle": "-", "label": REST, "zorder": 1}
@@ -47,8 +47,7 @@ def draw(
     Returns
     -------
     figure, data : Figure, pandas.DataFrame
-        Columns `COLUMNS`: source is a model or "noise at rest", at a frequency [Hz], value a density of one
-        side [deg²/Hz].
+        Columns `COLUMNS`: source is a model or "noise at rest", the density is of one side.
     """
     by_test = {tree.attrs["test"]: tree for tree in records}
     scenes = [(tree.attrs["block"], tree.attrs["foundation"]) for tree in fits]
@@ -64,7 +63,8 @@ def draw(
         for (source, _), rows in own.groupby(["source", "run"], sort=False):
             of_law = {"linewidth": 0.8, "linestyle": "-"}
             look = OF_REST if source == REST else style.MODEL_STYLES[source] | of_law
-            ax.plot(rows["at"], rows["value"], **look | {"linewidth": style.scaled(look["linewidth"])})
+            look = look | {"linewidth": style.scaled(look["linewidth"])}
+            ax.plot(rows["frequency_hz"], rows["density_deg2_hz"], **look)
         ax.set(xscale="log", yscale="log")
         style.whole_decades(ax.yaxis)
     style.outer_labels(panels, "frequency / Hz", "density / (deg²/Hz)")
@@ -128,4 +128,4 @@ def _means(at: Floats, power: Floats) -> tuple[Floats, Floats]:
 
 
 def _series(source: str, at: Floats, value: Floats) -> pd.DataFrame:
-    return pd.DataFrame({"source": source, "at": at, "value": value})
+    return pd.DataFrame({"source": source, "frequency_hz": at, "density_deg2_hz": value})

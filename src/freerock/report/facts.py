@@ -1,7 +1,7 @@
 """Sentences of the report and its settings, as texts."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -69,10 +69,10 @@ def facts(
     }
 
 
-def free_besides(fits: Mapping[str, Any]) -> Pairs:
-    """What each model was free in besides its parameters, models alike taken together."""
+def free_besides(fits: Mapping[str, Any], laws: Collection[str]) -> Pairs:
+    """What each model of these laws was free in besides its parameters, models alike taken together."""
     alike: dict[str, list[str]] = {}
-    for model in fits["models"]:
+    for model in filter(laws.__contains__, fits["models"]):
         free = " and ".join(SYMBOLS.get(name, name.replace("_", " ")) for name in fits["free"].get(model, ()))
         alike.setdefault(free or "nothing", []).append(MODEL_LABELS[model])
     return [(", ".join(models), free) for free, models in alike.items()]

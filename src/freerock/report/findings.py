@@ -9,7 +9,6 @@ import pandas as pd
 
 from freerock.models.free_parameters import OF_RECORD, SYMBOLS
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of
-from freerock.populations.between_blocks import TEST
 from freerock.report.limitations import limits
 from freerock.report.numbers import KNOWN, NOT, Number, Sentence, Tables, Where, listed, said
 from freerock.tables.candidates import Answer, answers
@@ -21,6 +20,7 @@ TABLES = ("runs", "choice", "candidates", "populations", "foundations", "predict
 OTHER_RUNS = "other runs"  # of the record, as the table predictions says
 MOST = 4  # names, laws or foundations that are listed
 NAMED = {"status": "selected", "explains": True}
+USABLE: Where = {"excluded": False, "verdict": f"{NOT}fail", "run": KNOWN}
 
 
 class Finding(NamedTuple):
@@ -83,8 +83,8 @@ def _tested(known: Tables, labels: Labels) -> list[Sentence]:
     if n_runs.text == "0":
         return [said("No run could be used: {} {} record{} of {}.", records, origin, _s(records), scene)]
     what = said("{} {} run{} in {} record{}: {}", n_runs, origin, _s(n_runs), records, _s(records), scene)
-    if known["table1"]["release_angle_deg"].notna().any():
-        what = said("{}, released at {}°", what, known.ends("table1", "release_angle_deg", {}))
+    if len(known.rows("runs", USABLE)):
+        what = said("{}, released at {}°", what, known.ends("runs", "theta0_deg", USABLE))
     return [said("{}.", what), *_left_out(known)]
 
 
@@ -104,8 +104,7 @@ def _left_out(known: Tables) -> list[Sentence]:
 
 def _durations(known: Tables, labels: Labels, longest: Mapping[str, str]) -> list[Sentence]:
     """How long each block rocks on each of several foundations where a law explains a run, longest first."""
-    usable: dict[str, object] = {"excluded": False, "verdict": f"{NOT}fail", "run": KNOWN}
-    means = known.rows("runs", usable).groupby(["block", "foundation"], sort=False)["duration_s"].mean()
+    means = known.rows("runs", USABLE).groupby(["block", "foundation"], sort=False)["duration_s"].mean()
     explained = known.rows("choice", NAMED)[["block", "foundation"]].itertuples(index=False, name=None)
     means = means[means.index.isin([*explained])]
     blocks = list(dict.fromkeys(means.index.get_level_values("block")))
@@ -114,7 +113,7 @@ def _durations(known: Tables, labels: Labels, longest: Mapping[str, str]) -> lis
         ranked = means[block].sort_values(ascending=False, kind="stable")
         first, times = str(ranked.index[0]), list[Sentence]()
         for each in ranked.index:
-            lasts = known.ends("runs", "duration_s", usable | {"block": block, "foundation": each})
+            lasts = known.ends("runs", "duration_s", {**USABLE, "block": block, "foundation": each})
             times.append(said("{} s{}", lasts, "" if each == first else f" on {labels.get(each, each)}"))
         beside = {first: ", as published"}.get(longest.get(block, ""), "")
         if not beside and longest.get(block) in ranked:
@@ -123,20 +122,20 @@ def _durations(known: Tables, labels: Labels, longest: Mapping[str, str]) -> lis
         where = f"{labels.get(first, first)}{beside}"
         name = labels.get(block, block)
         told.append(said("{} (h/b = {}) rocks longest on {}: {}.", name, slender, where, listed(times)))
-    return told
+    return told and [*told, ("Each time ends where the motion is lost in the noise.",)]
 
 
 def _predicted(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:
     """Largest discrepancy of runs with parameters of other runs, and of each block with those of others,
-    under the law quoted."""
+    under the law quoted, with the number of runs that were averaged."""
     told: list[Sentence] = []
     for foundation, model in list(quoted.items())[:MOST]:
         scene = {"foundation": foundation, "model": model}
         from_runs, from_blocks = scene | {"basis": OTHER_RUNS}, scene | {"basis": NOT + OTHER_RUNS}
         label = labels.get(foundation, foundation)
         if len(known.rows("predictions", from_runs)):
-            most = _at_most(known, from_runs)
-            told.append(said("{}, from the other runs of a record: ε_θ ≤ {}.", label, most))
+            most, n = _at_most(known, from_runs), known.ends("predictions", "n_runs", from_runs)
+            told.append(said("{}, from the other runs of a record ({} averaged): ε_θ ≤ {}.", label, n, most))
         blocks = list(known.rows("predictions", from_blocks)["block"].unique())
         if blocks:
             most = _at_most(known, from_blocks)
@@ -144,7 +143,8 @@ def _predicted(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list
                 each_most = [_at_most(known, from_blocks | {"block": each}) for each in blocks]
                 names = [labels.get(each, each) for each in blocks]
                 most = listed([said("{} for {}", *pair) for pair in zip(each_most, names, strict=True)])
-            told.append(said("{}, from another block: ε_θ ≤ {}.", label, most))
+            n = known.ends("predictions", "n_runs", from_blocks)
+            told.append(said("{}, from another block ({} averaged): ε_θ ≤ {}.", label, n, most))
     return told
 
 
@@ -171,7 +171,7 @@ def _explained(known: Tables) -> list[Sentence]:
     if lost := [each for each in found if not each.explained]:
         told += _unexplained(lost, n)
     elif rejected := list(_rejected(known)):
-        told.append(("Rejected: ", *listed(rejected), "."))
+        told.append(("Rejected, with the median ε_θ of each record: ", *listed(rejected), "."))
     return told
 
 
@@ -213,7 +213,7 @@ def _rejected(known: Tables) -> Iterator[Sentence]:
             continue
         some = "; some fits failed" if n < len(known.rows("table3", {"model": model})) else ""
         ends = known.ends("table3", "epsilon_theta", usable, 100)
-        yield said("{} (ε_θ = {} %{})", MODEL_LABELS[model], ends, some)
+        yield said("{} ({} %{})", MODEL_LABELS[model], ends, some)
 
 
 def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:
@@ -358,17 +358,16 @@ def _agree(known: Tables, label: str, scene: Where) -> Sentence:
         return said(told, label, blocks, symbols, chance, apart)
     if rows["shared"].isna().any():
         return said("{}: too few runs to know whether {} blocks share {}.", label, blocks, symbols)
-    told = "{}: {} blocks show no difference{}; a difference of {} would show."
+    told = "{}: {} blocks show no difference{}; a difference of {} would mostly show."
     return said(told, label, blocks, chance, percent("visible_percent", "or"))
 
 
 def _chance(known: Tables, where: Where) -> Sentence:
-    """The p-value of the scatter between blocks against that between runs, where it is not too small to
-    matter; where it is small, also that of the test that allows for the inputs."""
-    row = known.rows("foundations", where).iloc[0]
-    told = _p(known, "f_p", where)
-    if told and row["f_p"] < TEST.significant and row["inputs_p"] > LEAST_P:
-        told = (*told, "; with what block and sensor may shift them, ", *_p(known, "inputs_p", where))
+    """The p-values of the scatter between blocks against that between runs, and of the test that allows for
+    the inputs, where they are not too small to matter."""
+    told, inputs = _p(known, "f_p", where), _p(known, "inputs_p", where)
+    if told and inputs:
+        told = (*told, "; with what block and sensor may shift them, ", *inputs)
     return (" (", *told, ")") if told else ()
 
 

@@ -34,7 +34,7 @@ class Number(NamedTuple):
         that hold another.
     how : str
         "value" of one row, which may lie "above" the number, number of "rows", of "distinct" entries,
-        "lowest" or "highest" value.
+        "lowest" or "highest" size.
     factor : float
         By which the printed number is larger than that of the table.
     """
@@ -126,11 +126,11 @@ class Tables:
         return Number(f"{text} {unit}".rstrip(), table, (column, stderr) if stderr else (column,), where)
 
     def ends(self, table: str, column: str, where: Where, factor: float = 1.0) -> Sentence:
-        """Lowest and highest value of a column, "6 to 20"; one number where they are printed alike."""
-        values = self.rows(table, where)[column].dropna().astype(float)
+        """Lowest and highest size in a column, "6 to 20"; one number where they are printed alike."""
+        values = self.rows(table, where)[column].dropna().astype(float).abs()
         ends: tuple[tuple[float, How], ...] = ((values.min(), "lowest"), (values.max(), "highest"))
-        found = [(quantity(factor * value), how) for value, how in ends]
-        low, high = (Number(text, table, (column,), where, how, factor) for text, how in found)
+        text = "{:.0f}".format if column.startswith("n_") else quantity
+        low, high = (Number(text(factor * end), table, (column,), where, how, factor) for end, how in ends)
         return (low,) if low.text == high.text else (low, " to ", high)
 
     def most(self, table: str, column: str, where: Where, factor: float = 1.0, digits: int = 2) -> Number:

@@ -31,7 +31,7 @@ from freerock.report.records import Listed, charted, listed_records, sections_of
 from freerock.report.scene_choices import unexplained
 from freerock.report.scene_evidence import explained, scenes_of, together
 from freerock.runs.verdict import VERDICTS
-from freerock.tables.paper import PUBLISHED_NOTE, SIMULATED_NOTE, named, printed_tables
+from freerock.tables.paper import PUBLISHED_NOTE, SEEN_NOTE, SIMULATED_NOTE, named, printed_tables
 
 MOST_LISTED = 120  # runs with rows and fits in the page, up to 6 kB each; all stand in the tables
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
@@ -171,6 +171,7 @@ def _content(
         else {},
         "simulated": simulated,
         "simulated_note": SIMULATED_NOTE,
+        "seen_note": SEEN_NOTE,
         "origin_word": config["origin"],
         "laws": [law for name, law in LAWS.items() if law.published or name in laws],
         "findings": findings(tables, labels, config["published"]["longest"] if config["published"] else {}),
@@ -201,7 +202,7 @@ def _content(
         "unexplained": unexplained(tables["choice"]),
         "n_runs": int(runs["run"].notna().sum()),
         "settings": settings(config),
-        "free": free_besides(config["fits"]),
+        "free": free_besides(config["fits"], laws),
         **{name: provenance[name] for name in ("inputs", "software", "git")},
         "other_software": provenance.get("other_software", ()),
         "styles": {"mark": " – simulated" if simulated else "", "lines": looks},

@@ -13,7 +13,7 @@ from freerock.arrays import Floats
 from freerock.models.free_parameters import symbol_of
 from freerock.models.laws import MODEL_LABELS, law_of
 from freerock.products.choices import GROUP
-from freerock.products.groups import fits_of, n_restitutions, reasons_in, release_angle_of, runs_of
+from freerock.products.groups import fits_of, impacts_of, reasons_in, release_angle_of, runs_of
 from freerock.report.charts import run_curves
 from freerock.runs.verdict import VERDICTS, in_one_line
 from freerock.tables.quantities import fixed, quantity, unit_text
@@ -169,7 +169,7 @@ def _run(number: int, run: xr.DataTree, found: tuple[str, str], time: Floats) ->
         "reasons": reasons,
         "theta0": quantity(*release_angle_of(run)),
         "sigma": quantity(sigma, digits=2),
-        "impacts": f"{run.dataset['n_impacts'].item()} impacts, {n_restitutions(run)} with r",
+        "impacts": impacts_of(run),
         "instants": [fixed(instant, 3) for instant in known.values()],
         "samples": [int(time.searchsorted(known[name])) for name in ("fit_start", "end")],
     }

@@ -110,7 +110,7 @@ function charts(curves) {
 
   const figures = [motion];
   if (models.length) {
-    const residual = inTime("residual", "Model minus measured", "residual / °", 200);
+    const residual = inTime("residual", "Model minus record", "residual / °", 200);
     models.forEach(name => line(residual, "time", "residual", name));
     figures.push(residual);
   }

@@ -130,15 +130,14 @@ def _explained(scene: SceneChoices) -> list[Cell]:
 
 
 def _row(scene: SceneChoices, model: str) -> list[Cell]:
-    """A candidate's cells: medians over the runs with a full fit."""
+    """A candidate's cells: medians as in the table of candidates, and over the runs."""
     run = [scene.choice["test"], scene.choice["run"]]
     named = scene.choice["bic"].where(scene.choice["status"] == "selected").groupby(run).transform("max")
     mine = scene.choice["model"] == model
     own = scene.choice[mine].assign(above=(scene.choice["bic"] - named)[mine])
     summed, status = scene.summary[model], _status(own)
     kind = "named" if "selected" in status or "possible" in status else "warn" if "nearest" in status else ""
-    fitted = own[own["status"] != "not_fitted"]
-    medians = fitted[["epsilon_theta", "epsilon_holdout", "epsilon_holdout_runs"]].median()
+    medians = summed["epsilon_theta"], summed["epsilon_holdout"], own["epsilon_holdout_runs"].median()
     return [
         Cell(MODEL_LABELS[model], kind=kind),
         Cell(status),

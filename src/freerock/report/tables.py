@@ -14,7 +14,7 @@ from freerock.response.motions import INTENSITIES
 from freerock.rotation.total_uncertainty import LAW
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
-from freerock.tables.paper import Cell, Column, Labels, Printed, decimals, number, numbers
+from freerock.tables.paper import SEEN_NOTE, Cell, Column, Labels, Printed, decimals, number, numbers
 from freerock.tables.quantities import INPUT_LABELS, fixed, quantity, with_unit
 
 SHOWN = 1.0  # per cent of a square of a total uncertainty, from which a contribution is shown
@@ -159,13 +159,13 @@ def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortab
         numbers("θ₀ / °", "theta0_deg", decimals(3)),
         numbers("Release / s", "release_s", decimals(3)),
         numbers("Duration / s", "duration_s", decimals(2)),
-        numbers("Impacts", "n_impacts"),
+        numbers("Zero crossings", "n_impacts"),
         numbers("with r", "n_restitution"),
         numbers("σ / °", "sigma_theta_deg", partial(quantity, digits=2)),
         Column("Model", lambda row: _named(needed.get((row.test, run(row))))),
     ]
-    note = "Each row leads to its run. σ: standard deviation of the noise of θ. "
-    note += "Impacts: those seen; with r: those of them with a restitution. "
+    note = f"Each row leads to its run. {SEEN_NOTE} σ: standard deviation of the noise of θ. "
+    note += "Zero crossings: those that stand out of the noise; with r: those with a restitution. "
     note += "Model: the one that explains the run with the fewest parameters."
     return _sortable(columns, runs.itertuples(), "Runs and verdicts", [note])
 
@@ -191,22 +191,25 @@ def choices(choice: pd.DataFrame, labels: Labels) -> Sortable:
 
 def compared_restitution(compared: pd.DataFrame) -> Sortable:
     """Fitted and per-impact restitution of each record, from the table restitution_comparison."""
+
+    def with_u(head: str, name: str) -> Column:
+        u = f"{name}_u"
+        return Column(
+            head, lambda row: number(quantity(getattr(row, name), getattr(row, u)), getattr(row, name))
+        )
+
     columns = [
         _RECORD,
-        Column(
-            "Housner r, fitted", lambda row: number(quantity(row.r_fitted, row.r_fitted_stderr), row.r_fitted)
-        ),
-        numbers("r, first impact", "r_first", decimals(3)),
-        numbers("r, median of impacts", "r_median", decimals(3)),
+        with_u("Housner r, fitted", "r_fitted"),
+        with_u("r, first impact", "r_first"),
+        with_u("r, median of impacts", "r_median"),
         Column("Range", lambda row: Cell(f"{row.r_low:.3f} to {row.r_high:.3f}")),
         numbers("First impact / s", "first_impact_s", decimals(4)),
         numbers("First impact, rigid / s", "rigid_s", decimals(4)),
         numbers("r, rigid", "r_housner", decimals(3)),
     ]
     caption = "Restitution fitted and of single impacts, and the mean time from release to the first impact"
-    note = (
-        "±: standard error by the scatter of the runs; total uncertainties are in the table of parameters. "
-    )
+    note = "±: total standard uncertainty, of r of an impact that of a single one. "
     note += "r, first impact: mean of the runs. Rigid: Housner’s block, from the same angles; its r is "
     note += "that of a rigid base."
     return _sortable(columns, compared.itertuples(), caption, [note])

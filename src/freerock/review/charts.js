@@ -26,7 +26,7 @@ class Charts {
     };
     this.signals = inTime("signals", "Signal", "output", 150);
     this.theta = inTime("theta", "Rotation: the band’s edges move release and end", "θ / °", 260);
-    this.residual = inTime("residual", "Model minus measured", "residual / σ", 170, {x_axis_label: "time / s"});
+    this.residual = inTime("residual", "Model minus record", "residual / σ", 170, {x_axis_label: "time / s"});
     const flagged = this.source("flagged", ["x0", "x1", "what"]);
     const strips = this.signals.vstrip({field: "x0"}, {field: "x1"}, {source: flagged, fill_color: "#b00020", fill_alpha: 0.25, line_color: null});
     this.signals.add_tools(new Bokeh.HoverTool({renderers: [strips], tooltips: [["invalid", "@what"]]}));

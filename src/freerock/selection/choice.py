@@ -82,7 +82,7 @@ class Evidence:
         if not self.fitted or not self.success:
             return self.message or "the fit may not be used"
         if self.held_out > 1:
-            return f"held-out ε_θ = {plainly(100 * self.held_out)} %: worse than a block at rest"
+            return f"held-out ε_θ is worse than that of a block at rest: {plainly(100 * self.held_out)} %"
         if not self.noise_p > RESIDUAL:
             where = f"{plainly(self.noise_low_hz)} to {plainly(self.noise_high_hz)} Hz"
             return (

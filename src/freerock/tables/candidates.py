@@ -108,15 +108,16 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
         Columns `COLUMNS`, then `RARE_COLUMNS` that are not empty; one row per block, foundation and
         candidate. n_runs: those with a choice; n_selected to n_not_fitted: their number by status;
         n_explains: runs in which the candidate leaves no more than the noise at rest. epsilon_theta,
-        epsilon_holdout: medians over the runs with a full fit (fractions). r, k_n_m2 [N/m²], c_n_s_m2
-        [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m, kappa_n_m3 [N/m³], e, mu, tau_s [s]: medians over
-        the runs in which the candidate is named or also possible, NaN where there is none or it has no such
-        parameter.
+        epsilon_holdout: medians (fractions) of the fits that may be used, of all where none may. r,
+        k_n_m2 [N/m²], c_n_s_m2 [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m, kappa_n_m3 [N/m³], e, mu,
+        tau_s [s]: medians over the runs in which the candidate is named or also possible, NaN where there
+        is none or it has no such parameter.
     """
-    possible = choice[choice["status"].isin(POSSIBLE)]
     key = [*SCENE, "test", "run", "model"]
-    usable = parameters[parameters["success"]].assign(run=lambda frame: frame["run"].astype(str))
-    values = possible[key].assign(run=possible["run"].astype(str)).merge(usable, on=key)
+    choice, parameters = (table.assign(run=table["run"].astype(str)) for table in (choice, parameters))
+    usable = parameters[parameters["success"]]
+    choice["usable"] = choice.set_index(key).index.isin(usable.set_index(key).index)
+    values = choice[choice["status"].isin(POSSIBLE)][key].merge(usable, on=key)
     medians = values.groupby([*SCENE, "model", "parameter"])["value"].median()
     rows = []
     for scene, asked in choice.groupby(SCENE, sort=False):
@@ -126,7 +127,7 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
             row |= {"n_freed": each["n_freed"].max(), "n_runs": len(each)}
             row |= {name: int((each["status"] == status).sum()) for name, status in COUNTS.items()}
             row["n_explains"] = int(each["explains"].sum())
-            fitted = each[each["status"] != "not_fitted"]
+            fitted = each[each["usable"] if each["usable"].any() else each["status"] != "not_fitted"]
             row |= {name: fitted[name].median() for name in ("epsilon_theta", "epsilon_holdout")}
             row |= {name: medians.get((*scene, model, own), float("nan")) for name, own in MEDIANS.items()}
             rows.append(row)

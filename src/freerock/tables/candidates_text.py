@@ -7,13 +7,13 @@ import pandas as pd
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.candidates import MEDIANS
-from freerock.tables.paper import SIMULATED_NOTE, Cell, Column, Labels, Printed, number, numbers
+from freerock.tables.paper import EPSILON_NOTE, SIMULATED_NOTE, Cell, Column, Labels, Printed, number, numbers
 from freerock.tables.quantities import quantity, with_unit
 
 NOTE = (
     "Number of runs in which a candidate is selected, also possible, rejected, or not fitted. Selected: the "
-    "one with the fewest parameters whose residual agrees with the noise; otherwise the nearest. ε_θ: median "
-    "of the runs to which it was fitted. Parameters: medians of the runs in which it is selected or possible."
+    "one with the fewest parameters whose residual agrees with the noise; otherwise the nearest. Parameters: "
+    f"medians of the runs in which it is selected or possible. {EPSILON_NOTE}"
 )
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from freerock.tables.paper import SIMULATED_NOTE
+from freerock.tables.paper import SEEN_NOTE, SIMULATED_NOTE
 from freerock.tables.quantities import fixed, quantity, unit_text
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
@@ -116,6 +116,7 @@ def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: st
         written += [
             rf"\begin{{{fit.environment}}}",
             rf"\centering\{fit.font}\setlength{{\tabcolsep}}{{{SEPARATION_PT}pt}}",
+            r"\sisetup{separate-uncertainty=true, exponent-product=\cdot}",
             *([r"\addtocounter{table}{-1}"] if again else []),
             rf"\caption{{{_tex(caption)}{' (continued)' * again}}}",
             *([rf"\label{{{label}}}"] if label and not again else []),
@@ -205,7 +206,7 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
         text = f"{quantity(100 * row.epsilon_theta)} %"
         macro([*_fit_name(row), "Epsilon"], text if row.success else "failed fit")
         macro([*_fit_name(row), "FinalTime"], f"{fixed(row.final_time_s, 2)} s")
-    notes = [f"% {SIMULATED_NOTE}"] if "simulated" in set(runs["origin"]) else []
+    notes = [*[f"% {SIMULATED_NOTE}"] * ("simulated" in set(runs["origin"])), f"% {SEEN_NOTE}"]
     lines = [rf"\newcommand{{\{name}}}{{{text}}}" for name, text in named.items()]
     return "\n".join([*notes, *lines, ""])
 

@@ -19,8 +19,8 @@ U_NOTE = "±: total standard uncertainty (one standard deviation) of"
 RUNS_NOTE = (
     "Identified: mean of the runs that the law explains; of all fitted runs if it explains none. "
     f"{U_NOTE} their scatter, noise, block, sensor, clock and law. τ: spread between the runs beyond their "
-    "noise; < where noise alone may explain it. Next run: its 95 % interval. "
-    "Neither is shown for a law that is rejected."
+    "noise; < where noise alone may explain it. Next run: its 95 % interval at the estimated τ, which is "
+    "small or zero where < stands. Neither is shown for a law that is rejected."
 )
 ONE_RUN_NOTE = (
     f"Identified: from one run, which does not show the scatter between runs. {U_NOTE} noise, block, "
@@ -40,6 +40,10 @@ STOPS_NOTE = (
     "Stops: at the minimum of ε_θ the rigid block comes to rest too soon; then the local minimum at which it "
     "rocks for at least half the time. Neither is used further."
 )
+EPSILON_NOTE = (
+    "ε_θ: median of the fits that may be used, of all where none may. The choice counts a failed fit as "
+    "rejected."
+)
 GIVEN_NOTE = "Fixed and tied parameters are stated in the configuration (fits.parameters)."
 UNDETERMINED_NOTE = (
     "An undetermined parameter was held: the run hardly depends on it, or the motion jumps there."
@@ -47,7 +51,8 @@ UNDETERMINED_NOTE = (
 NO_U_NOTE = "Without ±: the law does not explain the run, and the error of the parameter is not known."
 PUBLISHED_NOTE = "Published values: doi:{doi}, from the laboratory's own records."
 
-ANGLE_NOTE = "θ₀ measured: mean; ±: standard deviation between the runs."
+SEEN_NOTE = "θ₀: as the sensor shows it, a sinking corner included."
+ANGLE_NOTE = "θ₀ recorded: mean; ±: standard deviation between the runs."
 
 SCATTERS = 0.05  # chance of noise to scatter runs as much, above which their spread is but bounded
 
@@ -103,8 +108,11 @@ def decimals(n: int) -> Callable[[float], str]:
     return partial(fixed, decimals=n)
 
 
-def _four_digits(value: float) -> str:
+def _stated(value: float) -> str:
     return f"{value:.4g}" if math.isfinite(value) else "–"
+
+
+_FOUR_DIGITS = partial(quantity, digits=4)
 
 
 def _failed(row: Any, times: float = 1.0) -> str:
@@ -127,7 +135,7 @@ def spread(row: Any) -> Cell:
         return Cell("–")
     if row.scatter_p > SCATTERS or row.tau == 0:
         bound = 100 * row.tau_high / row.mean
-        return number(f"< {quantity(bound, digits=2)}" if bound else "0", bound)
+        return number(f"< {quantity(bound, digits=2)}" if bound else "not seen", bound)
     return number(quantity(100 * row.tau / row.mean, digits=2), row.tau / row.mean)
 
 
@@ -140,7 +148,7 @@ def _next_run(row: Any) -> Cell:
 def _range(row: Any) -> Cell:
     if row.n_runs < 2:
         return Cell("–")
-    return number(between(100 * row.epsilon_low, 100 * row.epsilon_high), row.epsilon_low)
+    return number(between(100 * row.epsilon_low, 100 * row.epsilon_high, apart=False), row.epsilon_low)
 
 
 _MODEL = Column("Model", lambda row: Cell(MODEL_LABELS[row.model] + _mark(row)))
@@ -152,17 +160,17 @@ _BETWEEN_RUNS = (
 )
 
 TABLE1 = (
-    numbers("2h / m", "height_m", _four_digits),
-    numbers("2b / m", "width_m", _four_digits),
-    numbers("h/b", "slenderness", _four_digits),
-    numbers("m / kg", "mass_kg", _four_digits),
-    numbers("α / °", "alpha_deg", _four_digits),
-    numbers("R / m", "R_m", _four_digits),
-    numbers("p / (rad s⁻¹)", "p_rad_s", _four_digits),
-    numbers("r (Housner)", "r_housner", _four_digits),
-    numbers("θ₀ nominal / °", "release_angle_nominal_deg", _four_digits),
+    numbers("2h / m", "height_m", _stated),
+    numbers("2b / m", "width_m", _stated),
+    numbers("h/b", "slenderness", _stated),
+    numbers("m / kg", "mass_kg", _stated),
+    numbers("α / °", "alpha_deg", _FOUR_DIGITS),
+    numbers("R / m", "R_m", _FOUR_DIGITS),
+    numbers("p / (rad s⁻¹)", "p_rad_s", _FOUR_DIGITS),
+    numbers("r (Housner)", "r_housner", _FOUR_DIGITS),
+    numbers("θ₀ nominal / °", "release_angle_nominal_deg", _stated),
     Column(
-        "θ₀ measured / °",
+        "θ₀ recorded / °",
         lambda row: number(quantity(row.release_angle_deg, row.release_angle_std_deg), row.release_angle_deg),
     ),
 )
@@ -219,7 +227,7 @@ def printed_tables(
             table1_columns(first),
             table1_text(first, labels),
             "Block configurations",
-            [*_scatter_note(first), *angle_notes(first, labels), *simulated],
+            [SEEN_NOTE, *_scatter_note(first), *angle_notes(first, labels), *simulated],
         ),
         "table2": _parameters(second, "Identified parameters, record by record", notes, labels),
         "table3": Printed(
@@ -227,7 +235,7 @@ def printed_tables(
             table3_columns(third),
             table3_text(third, labels),
             f"Discrepancy ε_θ between {seen} and modelled rotation up to t_f, median and range of the runs",
-            [*_marked_notes(third), *_given_notes(third), *notes],
+            [*_marked_notes(third), *_given_notes(third), f"{EPSILON_NOTE} t_f: of the longest run.", *notes],
         ),
     }
 

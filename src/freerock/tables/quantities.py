@@ -71,18 +71,19 @@ def chance(p: float) -> str:
     return f"p = {quantity(p, digits=2)}" if p > LEAST_P else "p < 10⁻⁹"
 
 
-def between(low: float, high: float, digits: int = 3) -> str:
+def between(low: float, high: float, digits: int = 3, apart: bool = True) -> str:
     """Two values of a kind with one power of ten: "(6.71 … 7.05)·10⁶"; "–" for NaN.
 
-    Both have as many decimals as the larger needs for `digits`, and more where they are close.
+    Both have as many decimals as the larger needs for `digits`, and more where they are close and to be kept
+    apart.
     """
     if not (math.isfinite(low) and math.isfinite(high)):
         return "–"
     magnitude = _exponent(max(abs(low), abs(high)), digits)
     power = magnitude if not -3 <= magnitude < 4 else 0
-    differ = high - low > CLOSE * abs(high)
-    apart = 1 - _exponent(high - low, 2) + power if differ else 0
-    decimals = max(0, digits - 1 - magnitude + power, apart)
+    differ = apart and high - low > CLOSE * abs(high)
+    more = 1 - _exponent(high - low, 2) + power if differ else 0
+    decimals = max(0, digits - 1 - magnitude + power, more)
     text = " … ".join(fixed(value / 10.0**power, decimals) for value in (low, high))
     return f"({text})·10{str(power).translate(SUPERSCRIPTS)}" if power else text
 

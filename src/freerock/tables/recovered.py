@@ -3,11 +3,22 @@
 import math
 from collections.abc import Mapping
 from functools import partial
+from typing import Any
 
 import pandas as pd
 
 from freerock.identification.levels import NORMAL_95
-from freerock.tables.paper import PARAMETER, SIMULATED_NOTE, Cell, Column, Printed, decimals, number, numbers
+from freerock.tables.paper import (
+    PARAMETER,
+    SIMULATED_NOTE,
+    U_NOTE,
+    Cell,
+    Column,
+    Printed,
+    decimals,
+    number,
+    numbers,
+)
 from freerock.tables.quantities import quantity
 
 RECOVERED = (
@@ -15,13 +26,14 @@ RECOVERED = (
     Column("Run", lambda row: Cell(str(row.run))),
     PARAMETER,
     numbers("Truth", "truth", partial(quantity, digits=5)),
-    Column(
-        "Identified",
-        lambda row: number(quantity(row.value, (row.ci95_high - row.ci95_low) / 2 / NORMAL_95), row.value),
-    ),
+    Column("Identified", lambda row: number(quantity(row.value, row.u_total), row.value)),
     numbers("Error / %", "error_percent", decimals(3)),
-    Column("In 95 %", lambda row: Cell("yes" if row.inside else "no")),
+    Column("In 1.96 u", lambda row: Cell("yes" if _inside(row) else "no")),
 )
+
+
+def _inside(row: Any) -> bool:
+    return bool(abs(row.value - row.truth) <= NORMAL_95 * row.u_total)
 
 
 def recovered_table(
@@ -39,8 +51,8 @@ def recovered_table(
     Returns
     -------
     pandas.DataFrame
-        Columns test, run, parameter, unit, truth, value, ci95_low, ci95_high, error_percent, inside (the
-        truth lies in the 95 % interval).
+        Columns test, run, parameter, unit, truth, value, ci95_low, ci95_high, u_total, error_percent, inside
+        (the truth lies in the 95 % interval by noise).
     """
     keys = parameters[["test", "run", "model", "parameter"]].astype(str).itertuples(index=False, name=None)
     known = {(test, str(run), model, name): value for (test, run, model, name), value in truth.items()}
@@ -50,14 +62,16 @@ def recovered_table(
         error_percent=100 * (parameters["value"] / true - 1),
         inside=(parameters["ci95_low"] <= true) & (true <= parameters["ci95_high"]),
     )
-    columns = ["test", "run", "parameter", "unit", "truth", "value", "ci95_low", "ci95_high", "error_percent"]
-    return frame[[*columns, "inside"]].reset_index(drop=True)
+    columns = ["test", "run", "parameter", "unit", "truth", "value", "ci95_low", "ci95_high", "u_total"]
+    return frame[[*columns, "error_percent", "inside"]].reset_index(drop=True)
 
 
 def printed_recovered(frame: pd.DataFrame) -> Printed:
-    """Cells of `recovered_table`, with caption and note."""
+    """Cells of `recovered_table`, with caption and notes."""
     caption = "Identified values and those the records were simulated with"
-    return Printed(frame, RECOVERED, recovered_text(frame), caption, [SIMULATED_NOTE])
+    n = sum(map(_inside, frame.itertuples()))
+    note = f"{U_NOTE} noise, block, sensor, clock and law. {n} of {len(frame)} inside 1.96 u."
+    return Printed(frame, RECOVERED, recovered_text(frame), caption, [note, SIMULATED_NOTE])
 
 
 def recovered_text(frame: pd.DataFrame) -> pd.DataFrame:

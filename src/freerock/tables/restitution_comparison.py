@@ -11,6 +11,7 @@ from freerock.tables.swings import usable_rows
 
 COMPARISON = ["campaign", "test", "block", "foundation", "r_fitted", "r_fitted_stderr"]
 COMPARISON += ["r_first", "r_median", "r_low", "r_high", "first_impact_s", "rigid_s", "r_housner"]
+COMPARISON += ["r_fitted_u", "r_first_u", "r_median_u"]
 
 
 def restitution_comparison(
@@ -31,7 +32,9 @@ def restitution_comparison(
         Columns `COMPARISON`, one row per record with measured impacts: r_fitted and its standard error (mean
         of the runs), r_first, the mean r of the runs' first impacts, r_median, r_low and r_high, median
         and range of all impacts, first_impact_s, the mean time from release to the first impact, rigid_s, the
-        mean time of a rigid block from the angles of the same runs [s], r_housner of a rigid block.
+        mean time of a rigid block from the angles of the same runs [s], r_housner of a rigid block,
+        r_fitted_u, the total uncertainty of r_fitted, r_first_u and r_median_u, those of a single impact:
+        mean and median of the impacts.
     """
     rows = []
     runs = usable_rows(runs)
@@ -55,6 +58,9 @@ def restitution_comparison(
                 "first_impact_s": first["time_s"].mean(),
                 "rigid_s": sum(rigid) / len(rigid) if rigid else math.nan,
                 "r_housner": blocks[scene["block"]].restitution_housner,
+                "r_fitted_u": fitted["u_total"].mean(),
+                "r_first_u": first["r_u"].mean(),
+                "r_median_u": impacts["r_u"].median(),
             }
         )
     return pd.DataFrame(rows, columns=COMPARISON)

@@ -139,6 +139,7 @@ def table3(
         final_time_s=("final_time_s", "max"),
         in_phase=("epsilon_in_phase", "median"),
     )
+    frame = of_laws[named].drop_duplicates().merge(frame)  # in the order of the laws, whichever runs failed
     frame["success"] = frame["n_runs"] > 0
     frame["published"] = [_published(published, row, "epsilon_theta") for row in frame.itertuples()]
     frame = frame.assign(**{status: _mostly(status, frame, choice) for status in STATUSES})
