@@ -3,8 +3,8 @@
 from evidence import NAMED, PIVOTING, POSSIBLE, REJECTED, paper, scene
 
 from freerock.models.block import Block
-from freerock.report.scene_evidence import explained, scenes_of, together
 from freerock.report.scene_choices import unexplained
+from freerock.report.scene_evidence import explained, scenes_of, together
 from freerock.selection.choice import Evidence
 from freerock.tables.candidates import candidates_table
 
