@@ -7,7 +7,11 @@ from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 from freerock.products.netcdf import open_record
 from freerock.virtual_lab.write_tdms import write_tdms
 
-STEPS = {"record": "make_record", "fit": "make_fits", "quality": "make_pages"}
+STEPS = {  # module and function of each
+    "record": ("make_record", "make_record"),
+    "fit": ("make_fits", "make_fits"),
+    "quality": ("quality_pages", "make_pages"),
+}
 INJECTED = """
 
 _{function} = {function}
@@ -30,8 +34,8 @@ def test_the_unforeseen_in_each_step(tmp_path):
     (checkout / "raw/lab").mkdir(parents=True)
     for seed, test in enumerate(tests):
         write_tdms(checkout / f"raw/lab/{test}.tdms", simulated("squat", seed))
-    for step, function in STEPS.items():
-        with open(checkout / f"src/freerock/jobs/{step}.py", "a") as module:
+    for step, (name, function) in STEPS.items():
+        with open(checkout / f"src/freerock/jobs/{name}.py", "a") as module:
             module.write(
                 INJECTED.format(
                     function=function, test=f"bad_{step}.tdms" if step == "record" else f"bad_{step}.nc"

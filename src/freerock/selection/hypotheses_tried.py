@@ -317,11 +317,16 @@ class _Search:
         return {each: fit for each, fit in self.fits.items() if self._explains(each, fit)}
 
     def _explains(self, each: Hypothesis, fit: Fit) -> bool:
-        if not evidence(fit).explains or (each.widened and not np.isfinite(fit.stderr).all()):
+        if not (evidence(fit).explains and self._known(each, fit)):
             return False
         if "release" in each.widened and each not in self.lasting:
             self.lasting[each] = lasts(each, fit, self.block, self.motion, self.hypotheses)
         return self.lasting.get(each, True)
+
+    @staticmethod
+    def _known(each: Hypothesis, fit: Fit) -> bool:
+        """Whether no number of a fit that widens a prior lies at a bound."""
+        return not each.widened or bool(np.isfinite(fit.stderr).all())
 
     @property
     def _with_inputs(self) -> float:
@@ -465,21 +470,32 @@ class _Search:
                 worth = each not in self.fits or evidence(self.fits[each]).noise_p > EFFORT.clearly
             else:
                 self.left_out[each] = _left_out(end, self.motion, least)
-        for each in [each for each in untried if each in self.explaining and CANDIDATES[each.model].width]:
-            self._narrow(each)
+        for each in [each for each in untried if each in self.explaining]:
+            self._reduce(each)
 
-    def _narrow(self, wide: Hypothesis) -> None:
-        """The fit with the contact width as stated, from where one that frees it explains the run: from
-        elsewhere it may end where no input moves."""
-        each = self.hypotheses.of(replace(CANDIDATES[wide.model], width=False).name, wide.widened)
-        if each in self.explaining or each.model not in self.hypotheses.candidates:
-            return
-        start = narrowed(at_end_of(self.fits[wide], self.block, self.motion, self.hypotheses.settings(*wide)))
-        if start is None:
-            return
+    def _reduce(self, larger: Hypothesis) -> None:
+        """The fits of smaller hypotheses from where one that frees a number more explains the run: from
+        elsewhere they may end in another minimum, or where no input moves."""
+        found = self.fits[larger]
+        widened = [larger.widened, *(tuple({*larger.widened} - {prior}) for prior in larger.widened)]
+        every = [self.hypotheses.of(model, of) for model in self.hypotheses.candidates for of in widened]
+        for each in dict.fromkeys(every):
+            if self.rank(each) >= self.rank(larger) or larger not in self.hypotheses.neighbours(each):
+                continue
+            known = found.contributions
+            moved = dict(zip(known.inputs, known.moved.tolist(), strict=True)) if known else {}
+            start: tuple[dict[str, float], dict[Input, float]] | None = found.values, moved
+            if CANDIDATES[larger.model].width > CANDIDATES[each.model].width:
+                settings = self.hypotheses.settings(*larger)
+                start = narrowed(at_end_of(found, self.block, self.motion, settings))
+            if each not in self.explaining and start is not None:
+                self._fit_from(each, *start)
+
+    def _fit_from(self, each: Hypothesis, start: Mapping[str, float], moved: Mapping[Input, float]) -> None:
+        """A further fit of a hypothesis, kept if it is the better one."""
         settings = self.hypotheses.settings(*each)
         try:
-            fit = fit_record(each.model, self.block, [self.motion], settings, start=start[0], moved=start[1])
+            fit = fit_record(each.model, self.block, [self.motion], settings, start=start, moved=moved)
         except FreerockError:
             return
         ends = [end for end in (self.fits.get(each), fit) if end is not None]
@@ -565,7 +581,8 @@ class _Search:
 
     def _nearest(self) -> Hypothesis:
         """Where nothing explains a run: of the fits that leave about the least, one that widens least."""
-        left = {each: self._mean_square(each) for each, fit in self.fits.items() if fit.success}
+        usable = [h for h, fit in self.fits.items() if fit.success and self._known(h, fit)]
+        left = {each: self._mean_square(each) for each in usable}
         near = [each for each in left if left[each] <= EFFORT.contends * min(left.values())]
         return min(near, key=lambda each: (len(each.widened), left[each]), default=Hypothesis(""))
 
