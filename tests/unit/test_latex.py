@@ -89,7 +89,7 @@ def test_numbers_are_macros_of_letters_alone(datasets):
     lines = numbers_tex(tidy).splitlines()
     assert lines[0].startswith("% The records are simulated")
     assert lines[1] == "% θ₀: as the sensor shows it, a sinking corner included."
-    names = [re.fullmatch(r"\\newcommand\{\\(fr[a-zA-Z]+)\}\{.+\}", line)[1] for line in lines[1:]]
+    names = [re.fullmatch(r"\\newcommand\{\\(fr[a-zA-Z]+)\}\{.+\}", line)[1] for line in lines[2:]]
     populations, epsilon = tidy["populations"], tidy["epsilon"]
     of_records = (populations["level"] == "record").sum() + len(epsilon[["test", "model"]].drop_duplicates())
     assert len(set(names)) == len(names) == 2 + of_records + len(tidy["parameters"]) + 2 * len(epsilon)
