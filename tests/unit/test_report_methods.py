@@ -48,7 +48,7 @@ def test_methods_tell_the_settings_of_the_campaign(written):
     assert "The first 30 ms after the release" in text
     assert (
         "Laws fitted: Housner [@housner1963], Winkler [@koh1986], Hunt–Crossley [@hunt1975; @spanos2017]. "
-        "General would have been fitted where the residuals of the others exceed the noise. Hardening would "
+        "General and Hardening would have been fitted where the residuals of the others exceed the noise. "
         in text
     )
     assert "Free besides the parameters of the law: Housner, Winkler, Hunt–Crossley: θ₀ and t₀." in text
