@@ -273,7 +273,7 @@ def test_quality_has_a_page_per_run_with_verdict_and_reasons(datasets):
         if each.get_text().startswith(("ok", "warn"))
     ]
     assert [quality.VERDICT_COLOURS["ok"], quality.VERDICT_COLOURS["excluded"]] == [shades[0], shades[2]]
-    assert any("; 4 zero crossings, 4 with a restitution" in text for text in texts(pages[0]))
+    assert any("; 4 zero crossings, 4 with r" in text for text in texts(pages[0]))
     assert "not fitted" in texts(pages[2])
     assert "not fitted" not in texts(pages[0])
     assert {"voltage", "theta", "error_level"} <= set(data[data["run"].isna()]["series"])

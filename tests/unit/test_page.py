@@ -89,7 +89,7 @@ def test_report_shows_every_run_with_verdict_and_reasons(page):
     assert "5 records with 9 free-rocking runs; verdicts: 7 ok, 2 warn, 1 fail." in page.text
     assert re.search(r'<span class="excluded">\w+, excluded</span>', page.html)
     assert not re.search(r'class="(ok|warn)">\w+, excluded', page.html)
-    assert "4 zero crossings, 4 with a restitution" in page.text
+    assert "4 zero crossings, 4 with r" in page.text
     assert "1 record could not be processed" in page.text
     assert "the block slid & turned <1°" in page.text
     assert "the file is truncated; record it again" in page.text
@@ -331,7 +331,7 @@ def test_numbers_of_the_report_are_those_of_the_printed_tables(page):
     for caption, text, head in (
         ("Table 2.", table2_text(every[every["selected"]]), "Identified"),
         ("Table 3.", table3_text(table3(epsilon, choice=choice)), "ε_θ / %"),
-        ("Parameters of every law", table2_text(every), "Identified"),
+        ("Parameters of other laws", table2_text(every[~every["selected"]]), "Identified"),
     ):
         body = re.search(rf"{caption}.*?<tbody>(.*?)</tbody>", page.html, re.S)[1]
         rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in body.split("<tr>")[1:]]

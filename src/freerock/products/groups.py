@@ -64,7 +64,7 @@ def release_angle_of(run: xr.DataTree) -> tuple[float, float]:
 def impacts_of(run: xr.DataTree) -> str:
     """How often θ of a run of a record crosses zero, and how many impacts have a restitution, in words."""
     seen, measured = run["n_impacts"].item(), n_restitutions(run)
-    return f"{seen} zero crossing{'' if seen == 1 else 's'}, {measured} with a restitution"
+    return f"{seen} zero crossing{'' if seen == 1 else 's'}, {measured} with r"
 
 
 def fits_of(tree: xr.DataTree) -> Iterator[tuple[int, str, xr.Dataset]]:

@@ -31,7 +31,14 @@ from freerock.report.records import Listed, charted, listed_records, sections_of
 from freerock.report.scene_choices import unexplained
 from freerock.report.scene_evidence import explained, scenes_of, together
 from freerock.runs.verdict import VERDICTS
-from freerock.tables.paper import PUBLISHED_NOTE, SEEN_NOTE, SIMULATED_NOTE, named, printed_tables
+from freerock.tables.paper import (
+    PUBLISHED_NOTE,
+    SEEN_NOTE,
+    SIMULATED_NOTE,
+    named,
+    of_other_laws,
+    printed_tables,
+)
 
 MOST_LISTED = 120  # runs with rows and fits in the page, up to 6 kB each; all stand in the tables
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
@@ -147,7 +154,12 @@ def _content(
     listings = {  # by the name of their table
         "runs": made.overview(rows["runs"], rows["choice"], labels),
         "named": made.of_records(named(printed["table2"]), labels),
-        "table2": made.of_records(printed["table2"], labels),
+        "table2": made.of_records(
+            (rest := of_other_laws(printed["table2"]))._replace(
+                notes=_new(rest.notes, named(printed["table2"]).notes)
+            ),
+            labels,
+        ),
         "compared": made.compared(rows["table3"], labels),
         "table3": made.of_records(
             printed["table3"]._replace(notes=_new(printed["table3"].notes, printed["table2"].notes)), labels

@@ -159,13 +159,13 @@ def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortab
         numbers("θ₀ / °", "theta0_deg", decimals(3)),
         numbers("Release / s", "release_s", decimals(3)),
         numbers("Duration / s", "duration_s", decimals(2)),
-        numbers("Zero crossings", "n_impacts"),
+        numbers("Zeros", "n_impacts"),
         numbers("with r", "n_restitution"),
         numbers("σ / °", "sigma_theta_deg", partial(quantity, digits=2)),
         Column("Model", lambda row: _named(needed.get((row.test, run(row))))),
     ]
     note = f"Each row leads to its run. {SEEN_NOTE} σ: standard deviation of the noise of θ. "
-    note += "Zero crossings: those that stand out of the noise; with r: those with a restitution. "
+    note += "Zeros: crossings that stand out of the noise; with r: those with a restitution. "
     note += "Model: the one that explains the run with the fewest parameters."
     return _sortable(columns, runs.itertuples(), "Runs and verdicts", [note])
 

@@ -252,9 +252,19 @@ def named(table: Printed) -> Printed:
     own = frame[frame["selected"].astype(bool)]
     lost = [test for test in dict.fromkeys(frame["test"]) if test not in set(own["test"])]
     none = [f"No candidate is selected for most runs of {', '.join(lost)}."] if lost else []
-    marks = [*_marked_notes(frame), *_given_notes(frame), *_runs_note(frame)]
-    further = [note for note in table.notes if note not in marks]
-    return _parameters(own, f"{table.caption}, of the model selected for it", [*none, *further], None)
+    return _parameters(own, f"{table.caption}, of the model selected for it", [*none, *_further(table)], None)
+
+
+def of_other_laws(table: Printed) -> Printed:
+    """Table 2 without the rows of `named`."""
+    frame = table.frame[~table.frame["selected"].astype(bool)]
+    return _parameters(frame, f"{table.caption}, of the other models", _further(table), None)
+
+
+def _further(table: Printed) -> list[str]:
+    """Notes of table 2 but those that depend on its rows."""
+    marks = [*_marked_notes(table.frame), *_given_notes(table.frame), *_runs_note(table.frame)]
+    return [note for note in table.notes if note not in marks]
 
 
 def _parameters(frame: pd.DataFrame, caption: str, notes: Sequence[str], labels: Labels | None) -> Printed:
