@@ -33,7 +33,7 @@ def test_missed_faults_are_those_of_the_kinds():
     found = {row[0].strip("*"): row for row in rows("kinds", "end of the kinds")}
     ok, warned, failed = (int(each) for each in found["others"][1:4])
     assert f"Of the {ok + warned + failed} faulty or unusual records " in TEXT
-    unusual, beyond, far = (int(found[kinds][i]) for kinds, i in (("others", 7), ("all", 7), ("all", 8)))
+    unusual, beyond, far = (int(found[kinds][i] or 0) for kinds, i in (("others", 7), ("all", 7), ("all", 8)))
     assert f"{ok} are `ok`, and {unusual} of their numbers err beyond 2 u." in TEXT
     inside, known = map(int, found["all"][6].split(" of "))
     assert (
