@@ -89,9 +89,8 @@ def _laws(fitted: Mapping[int, xr.DataTree]) -> list[str]:
     told = []
     for model, each in found.items():
         low, high = (end(epsilon for epsilon, _ in each) for end in (min, max))
-        span = between(low, high, digits=2, apart=False)
-        if quantity(low, digits=2) == quantity(high, digits=2):
-            span = quantity(low, digits=2)
+        alike = quantity(low, digits=2)
+        span = alike if alike == quantity(high, digits=2) else between(low, high, digits=2, apart=False)
         name = f"{MODEL_LABELS[model]}: " if len(found) > 1 else ""
         rejected = "" if all(explains for _, explains in each) else ", rejected"
         told.append(f"{name}$ε_θ$ = {span} %{rejected}")

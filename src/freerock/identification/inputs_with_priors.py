@@ -49,8 +49,8 @@ class InputSettings:
         Prior standard uncertainty of a contact width that is freed [m]: that of one measured by a rule.
     ftol, most, rounds : float, int, int
         Relative change of the objective at which the search ends, its evaluations with the derivatives by
-        the inputs of its start, and how often these are renewed where they do not suffice. Set on a run with
-        rounded edges, which took five rounds.
+        the inputs of its start, and how often it begins anew with renewed ones where they do not suffice. Set
+        on a run with rounded edges, which took five rounds.
     takes : float
         Whitened length of a direction of the inputs, from which the run and not the prior tells it.
     beyond : float
@@ -65,7 +65,7 @@ class InputSettings:
     worn_m: float = 3e-4
     ftol: float = 1e-7
     most: int = 25
-    rounds: int = 8
+    rounds: int = 9
     takes: float = 1.0
     beyond: float = 25.0
 
@@ -449,12 +449,11 @@ def contributed(nuisances: Nuisances, x: Floats, by_inputs: Floats) -> Contribut
 
 def _minimised(start: Posterior, ftol: float) -> Posterior:
     """Where the objective ends, with the derivatives by the inputs renewed until they suffice."""
-    end = _round(start, ftol)
     for _ in range(INPUTS.rounds):
-        if end.result is None or not end.result.aborted:
+        start = _round(start, ftol)
+        if start.result is None or not start.result.aborted:
             break
-        end = _round(end, ftol)
-    return end
+    return start
 
 
 def _round(start: Posterior, ftol: float) -> Posterior:

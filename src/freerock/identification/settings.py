@@ -21,7 +21,7 @@ def freed(model: str, free: Sequence[str]) -> tuple[str, ...]:
 def is_rounded(model: str, debonding: str = GEOMETRIC.debonding) -> bool:
     """Whether rounded edges are implemented for a candidate."""
     rounds = "edge_radius" in law_of(model).may_free
-    return rounds and CANDIDATES[model].rules(debonding).debonding == GEOMETRIC.debonding
+    return rounds and debonding == GEOMETRIC.debonding
 
 
 def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:

@@ -289,7 +289,7 @@ def energy(
     partial = k / 6 * (np.maximum(right, 0) ** 3 - np.maximum(left, 0) ** 3) / slope
     full = k * (b * np.maximum(z_cb, 0) ** 2 + (b**3 / 3) * s**2)
     elastic = np.where(flat | (np.minimum(right, left) >= 0), full, partial)
-    lever = above + (b * np.abs(s) if rules.kinematics == "pivoting" else 0.0)
+    lever = above + (block.flat * np.abs(s) if rules.kinematics == "pivoting" else 0.0)
     sinking = z_cb_rate + along * theta_rate
     kinetic = 0.5 * m * ((lever * theta_rate) ** 2 + sinking**2) + 0.5 * block.inertia_cm * theta_rate**2
     at_rest = static_depth(block, foundation, 0.0)

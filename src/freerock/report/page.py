@@ -151,15 +151,11 @@ def _content(
     doubtful = [row for row in runs.itertuples() if row.verdict != "ok" and not row.excluded]
     to_look_at = sorted(doubtful, key=lambda row: -VERDICTS.index(row.verdict))
     table_1 = made.of_blocks(printed["table1"], runs, labels, shown.tests)
+    own, rest = named(printed["table2"]), of_other_laws(printed["table2"])
     listings = {  # by the name of their table
         "runs": made.overview(rows["runs"], rows["choice"], labels),
-        "named": made.of_records(named(printed["table2"]), labels),
-        "table2": made.of_records(
-            (rest := of_other_laws(printed["table2"]))._replace(
-                notes=_new(rest.notes, named(printed["table2"]).notes)
-            ),
-            labels,
-        ),
+        "named": made.of_records(own, labels),
+        "table2": made.of_records(rest._replace(notes=_new(rest.notes, own.notes)), labels),
         "compared": made.compared(rows["table3"], labels),
         "table3": made.of_records(
             printed["table3"]._replace(notes=_new(printed["table3"].notes, printed["table2"].notes)), labels

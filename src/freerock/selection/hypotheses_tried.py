@@ -412,7 +412,7 @@ class _Search:
         whole, best = self._whole, min(left, key=lambda each: left[each], default=None)
         kept = []
         for each, own in left.items():
-            parents = [left[other] for other in self._parents(each)]
+            parents = [left[other] for other in self._parents(each) if other in left]
             beside = [left[other] for other in whole if self.rank(other) <= self.rank(each)]
             near = own <= EFFORT.rivals * min(beside, default=math.inf)
             promises = near and own <= max(EFFORT.promises * min(parents, default=math.inf), little)
@@ -435,10 +435,12 @@ class _Search:
         return [*dict.fromkeys([*self.fits, *quick])]
 
     def _parents(self, each: Hypothesis) -> list[Hypothesis]:
-        tried = {*self.fits, *self.quick}
+        """Hypotheses, tried or not, to which one adds a number."""
+        widened = [each.widened, *(tuple({*each.widened} - {prior}) for prior in each.widened)]
+        every = [self.hypotheses.of(model, of) for model in self.hypotheses.candidates for of in widened]
         return [
             other
-            for other in tried
+            for other in dict.fromkeys(every)
             if self.rank(other) < self.rank(each) and each in self.hypotheses.neighbours(other)
         ]
 
@@ -477,18 +479,16 @@ class _Search:
         """The fits of smaller hypotheses from where one that frees a number more explains the run: from
         elsewhere they may end in another minimum, or where no input moves."""
         found = self.fits[larger]
-        widened = [larger.widened, *(tuple({*larger.widened} - {prior}) for prior in larger.widened)]
-        every = [self.hypotheses.of(model, of) for model in self.hypotheses.candidates for of in widened]
-        for each in dict.fromkeys(every):
-            if self.rank(each) >= self.rank(larger) or larger not in self.hypotheses.neighbours(each):
-                continue
-            known = found.contributions
-            moved = dict(zip(known.inputs, known.moved.tolist(), strict=True)) if known else {}
+        known = found.contributions
+        moved = dict(zip(known.inputs, known.moved.tolist(), strict=True)) if known else {}
+        for each in self._parents(larger):
             start: tuple[dict[str, float], dict[Input, float]] | None = found.values, moved
+            if each in self.explaining:
+                continue
             if CANDIDATES[larger.model].width > CANDIDATES[each.model].width:
                 settings = self.hypotheses.settings(*larger)
                 start = narrowed(at_end_of(found, self.block, self.motion, settings))
-            if each not in self.explaining and start is not None:
+            if start is not None:
                 self._fit_from(each, *start)
 
     def _fit_from(self, each: Hypothesis, start: Mapping[str, float], moved: Mapping[Input, float]) -> None:
