@@ -51,8 +51,8 @@ SLOWER = 3.3
 # seventeen noises none does.
 EFFECTS = deviations(level(12))
 PULLED = 2.0  # standard deviations from which the shift of an input is noted
-# Chance of so large a pull of any input, from which the note is a warning: 2e-3, one clean run of 500. At one of
-# 200, two of 309 clean records were warned of it; with what else may warn, that is more than one of 200.
+# Chance of so large a pull of any input, from which the note is a warning: 2e-3, one clean run of 500. At one
+# of 200, two of 309 clean records were warned of it; with what else may warn, that is more than one of 200.
 WARNS = level(1, wrongly=0.2)
 
 TELLS = 10.0  # difference of the BIC from which the data tell two candidates apart
