@@ -2,7 +2,7 @@
 
 import pytest
 
-from freerock_bench.size import FITTING, one_identification, passed_by, rooms
+from freerock_bench.size import rooms
 
 SMALL = {
     "__init__.py": '"""A door."""\n\n__all__ = ["upper"]\n',
@@ -29,25 +29,4 @@ def test_rooms_are_measured(found):
         "constants": 3,
         "longest_file": 10,
         "longest_function": 7,
-        "import_chain": 3,
     }
-    assert found.loc["fitting"].equals(found.loc["selection"])
-
-
-def test_modules_that_a_call_passes():
-    from freerock.models.block import Block
-    from freerock.models.simulate import simulate
-
-    def fall():
-        simulate("housner", Block(1.0, 0.2, 1.0), {"r": 0.9}, [0.0, 0.1], theta0=0.1)
-
-    passed = passed_by(fall)
-    assert passed["models.housner"] >= 1 and "models.simulate" in passed
-    assert not {name for name in passed if name.startswith("identification")}
-
-
-@pytest.mark.slow
-def test_one_identification_passes_the_search_and_the_fit():
-    passed = passed_by(one_identification)
-    assert {"identification.fit", "identification.problem"} <= {*passed}
-    assert {name.partition(".")[0] for name in passed} & {*FITTING} == {"identification", "selection"}
