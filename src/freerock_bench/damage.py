@@ -1,16 +1,14 @@
 """Campaigns damaged and runs killed at random: one `snakemake` then makes the bytes of a run from scratch.
 
-python -m freerock_bench.damage damage [campaigns] | kills [campaigns] | code [campaigns]
+python -m freerock_bench.damage damage [campaigns] | kills [campaigns]
 
-All take --seed N.
+Both take --seed N.
 
 `damage`: each campaign is damaged one to three times, then brought up to date. That must end with exit code
 0 and the bytes of a run from scratch, or with another and a line that says what to do. `kills`: ten times a
-run or a job of up to three runs at once is killed; then one run ends the work. `code`: the code is edited at
-a random moment of a run and put back at another; each run ends with the bytes of a run from scratch, or a
-line, and the next with these bytes. What else happens is counted, and its folder is kept. All is done in
-memory, in /dev/shm. Runs that nobody kills are forked from a Python that holds the libraries, and nothing of
-freerock.
+run or a job of up to three runs at once is killed; then one run ends the work. What else happens is counted,
+and its folder is kept. All is done in memory, in /dev/shm. Runs that nobody kills are forked from a Python
+that holds the libraries, and nothing of freerock.
 """
 
 import argparse
@@ -50,13 +48,6 @@ IN_MEMORY = Path("/dev/shm")
 OLD_S = 1_000_000_000  # a time stamp, of 2001
 TOLD = re.compile(r"^[^:\n]+: .+; .+$")
 KILLS, AT_ONCE = 10, 3
-EDITS = [  # a file of the package, a line of it, and what it becomes for a while
-    ("models/block.py", "GRAVITY = 9.81", "GRAVITY = 9.91"),
-    ("models/kernel.py", '"""', 'SPOILT = 1\n"""'),
-    ("config/defaults.py", "finger_s: float = 0.03", "finger_s: float = 0.3"),
-    ("rotation/beam_kernel.py", "SMALL = 0.6", "SMALL = 0.1"),
-]
-RUN_S = 25.0  # of a run, in which the code is edited
 
 
 class Lab:
@@ -64,8 +55,6 @@ class Lab:
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.results = folder, folder / "results/tiny"
-        own = folder / "code"
-        self.code = own if own.exists() else ROOT
 
     def copied(self, to: Path, *parts: str) -> "Lab":
         """This folder copied, or parts of it."""
@@ -79,12 +68,12 @@ class Lab:
 
         out = Path(f"{self.folder}_{time.monotonic_ns()}.out")
         python = commands() / "python" if warm else sys.executable
-        command = [python, "-m", "snakemake", "--snakefile", self.code / "Snakefile"]
-        command += ["--directory", self.folder, "--profile", self.code / "profiles/default"]
+        command = [python, "-m", "snakemake", "--snakefile", ROOT / "Snakefile"]
+        command += ["--directory", self.folder, "--profile", ROOT / "profiles/default"]
         command += ["--cores", str(cores)]
         with open(out, "w") as told:
             streams = {"stdout": told, "stderr": told, "stdin": subprocess.DEVNULL}
-            streams["env"] = os.environ | {"PYTHONPATH": str(self.code / "src")}
+            streams["env"] = os.environ | {"PYTHONPATH": str(ROOT / "src")}
             return subprocess.Popen(command, **streams, start_new_session=True), out
 
     def run(self, cores: int = 1) -> tuple[int, str]:
@@ -110,8 +99,8 @@ class Lab:
 class Reference:
     """What runs from scratch make, by configuration and records."""
 
-    def __init__(self, scratch: Path, own_code: bool = False) -> None:
-        self.scratch, self.made, self.own_code = scratch, {}, own_code
+    def __init__(self, scratch: Path) -> None:
+        self.scratch, self.made = scratch, {}
 
     def of(self, lab: Lab) -> tuple[int, dict[str, bytes]]:
         """Exit code and products of a run from scratch on the configuration and records of a lab."""
@@ -120,7 +109,6 @@ class Reference:
         key = hashlib.sha256(repr(told).encode()).hexdigest()
         if key not in self.made:
             fresh = lab.copied(self.scratch / f"reference_{len(self.made)}", "config", "raw")
-            fresh = with_code(fresh) if self.own_code else fresh  # provenance tells the state of git
             self.made[key] = fresh.run()[0], fresh.products()
         return self.made[key]
 
@@ -291,43 +279,6 @@ def damage(scratch: Path) -> Callable[[Path, random.Random], Outcome]:
     return one
 
 
-def with_code(lab: Lab) -> Lab:
-    """A lab with a copy of the code, caches included, so that it may be edited."""
-    for part in ("src", "workflow", "profiles"):
-        shutil.copytree(ROOT / part, lab.folder / "code" / part)
-    shutil.copy2(ROOT / "Snakefile", lab.folder / "code")
-    return Lab(lab.folder)
-
-
-def code(scratch: Path) -> Callable[[Path, random.Random], Outcome]:
-    """Campaigns whose code is edited while a run is at work."""
-    base = with_code(write_campaign(scratch / "base", 0))
-    assert base.run()[0] == 0
-    reference = Reference(scratch, own_code=True)
-
-    def one(folder: Path, chance: random.Random) -> Outcome:
-        lab = base.copied(folder)
-        for path in lab.files() if chance.random() < 0.5 else chance.sample(lab.files(), 3):
-            path.unlink()
-        (file, old, new), pauses = chance.choice(EDITS), sorted(chance.uniform(0, RUN_S) for _ in range(2))
-        run, out = lab.begin(cores=1, warm=True)
-        time.sleep(pauses[0])
-        path = lab.code / "src/freerock" / file
-        before = path.read_bytes()
-        path.write_text(before.decode().replace(old, new, 1))
-        time.sleep(pauses[1] - pauses[0])
-        path.write_bytes(before)
-        ended = run.wait()
-        wrong = what_is_wrong(lab, ended, out.read_text(), reference)
-        again, told = lab.run()
-        wrong = wrong or what_is_wrong(lab, again, told, reference) or (last_line(told) if again else "")
-        what = f"{file} from {pauses[0]:.1f} to {pauses[1]:.1f} s"
-        what += f": {last_line(out.read_text())}" if ended else ""
-        return lab, what, LINE if ended else SAME, wrong, []
-
-    return one
-
-
 def jobs_of(run: subprocess.Popen) -> list[psutil.Process]:
     """The scripts that a run has at work."""
     with suppress(psutil.Error):
@@ -404,7 +355,7 @@ def kills(scratch: Path) -> Callable[[Path, random.Random], Outcome]:
     return one
 
 
-STUDIES = {"damage": (damage, 200), "kills": (kills, 10), "code": (code, 60)}
+STUDIES = {"damage": (damage, 200), "kills": (kills, 10)}
 
 
 def main() -> int:
@@ -412,7 +363,7 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("study", choices=STUDIES)
-    parser.add_argument("number", type=int, nargs="?", help="200, 10 and 60 when left out")
+    parser.add_argument("number", type=int, nargs="?", help="200 and 10 when left out")
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
     study, usual = STUDIES[given.study]

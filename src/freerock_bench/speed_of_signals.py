@@ -1,14 +1,10 @@
-"""The way from a recorded channel to impacts: speed, memory, how well runs are found, honesty of the errors.
+"""The way from a recorded channel to impacts: speed and memory, of 10 min at 10 kHz on 4 channels.
 
-python -m freerock_bench.speed_of_signals               # all parts
-python -m freerock_bench.speed_of_signals speed         # 10 min at 10 kHz, 4 channels: aim 4 s, 0.7 GB
-python -m freerock_bench.speed_of_signals segmentation  # records of 1 to 12 runs: all, none invented
-python -m freerock_bench.speed_of_signals errors        # r and θ(t) against truth, in standard errors
+python -m freerock_bench.speed_of_signals
 """
 
 import math
 import resource
-import sys
 import time
 
 import numpy as np
@@ -98,44 +94,5 @@ def speed(rate_hz=10_000.0, minutes=10, channels=4):
         )
 
 
-def segmentation(records=1000, rate_hz=1000.0):
-    missed = invented = late = runs_in_all = 0
-    worst = 0.0
-    for seed in range(records):
-        draw = np.random.RandomState(seed)
-        theta, releases = motion(draw, rate_hz, draw.randint(1, 13))
-        runs, _ = runs_of(np.arange(theta.size) / rate_hz, volts_of(theta, draw))
-        runs_in_all += len(releases)
-        near = [min((abs(run.release_s - at) for run in runs), default=math.inf) for at in releases]
-        missed += sum(distance > 0.5 for distance in near)
-        invented += max(0, len(runs) - len(releases))
-        late += sum(2 / rate_hz < distance <= 0.5 for distance in near)
-        worst = max([worst, *(distance for distance in near if distance <= 0.5)])
-    print(f"{records} records, {runs_in_all} runs: {missed} missed, {invented} invented")
-    print(f"{late} released more than two samples off, the worst {worst * 1e3:.2f} ms")
-
-
-def errors(records=2000, sigma=math.radians(0.01)):
-    """Housner's motion in white noise at 1 to 10 kHz, down to peaks of ten standard deviations."""
-    scores = []
-    for seed in range(records):
-        draw = np.random.RandomState(seed)
-        block = Block(draw.choice([0.14, 0.28, 0.42]), 0.07, 5.84)
-        r, theta0 = draw.uniform(0.75, 0.96), block.theta_cr * draw.uniform(0.5, 0.8)
-        rate_hz = draw.choice([1e3, 2e3, 5e3, 1e4])
-        swings = housner_swings(block, r, theta0, until=6.0)
-        time_s = (draw.uniform() + np.arange(round(6 * rate_hz))) / rate_hz
-        exact = housner_motion(swings, time_s, theta0, rates=False)[0]
-        theta = exact + sigma * draw.standard_normal(time_s.size)
-        found = find_impacts(time_s, theta, sigma, block, theta0=theta0)
-        scores.append((found.restitution - r) / found.restitution_stderr)
-    score = np.concatenate(scores)
-    score = score[np.isfinite(score)]
-    inside = np.mean(np.abs(score) < 1.96)
-    print(f"{score.size} restitutions: bias {score.mean():+.3f} standard errors, {inside:.1%} within 1.96")
-
-
 if __name__ == "__main__":
-    parts = {"speed": speed, "segmentation": segmentation, "errors": errors}
-    for part in sys.argv[1:] or parts:
-        parts[part]()
+    speed()
