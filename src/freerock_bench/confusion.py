@@ -10,14 +10,15 @@ import numpy as np
 import pandas as pd
 
 from freerock.models.laws import LAWS, Candidate
+from freerock.selection.allowed_hypotheses import BY_DEFAULT
+from freerock.selection.hypotheses_tried import identify_run
 from freerock_bench.harness import rows_of_all
-from freerock_bench.naming import alone, answer, identified
+from freerock_bench.naming import answer
 from freerock_bench.truths import place, published, record
 from freerock_bench.virtual_run import CORRELATED_S, SEED, Row, Truth
 
 WIDTHS = (1.0, 0.95, 0.85)  # contact width over nominal width
 NOISES = ("white", *CORRELATED_S, "mains")
-RUNS = 3  # of a record; what the first one says alone is asked as well
 SCENES = 3  # of each truth and noise: every block, on either foundation in turn
 SMALL = 105  # every so many cells make the small atlas
 
@@ -71,9 +72,8 @@ def run(size: str = "full") -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        One row per record and number of its runs that are used: law, kinematics, width_fraction, noise,
-        n_runs, block, foundation, theta0_deg, sigma_theta_deg, then the columns of
-        `freerock_bench.naming.answer`.
+        One row per run: law, kinematics, width_fraction, noise, block, foundation, theta0_deg,
+        sigma_theta_deg, then the columns of `freerock_bench.naming.answer`.
     """
     chosen = enumerate(cells())
     return pd.DataFrame(
@@ -83,21 +83,18 @@ def run(size: str = "full") -> pd.DataFrame:
 
 def _rows(case: Any) -> list[Row]:
     i, cell = case
-    truth, motions = record(cell.truth, np.random.default_rng([SEED, 5, i]), RUNS)
-    found, (block, foundation) = identified(truth, motions), place(cell.scene)
-    records = {1: {1: alone(found[1])}, len(found): found}
+    truth, motion = record(cell.truth, np.random.default_rng([SEED, 5, i]))
+    block, foundation = place(cell.scene)
     return [
         {
             "law": cell.law,
             "kinematics": cell.kinematics,
             "width_fraction": cell.width_fraction,
             "noise": cell.noise,
-            "n_runs": n,
             "block": block,
             "foundation": foundation,
             "theta0_deg": math.degrees(truth.theta0),
             "sigma_theta_deg": math.degrees(truth.sigma_theta),
-            **answer(cell.candidate, truth, runs),
+            **answer(cell.candidate, truth, identify_run(truth.nominal, motion, BY_DEFAULT)),
         }
-        for n, runs in records.items()
     ]

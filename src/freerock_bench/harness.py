@@ -1,8 +1,7 @@
 """One harness of the Monte-Carlo studies: cases of known truth, each analysed, in one long table.
 
 A study says which cases it has and what rows one case gives. Here they run on all cores, are counted, and
-their table is written into the documentation. Of a study whose rows are numbers, `figures.coverage` draws the
-shares.
+their table is written into the documentation.
 """
 
 import math

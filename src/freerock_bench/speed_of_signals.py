@@ -25,8 +25,8 @@ NOISE_V, COUNT_V = 2e-3, 21 / 2**16
 
 
 def motion(draw, rate_hz, n_runs):
-    """θ [rad] of a record, and its releases [s]: rest, then tilt, hold, finger, rigid rocking, pause."""
-    parts, releases, clock = [np.zeros(round(2 * rate_hz))], [], 2.0
+    """θ [rad] of a record: rest, then tilt, hold, rigid rocking, pause."""
+    parts = [np.zeros(round(2 * rate_hz))]
     for _ in range(n_runs):
         theta0 = math.radians(draw.uniform(4, 11)) * draw.choice([-1, 1])
         tilt, hold, pause = draw.uniform(0.8, 2), draw.uniform(1, 3), draw.uniform(1, 3)
@@ -37,9 +37,7 @@ def motion(draw, rate_hz, n_runs):
         share = np.clip(t / tilt, 0, 1)
         theta[t < tilt + hold] = (theta0 * share**2 * (3 - 2 * share))[t < tilt + hold]
         parts.append(theta)
-        releases.append(clock + tilt + hold)
-        clock += n / rate_hz
-    return np.concatenate(parts), releases
+    return np.concatenate(parts)
 
 
 def volts_of(theta, draw, laser=LASERS[0]):
@@ -70,7 +68,7 @@ def impacts_of(runs, series):
 
 def speed(rate_hz=10_000.0, minutes=10, channels=4):
     draw = np.random.RandomState(1)
-    theta, _ = motion(draw, rate_hz, 60)
+    theta = motion(draw, rate_hz, 60)
     n = round(60 * minutes * rate_hz)
     theta = np.concatenate([theta, np.zeros(max(0, n - theta.size))])[:n]
     time_s = np.arange(n) / rate_hz

@@ -17,7 +17,6 @@ ANGLES = (0.6, 1.0)  # of the release angle of table 1
 SIGMA_DEG = (0.005, 0.05)
 STILL_S = (1.0, 3.0)  # shortest and longest hold, and rest
 OF_LASER = ("position_m", "scale_fraction", "sampling_rate_fraction", "response_ms")
-RELEASE_SCATTER = 0.03  # of the release angle, among the runs of a record
 
 
 def place(i: int) -> tuple[str, str]:
@@ -86,16 +85,11 @@ def published(
 
 
 def record(
-    draw: Callable[[np.random.Generator], Truth], generator: np.random.Generator, n_runs: int = 1
-) -> tuple[Truth, list[Motion]]:
-    """A truth whose block does not overturn, and runs of it with holds and rests; drawn until found."""
+    draw: Callable[[np.random.Generator], Truth], generator: np.random.Generator
+) -> tuple[Truth, Motion]:
+    """A truth whose block does not overturn, and a run of it with hold and rest; drawn until found."""
     while True:
-        truth, motions = draw(generator), list[Motion]()
-        for i in range(n_runs):
-            scatter = generator.uniform(-RELEASE_SCATTER, RELEASE_SCATTER) if i else 0.0
-            hold, rest = generator.uniform(*STILL_S, 2)
-            released = replace(truth, theta0=truth.theta0 * (1 + scatter))
-            run = virtual_motion(released, generator, still_s=(hold, rest))
-            motions += [run] if run else []
-        if len(motions) == n_runs:
-            return truth, motions
+        truth = draw(generator)
+        hold, rest = generator.uniform(*STILL_S, 2)
+        if run := virtual_motion(truth, generator, still_s=(hold, rest)):
+            return truth, run

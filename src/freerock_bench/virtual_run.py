@@ -27,7 +27,6 @@ T0_STDERR_S = 2e-4
 LONGEST_S = 8.0
 Row = dict[str, Any]
 CORRELATED_S = {"2 ms": 2e-3, "20 ms": 2e-2, "200 ms": 0.2}  # correlation times of noise
-STEP_SIGMAS = {"step 0.5 σ": 0.5, "step 2 σ": 2.0, "step 5 σ": 5.0}  # of a converter
 REST_SIGMAS = 1.0  # a run lasts until the swings are lost in the noise
 
 
@@ -49,9 +48,7 @@ class Truth:
         Standard deviation of the white noise of θ [rad].
     noise : str
         "white"; "2 ms" and other keys of `CORRELATED_S`, all of it correlated over that time; "mains", white
-        with mains interference of 0.5 σ; "coloured", half of its variance correlated over 5 ms; "mains and
-        drift", white with mains interference of 0.5 σ and a drift of 0.5 σ correlated over 2 s; "white and
-        slow", white with 0.25 σ correlated over 50 ms; keys of `STEP_SIGMAS`, white before a converter.
+        with mains interference of 0.5 σ; "coloured", half of its variance correlated over 5 ms.
     rtol : float
         Of the integrator that gives the true motion.
     """
@@ -97,14 +94,10 @@ def noise(truth: Truth, n: int, generator: np.random.Generator) -> Floats:
     white = generator.standard_normal(n)
     if truth.noise == "coloured":
         white = math.sqrt(0.5) * (white + correlated(n, 5e-3, RATE_HZ, generator))
-    elif truth.noise == "white and slow":
-        white = white + 0.25 * correlated(n, 0.05, RATE_HZ, generator)
-    elif truth.noise in ("mains", "mains and drift"):
+    elif truth.noise == "mains":
         phase = generator.uniform(0, 2 * math.pi)
         mains = np.sin(2 * math.pi * 50 * np.arange(n) / RATE_HZ + phase)
         white = white + 0.5 * math.sqrt(2) * mains
-        if truth.noise == "mains and drift":
-            white = white + 0.5 * correlated(n, 2.0, RATE_HZ, generator)
     return truth.sigma_theta * white
 
 
@@ -139,19 +132,18 @@ def virtual_motion(
     moving = np.flatnonzero(np.abs(theta) > REST_SIGMAS * truth.sigma_theta)
     n = min(len(theta), moving[-1] + 200)
     t0 = T0_STDERR_S * generator.standard_normal()
-    step = truth.sigma_theta * STEP_SIGMAS.get(truth.noise, 0.0)
     record = np.concatenate([np.full(hold, truth.theta0), theta[:n], np.zeros(rest if n < len(theta) else 0)])
-    record = converted(record + error[: len(record)], step, generator)
+    record = record + error[: len(record)]
     held, after = record[:hold], record[hold + n :]
     return Motion(
         time_s=time_s[:n] + t0,
         theta=record[hold : hold + n],
         sigma_theta=float(np.std(held)),
         theta0=float(np.mean(held)),
-        theta0_stderr=max(truth.sigma_theta * _stderr_of_mean(truth.noise, hold), step / math.sqrt(12)),
+        theta0_stderr=truth.sigma_theta * _stderr_of_mean(truth.noise, hold),
         t0_stderr=T0_STDERR_S,
         fit_start_s=0.0,
-        noise=noise_at_rest([held, after], RATE_HZ, step) if still_s else None,
+        noise=noise_at_rest([held, after], RATE_HZ) if still_s else None,
     )
 
 
@@ -165,10 +157,6 @@ def converted(theta: Floats, step: float, generator: np.random.Generator) -> Flo
 
 def _stderr_of_mean(kind: str, n: int) -> float:
     """Of n samples of noise, in standard deviations of one, with a margin for its colour."""
-    if kind == "mains and drift":
-        return 1.0
-    if kind == "white and slow":
-        return max(3.0, 0.25 * math.sqrt(2 * RATE_HZ * 0.05)) / math.sqrt(n)
     correlated = 2 * RATE_HZ * CORRELATED_S.get(kind, 0.0)
     return min(1.0, max(3.0, math.sqrt(correlated)) / math.sqrt(n))
 

@@ -16,20 +16,20 @@ def test_only_on_demand(finished):
     assert alone.returncode == asked.returncode == 0, alone.stderr + asked.stderr
     assert "study" not in alone.stdout + alone.stderr
     jobs = dict(re.findall(r"^(\w*stud\w*) +(\d+)$", asked.stdout + asked.stderr, re.M))
-    assert jobs == {"study": "12", "figure_study": "9", "studies": "1"}
+    assert jobs == {"study": "11", "figure_study": "5", "studies": "1"}
 
 
 def test_a_study_and_its_figure(checkout):
-    """The smallest one, in its small size, with every module its scripts import among their code."""
+    """A study without processes of its own, small, with every module its scripts import among their code."""
     path = os.pathsep.join(str(checkout / part) for part in ("src", "hook"))
-    wanted = [f"results/studies/figures/paper.{suffix}" for suffix in ("pdf", "png", "csv")]
+    wanted = [f"results/studies/figures/speed_accuracy.{suffix}" for suffix in ("pdf", "png", "csv")]
     done = checkout.snakemake(
         *wanted, "--config", "studies=small", PYTHONPATH=path, TRACE=str(checkout / "trace")
     )
     assert done.returncode == 0, done.stderr
     assert "is not a figure" not in done.stderr
     assert all((checkout / product).stat().st_size > 0 for product in wanted)
-    modules = {"study.py": "paper", "figure_study.py": "figures.paper"}
+    modules = {"study.py": "speed_accuracy", "figure_study.py": "figures.speed_accuracy"}
     for script, module in modules.items():
         (trace,) = (checkout / "trace").glob(f"{script}*")
         files = code(ROOT / "workflow/scripts" / script, f"freerock_bench.{module}")

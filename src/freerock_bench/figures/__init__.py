@@ -7,8 +7,6 @@ __all__ = [
     "bits",
     "confusion",
     "cost",
-    "coverage",
-    "paper",
     "shared",
     "speed_accuracy",
     "stability",

@@ -21,7 +21,7 @@ TRUTH = ["law", "kinematics", "width_fraction"]
 
 
 def confusion_summary(frame: pd.DataFrame) -> pd.DataFrame:
-    """Counts and errors of an atlas by truth, noise, number of runs and who was named.
+    """Counts and errors of an atlas by truth, noise and who was named.
 
     Parameters
     ----------
@@ -31,12 +31,11 @@ def confusion_summary(frame: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        law, kinematics, width_fraction, noise, n_runs, named (a candidate that explains the record), wrong,
-        n, share (of the cases of that truth, noise and number of runs), held (how many of the n have the
-        truth in their set), and of each parameter the median of the absolute error in per cent and in stated
-        standard errors.
+        law, kinematics, width_fraction, noise, named (a candidate that explains the run), wrong, n, share (of
+        the cases of that truth and noise), held (how many of the n have the truth in their set), and of each
+        parameter the median of the absolute error in per cent and in stated standard errors.
     """
-    cell = [*TRUTH, "noise", "n_runs"]
+    cell = [*TRUTH, "noise"]
     errors = [name for name in frame if name.endswith(("_error_percent", "_error_stderrs"))]
     frame = _confident(frame).assign(**frame[errors].abs())
     groups = frame.groupby([*cell, "named", "wrong"], sort=False, dropna=False)
