@@ -15,6 +15,7 @@ Rodas5P (doi:10.1007/s10543-023-00967-x) with the analytic Jacobian.
 """
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,99 +47,9 @@ D5, D6, D7 = 701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29
 
 # Rodas5P, in the form in which W k_i = f(y + Σ a_ij k_j) + Σ c_ij k_j / h + h d_i ∂f/∂t, W = I/(γ h) - J
 GAMMA = 0.21193756319429014
-R_A = np.zeros((8, 8))
-R_A[1, :1] = 3.0
-R_A[2, :2] = 2.849394379747939, 0.45842242204463923
-R_A[3, :3] = -6.954028509809101, 2.489845061869568, -10.358996098473584
-R_A[4, :4] = 2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641
-R_A[5:, :5] = (
-    -7.502846399306121,
-    2.561846144803919,
-    -11.627539656261098,
-    -0.18268767659942256,
-    0.030198172008377946,
-)
-R_A[6:, 5] = 1.0
-R_A[7, 6] = 1.0
-R_C = np.zeros((8, 8))
-R_C[1, :1] = -14.155112264123755
-R_C[2, :2] = -17.97296035885952, -2.859693295451294
-R_C[3, :3] = 147.12150275711716, -1.41221402718213, 71.68940251302358
-R_C[4, :4] = 165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306
-R_C[5, :5] = (
-    24.854864614690072,
-    -3.0009227002832186,
-    47.4931110020768,
-    5.5814197821558125,
-    -0.6610691825249471,
-)
-R_C[6, :6] = (
-    30.91273214028599,
-    -3.1208243349937974,
-    77.79954646070892,
-    34.28646028294783,
-    -19.097331116725623,
-    -28.087943162872662,
-)
-R_C[7, :7] = (
-    37.80277123390563,
-    -3.2571969029072276,
-    112.26918849496327,
-    66.9347231244047,
-    -40.06618937091002,
-    -54.66780262877968,
-    -9.48861652309627,
-)
+R_TABLE = np.loadtxt(Path(__file__).with_name("rodas5p.csv"), delimiter=",")
+R_A, R_C, R_NODES, R_D, R_H = R_TABLE[:8], R_TABLE[8:16], R_TABLE[16], R_TABLE[17], R_TABLE[18:]
 BED_NODES, BED_WEIGHTS = np.polynomial.legendre.leggauss(16)
-R_NODES = np.array(
-    [0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1, 1, 1]
-)
-R_D = np.array(
-    [
-        0.21193756319429014,
-        -0.42387512638858027,
-        -0.3384627126235924,
-        1.8046452872882734,
-        2.325825639765069,
-        0,
-        0,
-        0,
-    ]
-)
-R_H = np.array(
-    [
-        [
-            25.948786856663858,
-            -2.5579724845846235,
-            10.433815404888879,
-            -2.3679251022685204,
-            0.524948541321073,
-            1.1241088310450404,
-            0.4272876194431874,
-            -0.17202221070155493,
-        ],
-        [
-            -9.91568850695171,
-            -0.9689944594115154,
-            3.0438037242978453,
-            -24.495224566215796,
-            20.176138334709044,
-            15.98066361424651,
-            -6.789040303419874,
-            -6.710236069923372,
-        ],
-        [
-            11.419903575922262,
-            2.8879645146136994,
-            72.92137995996029,
-            80.12511834622643,
-            -52.072871366152654,
-            -59.78993625266729,
-            -0.15582684282751913,
-            4.883087185713722,
-        ],
-    ]
-)
 
 
 @compiled(forceinline=True)
@@ -929,12 +840,27 @@ def _fill(n, theta, z, rate, out, rates):
 
 
 @compiled()
-def _longer(array):
-    """Copy with room for as many entries again."""
-    longer = np.empty(2 * array.size)
-    for i in range(array.size):
-        longer[i] = array[i]
-    return longer
+def _begun(y, time, breaks, out, rates):
+    """Fill the samples up to t = 0 with the start; the number of the next one, and the segment of ground
+    motion: -1 before the first, as many as there are after the last."""
+    n, n_segments = 0, max(breaks.size - 1, 0)
+    while n < time.size and time[n] <= 0:
+        out[n] = y[2]
+        if rates.size > 0:
+            rates[n, 0], rates[n, 1], rates[n, 2] = y[0], y[1], y[3]
+        n += 1
+    segment = -1 if n_segments > 0 else 0
+    while segment < n_segments and n_segments > 0 and breaks[segment + 1] <= 0:
+        segment += 1
+    return n, segment
+
+
+@compiled()
+def _is_over(y, theta_cr, moves):
+    """Whether a block is beyond return, or lies on a side while the ground moves."""
+    if moves:
+        return abs(y[2]) > 0.5 * math.pi
+    return abs(y[2]) > theta_cr and y[2] * y[3] >= 0
 
 
 @compiled()
@@ -967,19 +893,10 @@ def _integrate(
     dense = np.zeros((4, 5))
     stages = np.empty((8, 4))
     record = rates.size > 0
-    impacts = np.empty(256 if record else 0)
+    impacts = np.empty(0)
     n_time, n_segments = time.size, coefficients.shape[0]
-    n_impacts = n = steps = rejected = implicit = evaluations = 0
-    while n < n_time and time[n] <= 0:
-        out[n] = y[2]
-        if record:
-            rates[n, 0], rates[n, 1], rates[n, 2] = y[0], y[1], y[3]
-        n += 1
-
-    # segment of ground motion: -1 before the first, n_segments after the last
-    segment = -1 if n_segments > 0 else 0
-    while segment < n_segments and n_segments > 0 and breaks[segment + 1] <= 0:
-        segment += 1
+    steps = rejected = implicit = evaluations = 0
+    n, segment = _begun(y, time, breaks, out, rates)
     right = y[2] > 0 or (y[2] == 0 and y[3] > 0)
     sign = 1.0 if right else -1.0
     law = (k, c, lam, b, h, inertia, g, sign * corner, radius, e, kappa)
@@ -1105,10 +1022,7 @@ def _integrate(
         if turned := which == 5 or sign * y1[2] < 0:
             # a block upright at rest has no side to leave
             if record and (y[2] != 0 or y[3] != 0):
-                if n_impacts == impacts.size:
-                    impacts = _longer(impacts)
-                impacts[n_impacts] = end if which == 5 else t + step * _sign_change(dense, sign)
-                n_impacts += 1
+                impacts = np.append(impacts, end if which == 5 else t + step * _sign_change(dense, sign))
             sign = -sign
             law = (k, c, lam, b, h, inertia, g, sign * corner, radius, e, kappa)
         steps += 1
@@ -1140,11 +1054,7 @@ def _integrate(
         if whole:
             segment += 1
 
-        if segment < n_segments:
-            if abs(y[2]) > 0.5 * math.pi:
-                outcome = OVERTURNED
-                break
-        elif abs(y[2]) > theta_cr and y[2] * y[3] >= 0:
+        if _is_over(y, theta_cr, segment < n_segments):
             outcome = OVERTURNED
             break
         if regime == FULL and turning > 0 and _is_steady(coefficients, segment):
@@ -1171,7 +1081,7 @@ def _integrate(
         _fill(n, y[2], y[0], 0.0, out, rates)
     else:
         _fill(n, math.nan, math.nan, math.nan, out, rates)
-    return outcome, steps, rejected, implicit, evaluations, impacts[:n_impacts]
+    return outcome, steps, rejected, implicit, evaluations, impacts
 
 
 def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.float64]]:

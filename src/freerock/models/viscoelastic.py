@@ -41,15 +41,16 @@ from freerock.models.kernel import (
     RIGHT,
     STEP_LIMIT,
     _accelerations,
+    _begun,
     _com,
     _dense,
     _exp2,
     _fill,
     _ground,
     _inertia,
+    _is_over,
     _is_steady,
     _log2,
-    _longer,
     _regime,
     _sample,
     _sign_change,
@@ -344,17 +345,10 @@ def _integrate(law, element, start, time, breaks, coefficients, tolerance, max_s
     y = start[0], start[1], start[2], start[3], 0.0, 0.0, 0.0, 0.0
     f = y1 = f1 = y
     record = rates.size > 0
-    impacts = np.empty(256 if record else 0)
+    impacts = np.empty(0)
     n_time, n_segments = time.size, coefficients.shape[0]
-    n_impacts = n = steps = rejected = evaluations = 0
-    while n < n_time and time[n] <= 0:
-        out[n] = y[2]
-        if record:
-            rates[n, 0], rates[n, 1], rates[n, 2] = y[0], y[1], y[3]
-        n += 1
-    segment = -1 if n_segments > 0 else 0
-    while segment < n_segments and n_segments > 0 and breaks[segment + 1] <= 0:
-        segment += 1
+    steps = rejected = evaluations = 0
+    n, segment = _begun(y, time, breaks, out, rates)
     sign = 1.0 if y[2] > 0 or (y[2] == 0 and y[3] > 0) else -1.0
     law = (k, 0.0, 0.0, b, h, inertia, g, sign * corner, 0.0, e, 0.0)
     regime = _regime(_signs(False, y[:4], law), False)
@@ -456,10 +450,8 @@ def _integrate(law, element, start, time, breaks, coefficients, tolerance, max_s
         if turned:
             # a block upright at rest has no side to leave
             if record and (before[2] != 0 or before[3] != 0):
-                if n_impacts == impacts.size:
-                    impacts = _longer(impacts)
-                impacts[n_impacts] = end if which == CORNER else t + step * _sign_change(dense, sign)
-                n_impacts += 1
+                crossed = end if which == CORNER else t + step * _sign_change(dense, sign)
+                impacts = np.append(impacts, crossed)
             sign = -sign
             law = (k, 0.0, 0.0, b, h, inertia, g, sign * corner, 0.0, e, 0.0)
         if which == CORNER:
@@ -486,11 +478,7 @@ def _integrate(law, element, start, time, breaks, coefficients, tolerance, max_s
         fresh = whole or which != -1 or (turned and corner > 0)
         if whole:
             segment += 1
-        if segment < n_segments:
-            if abs(y[2]) > 0.5 * math.pi:
-                outcome = OVERTURNED
-                break
-        elif abs(y[2]) > theta_cr and y[2] * y[3] >= 0:
+        if _is_over(y, theta_cr, segment < n_segments):
             outcome = OVERTURNED
             break
         lasts = segment >= n_segments or breaks[segment + 1] >= time[n_time - 1]
@@ -510,7 +498,7 @@ def _integrate(law, element, start, time, breaks, coefficients, tolerance, max_s
         _fill(n, y[2], y[0], 0.0, out, rates)
     else:
         _fill(n, math.nan, math.nan, math.nan, out, rates)
-    return outcome, steps, rejected, evaluations, impacts[:n_impacts]
+    return outcome, steps, rejected, evaluations, impacts
 
 
 def integrate_viscoelastic(
