@@ -49,8 +49,6 @@ class Bounces:
         a side, and after too many impacts.
     impact_time_s : ndarray, shape (n_impacts,)
         Instants of the impacts [s].
-    impact_corner : ndarray of int, shape (n_impacts,)
-        The corner that came down: 0 the left, 1 the right one.
     outcome : str
         "completed", "overturned" (on a side) or "step_limit" (too many impacts).
     """
@@ -58,7 +56,6 @@ class Bounces:
     time_s: Floats
     state: Floats
     impact_time_s: Floats
-    impact_corner: Floats
     outcome: str
 
     @property
@@ -100,14 +97,14 @@ def bounce(
         A corner below the ground, or e or μ out of range.
     """
     time = np.ascontiguousarray(time_s, float)
-    state, impacts = np.empty((time.size, 6)), np.empty((max_impacts, 2))
+    state, impacts = np.empty((time.size, 6)), np.empty(max_impacts)
     shape = _shape(block, tilt)
     lowest = min(_gap(LEFT, start[1], start[2], shape), _gap(RIGHT, start[1], start[2], shape))
     check_corners(restitution, friction, lowest)
     begun = tuple(map(float, start))
     longest = 1 / (STEPS * block.p)
     n, end = _move(shape, float(restitution), float(friction), begun, time, longest, state, impacts)
-    return Bounces(time, state, impacts[:n, 0].copy(), impacts[:n, 1].copy(), ENDS[end])
+    return Bounces(time, state, impacts[:n].copy(), ENDS[end])
 
 
 def standing_on(block: Block, corner: int, theta: float, rate: float, x: float = 0.0) -> PlaneState:
@@ -312,7 +309,7 @@ def _begin(y, restitution, friction, shape):
 
 @compiled()
 def _move(shape, restitution, friction, start, time, longest, out, impacts):
-    """Fill the states at some instants and the impacts (instant, corner); return the number of impacts, and
+    """Fill the states at some instants and the instants of the impacts; return the number of impacts, and
     which of `ENDS` it is."""
     y, t, n = start, 0.0, 0
     y, mode, sense, corner, struck = _begin(y, restitution, friction, shape)
@@ -343,7 +340,7 @@ def _move(shape, restitution, friction, start, time, longest, out, impacts):
                 if n == len(impacts):
                     out[i:] = math.nan
                     return n, 2
-                impacts[n, 0], impacts[n, 1] = t, struck
+                impacts[n] = t
                 n += 1
             if still > 1000:
                 out[i:] = math.nan

@@ -25,7 +25,8 @@ from freerock.models.compiled import compiled
 # Amplitude below which the remaining impacts are summed as a geometric series [rad].
 REST_AMPLITUDE = 1e-13
 Polynomial = tuple[float, float, float, float, float]
-# Largest argument of cosh and of the arc sine of which sums of 14 powers have all digits, and their factors.
+# Largest argument of cosh and of the arc sine of which sums of 14 powers of its square have all digits, and
+# the factors of these in cosh x, sinh x / x and asin x / x.
 SHORT, SLENDER = 2.0, 0.25
 C = tuple(1 / math.factorial(2 * i) for i in range(14))
 S = tuple(1 / math.factorial(2 * i + 1) for i in range(14))
@@ -294,29 +295,11 @@ def _theta_functions(k2: float) -> tuple[float, float, float, Polynomial, Polyno
 
 
 @compiled(forceinline=True)
-def _cosh(q: float) -> float:
-    """cosh x by the powers of q = x² < `SHORT`², to the last digit."""
-    r = q * q
-    low = (1 + q * C[1]) + r * ((C[2] + q * C[3]) + r * ((C[4] + q * C[5]) + r * (C[6] + q * C[7])))
-    high = (C[8] + q * C[9]) + r * ((C[10] + q * C[11]) + r * (C[12] + q * C[13]))
-    return low + (r * r) * (r * r) * high
-
-
-@compiled(forceinline=True)
-def _sinh_over(q: float) -> float:
-    """sinh x / x, likewise."""
-    r = q * q
-    low = (1 + q * S[1]) + r * ((S[2] + q * S[3]) + r * ((S[4] + q * S[5]) + r * (S[6] + q * S[7])))
-    high = (S[8] + q * S[9]) + r * ((S[10] + q * S[11]) + r * (S[12] + q * S[13]))
-    return low + (r * r) * (r * r) * high
-
-
-@compiled(forceinline=True)
-def _arc_sine_over(q: float) -> float:
-    """asin x / x by the powers of q = x² < `SLENDER`², to the last digit."""
-    r = q * q
-    low = (1 + q * A[1]) + r * ((A[2] + q * A[3]) + r * ((A[4] + q * A[5]) + r * (A[6] + q * A[7])))
-    high = (A[8] + q * A[9]) + r * ((A[10] + q * A[11]) + r * (A[12] + q * A[13]))
+def _sum_of_powers(q: float, factors: tuple[float, ...]) -> float:
+    """Sum of 14 powers of q by their factors."""
+    f, r = factors, q * q
+    low = (1 + q * f[1]) + r * ((f[2] + q * f[3]) + r * ((f[4] + q * f[5]) + r * (f[6] + q * f[7])))
+    high = (f[8] + q * f[9]) + r * ((f[10] + q * f[11]) + r * (f[12] + q * f[13]))
     return low + (r * r) * (r * r) * high
 
 
@@ -345,21 +328,21 @@ def _fill_swing(
         # of an unsigned index numba need not ask whether it counts from the end
         for i in range(np.uint64(begin), np.uint64(end)):
             x = rate * (time[i] - peak_time)
-            cosh = _cosh(x * x)
+            cosh = _sum_of_powers(x * x, C)
             c = 2 * cosh * cosh - 1
             even = v[0] + c * (v[1] + c * (v[2] + c * (v[3] + c * v[4])))
             odd = u[0] + c * (u[1] + c * (u[2] + c * u[3]))
             sine = of_cosh * cosh * odd / even
-            theta[i] = side * (theta_cr - 2 * sine * _arc_sine_over(sine * sine))
+            theta[i] = side * (theta_cr - 2 * sine * _sum_of_powers(sine * sine, A))
         if theta_rate.size:
             for i in range(np.uint64(begin), np.uint64(end)):
                 x = rate * (time[i] - peak_time)
                 q = x * x
-                cosh = _cosh(q)
+                cosh = _sum_of_powers(q, C)
                 c = 2 * cosh * cosh - 1
                 even = v[0] + c * (v[1] + c * (v[2] + c * (v[3] + c * v[4])))
                 other = w[0] + c * (w[1] + c * (w[2] + c * w[3]))
-                theta_rate[i] = of_rate * x * _sinh_over(q) * other / even
+                theta_rate[i] = of_rate * x * _sum_of_powers(q, S) * other / even
         return
     for i in range(np.uint64(begin), np.uint64(end)):
         e = math.exp(rate * (time[i] - peak_time))
