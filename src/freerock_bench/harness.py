@@ -19,7 +19,6 @@ import pandas as pd
 from freerock.identification.fit import Fit
 from freerock.identification.levels import NORMAL_95
 from freerock.models.free_parameters import SYMBOLS
-from freerock.models.simulate import cores
 from freerock.tables.csvfile import write_csv
 from freerock_bench.document import in_markdown, renew
 from freerock_bench.virtual_run import Row
@@ -79,7 +78,7 @@ class Study:
 def rows_of_all(function: Callable[[Any], list[Row]], cases: Sequence[Any]) -> list[Row]:
     """Rows of all cases, on all cores."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # as in the workflow's jobs
-    with ProcessPoolExecutor(cores(), multiprocessing.get_context("spawn")) as pool:
+    with ProcessPoolExecutor(len(os.sched_getaffinity(0)), multiprocessing.get_context("spawn")) as pool:
         return [row for rows in pool.map(function, cases, chunksize=4) for row in rows]
 
 

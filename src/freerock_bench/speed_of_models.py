@@ -2,13 +2,12 @@
 
     python -m freerock_bench.speed_of_models            all
     python -m freerock_bench.speed_of_models methods    only these parts; there are methods, kinematics,
-        stiffness, many, overturning
+        stiffness, overturning
 
 Times are the best of several runs. Figures of another machine differ; ratios hardly.
 """
 
 import math
-import resource
 import sys
 from functools import partial
 from itertools import product
@@ -20,7 +19,7 @@ from freerock.models.block import GRAVITY
 from freerock.models.ground import pulse
 from freerock.models.laws import KINEMATICS, Rules
 from freerock.models.published import TABLE_2
-from freerock.models.simulate import Solver, simulate, simulate_many, simulate_theta
+from freerock.models.simulate import Solver, simulate, simulate_theta
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock_bench.methods.by_name import METHODS
 from freerock_bench.methods.foundation import cyrk_installed
@@ -117,29 +116,6 @@ def stiffness():
         row(what, target, f"{times.max() / times[rocking].min():.1f}", note)
 
 
-def many():
-    """`simulate_many` on two threads against one; memory over the number of steps."""
-    n, time = 10_000, np.arange(0.0, 5.0, 0.01)
-    generator = np.random.default_rng(1)
-    sets = {name: value * generator.uniform(0.5, 2.0, n) for name, value in MARBLE.items()}
-
-    def run(threads, rtol=1e-6):
-        solver = Solver(rtol, threads=threads)
-        return simulate_many("hunt_crossley", BLOCK, sets, time, theta0=THETA0, solver=solver)[0]
-
-    timed = interleaved([partial(run, 1), partial(run, 2)], 4)
-    (one, alone, _), (two, together, _) = timed
-    same = "same bytes" if np.array_equal(one, two, equal_nan=True) else "DIFFERENT results"
-    note = f"{alone:.2f} s, {together:.2f} s, {same}"
-    row(f"simulate_many, {n} sets, 2 threads over 1", "≥ 1.8", f"{alone / together:.2f}", note)
-    del one, two, timed
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    run(2, rtol=1e-10)
-    grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
-    output = f"output {8e-6 * n * time.size:.0f} MB"
-    row("  growth of memory with 10 times the steps", "0 MB", f"{grown:.1f} MB", output)
-
-
 def overturning():
     """Housner's block under a one-sine pulse: 50 by 50 cells against SciPy with events."""
     r, unit = BLOCK.restitution_housner, GRAVITY * BLOCK.b / BLOCK.h
@@ -161,7 +137,7 @@ def overturning():
     row("cells of 2500 in which the overturning maps differ", "0", f"{differ}", note)
 
 
-PARTS = {part.__name__: part for part in (methods, kinematics, stiffness, many, overturning)}
+PARTS = {part.__name__: part for part in (methods, kinematics, stiffness, overturning)}
 
 if __name__ == "__main__":
     row("", "target", "seen")

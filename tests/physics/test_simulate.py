@@ -18,7 +18,7 @@ from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
 from freerock.models.ground import accelerogram, pulse, tilted
 from freerock.models.laws import Rules
-from freerock.models.simulate import Solver, simulate, simulate_many, simulate_theta
+from freerock.models.simulate import Solver, simulate, simulate_theta
 
 BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
 ALPHA = {1: math.radians(6), 2: math.radians(10), 3: math.radians(20)}
@@ -382,27 +382,6 @@ def test_ground_motion_is_what_was_given():
     )
 
 
-def test_many_sets_are_the_single_runs_on_any_number_of_threads():
-    time = np.linspace(0, 1, 201)
-    k = np.geomspace(1e5, 1e9, 7)
-    for model, parameters in (("winkler", {"k": k, "c": 2e4}), ("housner", {"r": np.linspace(0.5, 1, 7)})):
-        one, outcome = simulate_many(
-            model, BLOCKS[2], parameters, time, theta0=0.17, solver=Solver(threads=1)
-        )
-        three, _ = simulate_many(model, BLOCKS[2], parameters, time, theta0=0.17, solver=Solver(threads=3))
-        assert one.tobytes() == three.tobytes()
-        for i in range(7):
-            single = {n: float(v[i]) if np.ndim(v) else v for n, v in parameters.items()}
-            theta, ends = simulate_theta(model, BLOCKS[2], single, time, theta0=0.17)
-            assert np.array_equal(one[i], theta, equal_nan=True) and outcome[i] == ends
-    theta0 = np.array([0.05, 0.1])
-    shaken, _ = simulate_many(
-        "hunt_crossley", BLOCKS[2], MARBLE, time, theta0=theta0, base_excitation=MOTIONS["sine"]
-    )
-    alone = simulate("hunt_crossley", BLOCKS[2], MARBLE, time, theta0=0.1, base_excitation=MOTIONS["sine"])
-    assert np.array_equal(shaken[1], alone.theta, equal_nan=True)
-
-
 @pytest.mark.parametrize(
     ("change", "where", "what"),
     [
@@ -420,11 +399,10 @@ def test_many_sets_are_the_single_runs_on_any_number_of_threads():
         ({"solver": Solver(0.0)}, "rtol", "0.0"),
     ],
 )
-@pytest.mark.parametrize("door", [simulate, simulate_many])
-def test_bad_arguments_are_told_in_one_line(door, change, where, what):
+def test_bad_arguments_are_told_in_one_line(change, where, what):
     arguments = {"model": "winkler", "parameters": WINKLER, "time": [0.0, 1.0], "theta0": 0.1} | change
     with pytest.raises(FreerockError) as error:
-        door(
+        simulate(
             arguments.pop("model"), BLOCKS[2], arguments.pop("parameters"), arguments.pop("time"), **arguments
         )
     assert error.value.where == where and what in error.value.what

@@ -15,7 +15,14 @@ from freerock.models.laws import CANDIDATES, DEBONDING, GEOMETRIC, KINEMATICS, L
 
 
 def check_scene(
-    model: str, parameters: Mapping[str, float], time: ArrayLike, start: ArrayLike, rules: Rules, rtol: float
+    model: str,
+    block: Block,
+    parameters: Mapping[str, float],
+    time: ArrayLike,
+    start: ArrayLike,
+    motion: GroundMotion | None,
+    rules: Rules,
+    rtol: float,
 ) -> Floats:
     """The instants as an array; raises where an argument is no use."""
     _check_parameters(model, parameters, rules)
@@ -28,10 +35,15 @@ def check_scene(
     instants = np.ascontiguousarray(time, dtype=float)
     if instants.ndim != 1 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) < 0):
         raise FreerockError("time", "not an increasing array of finite instants", "sort it and drop NaN")
+    _check_mass(block)
+    _check_edges(model, block, rules)
+    if motion is not None and LAWS[model].bounces:
+        what = f"{model} is solved on ground at rest only"
+        raise FreerockError("base_excitation", what, "leave it out, or use another law")
     return instants
 
 
-def check_edges(model: str, block: Block, rules: Rules) -> None:
+def _check_edges(model: str, block: Block, rules: Rules) -> None:
     """Raise where rounded edges are not implemented."""
     if block.edge_radius == 0:
         return
@@ -44,13 +56,6 @@ def check_edges(model: str, block: Block, rules: Rules) -> None:
         raise FreerockError("edge_radius_m", what, "leave it out")
 
 
-def check_ground(model: str, motion: GroundMotion | None) -> None:
-    """Raise where a law is not solved on ground that moves."""
-    if motion is not None and LAWS[model].bounces:
-        what = f"{model} is solved on ground at rest only"
-        raise FreerockError("base_excitation", what, "leave it out, or use another law")
-
-
 def check_corners(restitution: float, friction: float, lowest: float) -> None:
     """Raise where corners can't bounce so, or one starts below the ground, z = 0 [m]."""
     if not (0 <= restitution < 1 and 0 <= friction < math.inf):
@@ -60,7 +65,7 @@ def check_corners(restitution: float, friction: float, lowest: float) -> None:
         raise FreerockError("bouncing", "a corner starts below the ground", "start higher")
 
 
-def check_mass(block: Block) -> None:
+def _check_mass(block: Block) -> None:
     """Raise where the centre of mass or the moment of inertia of a block can't be simulated."""
     for name, value in (("com_height_m", block.h), ("inertia_kg_m2", block.inertia_cm)):
         if not (math.isfinite(value) and value > 0):
@@ -95,12 +100,11 @@ def _check_parameters(model: str, parameters: Mapping[str, float], rules: Rules)
             )
         if name == "e" and value >= 1:
             raise FreerockError(where, f"{value} is not below 1", "a corner loses energy: give 0 to below 1")
-    if rules.debonding not in DEBONDING:
-        what = f"unknown rule {rules.debonding!r}"
-        raise FreerockError("debonding", what, f"use {' or '.join(DEBONDING)}")
-    if rules.kinematics not in KINEMATICS:
-        what = f"unknown kinematics {rules.kinematics!r}"
-        raise FreerockError("kinematics", what, f"use {' or '.join(KINEMATICS)}")
+    known = (("debonding", "rule", DEBONDING), ("kinematics", "kinematics", KINEMATICS))
+    for name, kind, choices in known:
+        if getattr(rules, name) not in choices:
+            what = f"unknown {kind} {getattr(rules, name)!r}"
+            raise FreerockError(name, what, f"use {' or '.join(choices)}")
     if not law.allows(rules.debonding, sum(parameters[name] > 0 for name in law.ratios)):
         what = f"the tensionless rule is not available for {' and '.join(law.parameters[1:])} together"
         raise FreerockError("debonding", what, "use geometric")

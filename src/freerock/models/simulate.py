@@ -1,8 +1,6 @@
 """The one public door to the rocking models."""
 
-import os
-from collections.abc import Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -11,14 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from freerock.arrays import Floats
-from freerock.errors import FreerockError
 from freerock.models import kernel, series
 from freerock.models.block import Block
 from freerock.models.contact import Foundation, State, lean, static_depth
 from freerock.models.ground import GroundMotion, tilted
 from freerock.models.housner import Swings, housner_motion, housner_swings
-from freerock.models.laws import GEOMETRIC, LAWS, MODELS, Law, Rules
-from freerock.models.refusals import check_edges, check_ground, check_mass, check_scene
+from freerock.models.laws import GEOMETRIC, LAWS, Law, Rules
+from freerock.models.refusals import check_scene
 
 OUTCOMES = ("completed", "at_rest", "overturned", "step_limit", "non_finite")
 if TYPE_CHECKING:
@@ -40,14 +37,10 @@ class Solver:
         Error allowed per step, relative to the amplitude: θ₀ in free rocking, θ_cr on a moving ground.
     max_steps : int
         Steps (or impacts) after which to give up.
-    threads : int, optional
-        Threads that share many sets of parameters; all cores this process may use if None. The results do
-        not depend on it.
     """
 
     rtol: float = 1e-8
     max_steps: int = 1_000_000
-    threads: int | None = None
 
 
 SOLVER = Solver()
@@ -130,10 +123,7 @@ def simulate(
         Unknown model, missing or negative parameter, time not increasing, and the like.
     """
     start = theta0 if isinstance(theta0, State) else State(0.0, 0.0, theta0, 0.0)
-    instants = check_scene(model, parameters, time, start, rules, solver.rtol)
-    check_mass(block)
-    check_edges(model, block, rules)
-    check_ground(model, base_excitation)
+    instants = check_scene(model, block, parameters, time, start, base_excitation, rules, solver.rtol)
     if LAWS[model].bounces:
         return _bouncing(block, parameters, instants, start, solver)
     if not LAWS[model].is_foundation:
@@ -146,13 +136,12 @@ def simulate(
     scene = _Scene(model, block, parameters, base_excitation, rules, solver)
     outcome, steps, rejected, implicit, evaluations, impacts = scene.integrate(start, instants, theta, rates)
     statistics = {"steps": steps, "rejected": rejected, "implicit": implicit, "evaluations": evaluations}
-    if not LAWS[model].is_foundation:
-        return _about_corners(block, instants, theta, rates[:, 2], impacts, OUTCOMES[outcome], statistics)
     z_cb, z_cb_rate, theta_rate = rates.T
-    contact = _contact(block, z_cb, theta)
-    return Response(
-        instants, theta, theta_rate, z_cb, z_cb_rate, contact, impacts, OUTCOMES[outcome], statistics
-    )
+    if LAWS[model].is_foundation:
+        base = z_cb, z_cb_rate, _contact(block, z_cb, theta)
+    else:
+        base = _about_corners(block, theta, theta_rate)
+    return Response(instants, theta, theta_rate, *base, impacts, OUTCOMES[outcome], statistics)
 
 
 def simulate_theta(
@@ -215,76 +204,6 @@ def simulate_fitted(
         if rates is not None:
             rates[lost] = 0.0
     return theta
-
-
-def cores() -> int:
-    """Cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def simulate_many(
-    model: str,
-    block: Block,
-    parameters: Mapping[str, float | Floats],
-    time: ArrayLike,
-    *,
-    theta0: float | Floats,
-    base_excitation: GroundMotion | None = None,
-    rules: Rules = GEOMETRIC,
-    solver: Solver = SOLVER,
-) -> tuple[Floats, NDArray[np.str_]]:
-    """Rotation under many sets of parameters, each released from rest, on several threads.
-
-    Parameters
-    ----------
-    parameters : mapping
-        As in `simulate`, with floats or arrays that broadcast to (n_sets,).
-    theta0 : float or ndarray, shape (n_sets,)
-        Rotation at t = 0 [rad].
-
-    The others as in `simulate`.
-
-    Returns
-    -------
-    theta : ndarray, shape (n_sets, n_time)
-        [rad]
-    outcome : ndarray of str, shape (n_sets,)
-        As in `Response`.
-
-    Raises
-    ------
-    FreerockError
-        As in `simulate`.
-    """
-    names = MODELS.get(model, ())
-    columns = [np.atleast_1d(np.asarray(parameters.get(name, np.nan), dtype=float)) for name in names]
-    *columns, starts = np.broadcast_arrays(*columns, np.atleast_1d(np.asarray(theta0, dtype=float)))
-    for values in columns:
-        if values.ndim != 1:
-            raise FreerockError("parameters", "not one-dimensional", "give one value for each set")
-    given = {n: v for n, v in zip(names, columns, strict=True) if n in parameters}
-    for extreme in (np.min, np.max):
-        outermost = {name: float(extreme(values)) for name, values in given.items()}
-        instants = check_scene(model, outermost, time, starts, rules, solver.rtol)
-    check_mass(block)
-    check_edges(model, block, rules)
-    check_ground(model, base_excitation)
-    theta = np.empty((starts.size, instants.size))
-    outcome = np.empty(starts.size, dtype="U10")
-
-    def run(sets: Iterable[int]) -> None:
-        for i in sets:
-            one = {name: float(values[i]) for name, values in zip(names, columns, strict=True)}
-            scene = _Scene(model, block, one, base_excitation, rules, solver)
-            theta[i], outcome[i] = _released(scene, float(starts[i]), instants)
-
-    threads = solver.threads or cores()
-    # the first run loads or compiles the kernel; the others are dealt out like cards
-    run(range(min(1, starts.size)))
-    with ThreadPoolExecutor(threads) as pool:
-        for _ in pool.map(run, (range(1 + i, starts.size, threads) for i in range(threads))):
-            pass
-    return theta, outcome
 
 
 @dataclass(frozen=True)
@@ -366,7 +285,7 @@ def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None =
         if rates is not None:
             rates[:, -1] = rate
             if rates.shape[1] > 1:
-                rates[:, 0], rates[:, 1] = _corner_kept(block, theta, rate)
+                rates[:, :2] = np.column_stack(_about_corners(block, theta, rate)[:2])
         return theta, _housner_outcome(swings, time)
     depth = stands = 0.0
     if is_foundation:
@@ -387,8 +306,8 @@ def _housner(block: Block, r: float, time: Floats, start: State, max_steps: int)
     swings = housner_swings(block, r, start.theta, start.theta_rate, until, max_steps)
     theta, theta_rate = housner_motion(swings, time, start.theta, start.theta_rate)
     impacts = swings.impact_time[swings.impact_time <= until]
-    statistics = {"steps": len(impacts), "rejected": 0, "implicit": 0, "evaluations": 0}
-    return _about_corners(block, time, theta, theta_rate, impacts, _housner_outcome(swings, time), statistics)
+    statistics, base = _in_closed_form(impacts), _about_corners(block, theta, theta_rate)
+    return Response(time, theta, theta_rate, *base, impacts, _housner_outcome(swings, time), statistics)
 
 
 def _bouncing(
@@ -403,11 +322,10 @@ def _bouncing(
     found = _bounced(block, parameters, time, begun, 0.0, solver.max_steps)
     z_cb, z_cb_rate, theta_rate = _of_base(block, found.state)
     theta, impacts = found.theta.copy(), found.impact_time_s
-    statistics = {"steps": len(impacts), "rejected": 0, "implicit": 0, "evaluations": 0}
     left, right = (np.abs(z_cb + side * np.sin(theta)) < TOUCHES for side in (-block.b, block.b))
     contact = np.where(np.isnan(theta) | (left & right), 0, np.where(left, -1, np.where(right, 1, 2)))
-    contact = contact.astype(np.int8)
-    return Response(time, theta, theta_rate, z_cb, z_cb_rate, contact, impacts, _end_of(found), statistics)
+    base, statistics = (z_cb, z_cb_rate, contact.astype(np.int8)), _in_closed_form(impacts)
+    return Response(time, theta, theta_rate, *base, impacts, _end_of(found), statistics)
 
 
 def _bounced(
@@ -450,32 +368,16 @@ def _end_of(found: "Bounces") -> str:
 
 
 def _about_corners(
-    block: Block,
-    time: Floats,
-    theta: Floats,
-    theta_rate: Floats,
-    impacts: Floats,
-    outcome: str,
-    statistics: dict[str, int],
-) -> Response:
-    """Response of a block that turns about its corners."""
-    side = np.where(np.isnan(theta), 0.0, np.sign(theta))
-    return Response(
-        time,
-        theta,
-        theta_rate,
-        *_corner_kept(block, theta, theta_rate),
-        side.astype(np.int8),
-        impacts,
-        outcome,
-        statistics,
-    )
+    block: Block, theta: Floats, theta_rate: Floats
+) -> tuple[Floats, Floats, NDArray[np.int8]]:
+    """z_cb [m], its rate [m/s] and the contact of a block that turns about its corners."""
+    side, down = np.sign(theta), np.where(np.isnan(theta), 0.0, np.sign(theta)).astype(np.int8)
+    return -block.b * side * np.sin(theta), -block.b * side * np.cos(theta) * theta_rate, down
 
 
-def _corner_kept(block: Block, theta: Floats, theta_rate: Floats) -> tuple[Floats, Floats]:
-    """z_cb [m] and its rate [m/s] of a block that turns about its corners."""
-    side = np.sign(theta)
-    return -block.b * side * np.sin(theta), -block.b * side * np.cos(theta) * theta_rate
+def _in_closed_form(impacts: Floats) -> dict[str, int]:
+    """The statistics of a motion without steps."""
+    return {"steps": len(impacts), "rejected": 0, "implicit": 0, "evaluations": 0}
 
 
 def _housner_outcome(swings: Swings, time: Floats) -> str:
