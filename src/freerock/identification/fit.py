@@ -13,7 +13,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.config.defaults import FitSettings
-from freerock.identification.against_noise import AgainstRest, is_white
+from freerock.identification.against_noise import is_white
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.inputs_with_priors import Nuisances, Posterior, held, settled
 from freerock.identification.intervals import Uncertainty, uncertainty, with_profile
@@ -368,10 +368,8 @@ def _told(end: _End, solution: Solution, resolution: Resolution, holdout: float,
     time_s, theta, theta_model = end.shown
     epsilon = epsilon_theta(time_s, theta_model, theta)
     failed = failure(problem, solution, known, epsilon)
-    diagnostics = _diagnostics(problem, solution, resolution, best.residual, known)
-    diagnostics |= {"white": float(is_white(best.residual))}
-    diagnostics["mean_square"] = (moved or end).best.mean_square
-    diagnostics |= _against_noise((moved or end).best.against_rest, likely)
+    diagnostics = _diagnostics(best, solution, resolution, known)
+    diagnostics |= _against_noise((moved or end).best, likely)
     parts, doubts = tuple[Part, ...](), [end.doubt]
     if moved:
         diagnostics["pulls_p"] = moved.contributions.p_of_pulls
@@ -441,25 +439,29 @@ def _pulled(laboratory: Laboratory | None, found: Contributions) -> str:
 
 
 def _diagnostics(
-    problem: Problem, solution: Solution, resolution: Resolution, residual: Floats, known: Uncertainty
+    best: Posterior, solution: Solution, resolution: Resolution, known: Uncertainty
 ) -> dict[str, float]:
     """Diagnostics of every fit; see `Fit`."""
-    sigma = float(np.sqrt(np.mean([m.sigma_theta**2 for m in problem.motions])))
+    residual = best.residual
+    sigma = float(np.sqrt(np.mean([m.sigma_theta**2 for m in best.problem.motions])))
     scatter = float(np.sqrt(residual @ residual / len(residual)))
     return {
         "evaluations": float(solution.evaluations),
-        "rtol": problem.rtol,
+        "rtol": best.problem.rtol,
         "integrator_error": resolution.shift,
         "averaged": float(resolution.m),
         "residual_over_sigma": scatter / sigma if sigma else float("nan"),
         "coloured": float(known.coloured),
         "widened": known.widened,
+        "white": float(is_white(residual)),
     }
 
 
-def _against_noise(rest: AgainstRest, likely: Likelihood) -> dict[str, float]:
+def _against_noise(best: Posterior, likely: Likelihood) -> dict[str, float]:
     """Diagnostics of a residual beside the noise at rest; see `Fit`."""
+    rest = best.against_rest
     return {
+        "mean_square": best.mean_square,
         "noise": float(rest.is_noise),
         "noise_p": rest.p,
         "noise_ratio": rest.ratio,

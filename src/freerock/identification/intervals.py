@@ -45,14 +45,8 @@ class Uncertainty:
 
     def unknown(self) -> "Uncertainty":
         """The same without any number: of a fit that is not to be used."""
-        nothing = np.full_like(self.stderr, np.nan)
-        return replace(
-            self,
-            covariance=np.full_like(self.covariance, np.nan),
-            stderr=nothing,
-            low=nothing.copy(),
-            high=nothing.copy(),
-        )
+        numbers = ("covariance", "stderr", "low", "high")
+        return replace(self, **{name: np.full_like(getattr(self, name), np.nan) for name in numbers})
 
 
 def uncertainty(

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from freerock.arrays import Floats, Mask
 from freerock.config.defaults import FitSettings
@@ -170,18 +169,6 @@ class Problem:
         return np.array([name not in self.given or self.given[name].varies for name in self.names])
 
     @cached_property
-    def _logarithms(self) -> NDArray[np.intp]:
-        return np.flatnonzero(self.is_logarithm)
-
-    @cached_property
-    def _ratios(self) -> NDArray[np.intp]:
-        return np.flatnonzero(self.is_ratio)
-
-    @cached_property
-    def _is_foundation(self) -> bool:
-        return law_of(self.model).is_foundation
-
-    @cached_property
     def rules(self) -> Rules:
         """The rules of the simulation."""
         return CANDIDATES[self.model].rules(self.settings.debonding)
@@ -189,8 +176,8 @@ class Problem:
     def physical(self, x: Floats) -> Floats:
         """Parameters in SI units from the fitted numbers."""
         value = np.array(x, dtype=float)
-        value[self._ratios] += value[0]
-        value[self._logarithms] = np.exp(value[self._logarithms])
+        value[self.is_ratio] += value[0]
+        value[self.is_logarithm] = np.exp(value[self.is_logarithm])
         if "width" in self.common:
             value[self.common.index("width")] *= self.blocks[0].width_m
         for name, each in self.given.items():
@@ -272,7 +259,7 @@ class Problem:
     @property
     def shares_curve(self) -> bool:
         """Whether a curve of the residual is exact enough for derivatives, as one in closed form is."""
-        return self.rtol <= self.fine or not (self._is_foundation or "tilt" in self.names)
+        return self.rtol <= self.fine or not (law_of(self.model).is_foundation or "tilt" in self.names)
 
     def undetermined(self, x: Floats) -> tuple[str, ...]:
         """Parameters of a block that bounces that make no difference, as friction where no corner slips, or

@@ -208,32 +208,24 @@ def plainly(value: float) -> str:
 
 def _judged(each: Evidence, chosen: Evidence, left: Sequence[Evidence], best: float) -> Judged:
     """What becomes of a candidate beside the one that is selected."""
+    agrees, apart = "its residual agrees with the noise", each.bic - chosen.bic
+    status: Status = "rejected"
     if each is chosen:
-        return Judged(each, "selected", "the one with fewest parameters whose residual agrees with the noise")
-    if not each.fitted:
-        return Judged(each, "not_fitted", each.message)
-    if not each.explains:
-        return Judged(each, "rejected", each.objection)
-    if each not in left and each.bic <= best + TELLS:
-        why = f"its residual agrees with the noise, but −2 ln L of a larger candidate is lower by {TELLS:g}"
-        return Judged(each, "rejected", why)
-    if each not in left:
-        return Judged(
-            each,
-            "rejected",
-            f"its residual agrees with the noise, but the BIC is {each.bic - best:.0f} higher",
-        )
-    if holds(each.model, chosen.model) and each.bic >= chosen.bic:
+        status, why = "selected", "the one with fewest parameters whose residual agrees with the noise"
+    elif not each.fitted:
+        status, why = "not_fitted", each.message
+    elif not each.explains:
+        why = each.objection
+    elif each not in left and each.bic <= best + TELLS:
+        why = f"{agrees}, but −2 ln L of a larger candidate is lower by {TELLS:g}"
+    elif each not in left:
+        why = f"{agrees}, but the BIC is {each.bic - best:.0f} higher"
+    elif holds(each.model, chosen.model) and each.bic >= chosen.bic:
         more = each.n_freed - chosen.n_freed
-        return Judged(
-            each, "rejected", f"needless: {chosen.model} with {more} more parameter{'s' * (more > 1)}"
-        )
-    apart = each.bic - chosen.bic
-    return Judged(
-        each,
-        "also_possible",
-        f"its residual agrees with the noise; BIC {apart:+.1f}, not significant",
-    )
+        why = f"needless: {chosen.model} with {more} more parameter{'s' * (more > 1)}"
+    else:
+        status, why = "also_possible", f"{agrees}; BIC {apart:+.1f}, not significant"
+    return Judged(each, status, why)
 
 
 def _least_bad(evidence: Sequence[Evidence], near: float = 1.1) -> Choice:

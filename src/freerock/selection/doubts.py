@@ -88,17 +88,11 @@ def doubts_about(
     if disturbance is None:
         return [unexplained]
     start_s, end_s = disturbance
-    name, what = (
-        "disturbed",
-        f"something acted on the block between {start_s:.2f} and {end_s:.2f} s after its ",
-    )
-    what += "release: a hit, a hand, or a slip"
+    name, what = "disturbed", f"something acted on the block between {start_s:.2f} and {end_s:.2f} s after "
+    what += "its release: a hit, a hand, or a slip"
     if start_s == 0:
-        name, what = (
-            "disturbed_release",
-            f"free rocking begins only {end_s:.2f} s after the release: the block ",
-        )
-        what += "was let go slowly, pushed, hit, braked, or caught and let go again"
+        name, what = "disturbed_release", f"free rocking begins only {end_s:.2f} s after the release: the "
+        what += "block was let go slowly, pushed, hit, braked, or caught and let go again"
     return [Reason("warn", name, f"{what}: leave the run out"), unexplained]
 
 
