@@ -35,7 +35,7 @@ $(READY): requirements.lock pyproject.toml
 	touch $@
 
 # What a job asks of compiled code is compiled once here, before two jobs do so at the same time.
-$(KERNEL): $(wildcard src/freerock/models/*.py) \
+$(KERNEL): $(wildcard src/freerock/models/*.py src/freerock/models/*.csv) \
 		src/freerock/rotation/beam_kernel.py src/freerock/runs/impact_kernel.py \
 		src/freerock/runs/whitening.py $(READY)
 	python -c 'import numpy as np; from freerock.rotation.as_measured import as_measured; \

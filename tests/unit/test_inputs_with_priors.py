@@ -255,7 +255,7 @@ def test_an_input_beyond_its_prior_counts_as_one_number_in_the_search():
         first = search.worth_trying()
         assert {search.rank(each) for each in first} == {search.rank(law) + 1}
         empty, left = np.empty(0), search.fits[law].diagnostics["mean_square"]
-        search.quick = {each: Screening(each.model, {}, empty, empty, left, False) for each in first}
+        search.quick = {each: Screening(each.model, {}, empty, empty, left, 1, False) for each in first}
         return search.worth_trying()
 
     assert next_after_in_vain() == []

@@ -49,6 +49,8 @@ class Screening:
         Time since the release [s] of every so many samples, and model minus measured [rad].
     mean_square : float
         Of the residual [rad²]; where the candidate was given up, over the part of the run that was looked at.
+    evaluations : int
+        Of the residual.
     given_up : bool
         Whether the mean square is beyond what was requested.
     success : bool
@@ -60,6 +62,7 @@ class Screening:
     time_s: Floats
     residual: Floats
     mean_square: float
+    evaluations: int
     given_up: bool
     success: bool = True
 
@@ -101,11 +104,14 @@ def screen(
     grown = math.inf if moves else beyond
     if start is None:
         end = approach(problem, None, grown)
+        evaluations = end.evaluations
     else:
         first, *horizons = growing_horizons(motion)
         end = _held(problem, start, first)
+        evaluations = end.evaluations
         if end.mean_square <= grown:
             end = follow(problem, end.x, horizons[::-2][::-1] or [first], grown)
+            evaluations += end.evaluations
     samples, left = problem.samples(most=SEARCH.samples), end.mean_square
     residual = problem.residual(end.x, samples)
     if moves or end.mean_square <= beyond:
@@ -113,7 +119,7 @@ def screen(
         if moved.result is not None:
             residual, left = moved.residual, moved.mean_square
     values = dict(zip(problem.names, problem.physical(end.x).tolist(), strict=True))
-    return Screening(model, values, samples.time_s, residual, left, left > beyond)
+    return Screening(model, values, samples.time_s, residual, left, evaluations, left > beyond)
 
 
 def _held(problem: Problem, start: Mapping[str, float], horizon_s: float, rough: float = 1e-2) -> Solution:
