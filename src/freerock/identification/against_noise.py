@@ -300,12 +300,8 @@ def _bands(seen: _Seen) -> list[AgainstRest]:
     chance = float(fdtrc(*(1 / np.sum(part**2 / both_dof, axis=1)), every / LOUDNESS.louder**2))
     ends_hz = np.array([noise.edges[some], noise.edges[some + 1]]) * noise.rate_hz
     found = zip(p.tolist(), ratio.tolist(), *ends_hz.tolist(), strict=True)
-    all_of_them = (
-        0.0 if every > LOUDNESS.loudest else chance,
-        every,
-        float(ends_hz[0, 0]),
-        float(ends_hz[1, -1]),
-    )
+    chance = 0.0 if every > LOUDNESS.loudest else chance
+    all_of_them = chance, every, float(ends_hz[0, 0]), float(ends_hz[1, -1])
     return [AgainstRest(*each) for each in (*found, all_of_them)]
 
 

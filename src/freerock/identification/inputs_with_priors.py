@@ -112,12 +112,9 @@ class Nuisances:
         """Derivatives by z of the residual [rad] and, below, of what is measured of the release (`rows`)."""
         columns = []
         for j, source in enumerate(self.sources):
-            # at 0 the derivative by the response is none: what it does grows with its square
-            low, high = (
-                (0.0, 1.0)
-                if source.name == "response_ms" and not z[j]
-                else (z[j] - INPUTS.step, z[j] + INPUTS.step)
-            )
+            low, high = z[j] - INPUTS.step, z[j] + INPUTS.step
+            if source.name == "response_ms" and not z[j]:
+                low, high = 0.0, 1.0  # at 0 its derivative is none: what it does grows with its square
             ends = []
             for there in (low, high):
                 moved = z.copy()
@@ -514,11 +511,8 @@ def _seen_in(problem: Problem, moved: Laboratory) -> Problem:
     assert stated is not None
     theta0 = float(stated.reread(np.array([motion.theta0]), moved)[0])
     view = view_of([*moved.lasers.values()], moved.block)
-    return replace(
-        problem,
-        blocks=(moved.block,),
-        motions=(replace(motion, theta0=theta0, view=view, laboratory=moved),),
-    )
+    motion = replace(motion, theta0=theta0, view=view, laboratory=moved)
+    return replace(problem, blocks=(moved.block,), motions=(motion,))
 
 
 def moves(source: Input, problem: Problem) -> bool:

@@ -114,10 +114,7 @@ def _in_si_units(
     problem: Problem, x: Floats, free: Mask, of_x: Floats, known: "KnownCovariance", widened: float
 ) -> Uncertainty:
     """Uncertainty of the parameters from the covariance of the fitted numbers."""
-    among, found = (
-        np.ix_(free, free),
-        ~problem.at_bound(x),
-    )  # one that is fixed has no error, a tied one its own
+    among, found = np.ix_(free, free), ~problem.at_bound(x)  # a fixed one has no error, a tied one its own
     value, gradient = problem.physical(x), problem.gradient(x)[np.ix_(found, free)]
     of_value = np.full_like(of_x, np.nan)
     of_value[np.ix_(found, found)] = gradient @ of_x[among] @ gradient.T

@@ -434,15 +434,11 @@ class Problem:
         """Modelled θ of all runs at the samples [rad]; all else as in `motion`."""
         if "t0" not in self.own:
             rate = None
-        if len(samples.lengths) == 1:
-            return self.motion(x, 0, samples.time_s, rtol, added, rate)
-        rates = [None if rate is None else rate[run] for run in samples.runs]
-        return np.concatenate(
-            [
-                self.motion(x, i, samples.time_s[run], rtol, added, rates[i])
-                for i, run in enumerate(samples.runs)
-            ]
-        )
+        curves = []
+        for i, run in enumerate(samples.runs):
+            own = None if rate is None else rate[run]
+            curves.append(self.motion(x, i, samples.time_s[run], rtol, added, own))
+        return np.concatenate(curves) if len(curves) > 1 else curves[0]
 
     @property
     def exact_rtol(self) -> float:

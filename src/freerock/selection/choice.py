@@ -85,10 +85,8 @@ class Evidence:
             return f"held-out ε_θ is worse than that of a block at rest: {plainly(100 * self.held_out)} %"
         if not self.noise_p > RESIDUAL:
             where = f"{plainly(self.noise_low_hz)} to {plainly(self.noise_high_hz)} Hz"
-            return (
-                f"the residual exceeds the noise: {plainly(self.noise_ratio)} times the power at "
-                f"rest, {where}"
-            )
+            times = plainly(self.noise_ratio)
+            return f"the residual exceeds the noise: {times} times the power at rest, {where}"
         if not self.pulls_p > REJECTS:
             return f"requires {self.pulled}"
         if self.added_damping > TRACE:
