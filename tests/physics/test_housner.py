@@ -133,9 +133,9 @@ def test_sums_of_powers_have_all_digits():
     """Those that stand for functions, and a motion by either."""
     short, slender = np.linspace(-housner.SHORT, housner.SHORT, 401), np.linspace(1e-9, housner.SLENDER, 401)
     for found, expected in (
-        ([housner._cosh(x * x) for x in short], np.cosh(short)),
-        ([x * housner._sinh_over(x * x) for x in short], np.sinh(short)),
-        ([x * housner._arc_sine_over(x * x) for x in slender], np.arcsin(slender)),
+        ([housner._sum_of_powers(x * x, housner.C) for x in short], np.cosh(short)),
+        ([x * housner._sum_of_powers(x * x, housner.S) for x in short], np.sinh(short)),
+        ([x * housner._sum_of_powers(x * x, housner.A) for x in slender], np.arcsin(slender)),
     ):
         np.testing.assert_allclose(found, expected, rtol=4e-16, atol=0)
     # from near θ_cr a swing lasts too long for them, its beginning does not
