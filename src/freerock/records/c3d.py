@@ -11,19 +11,10 @@ from typing import NamedTuple
 
 import c3d
 import numpy as np
-from numpy.typing import NDArray
 
-from freerock.arrays import Floats
+from freerock.arrays import Complexes, Floats
 from freerock.errors import FreerockError
-from freerock.records.channels import (
-    COPY_AGAIN,
-    Channel,
-    Contents,
-    Even,
-    Samples,
-    check_declared,
-    names_in_short,
-)
+from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, check_declared, names_in_short
 
 FORMAT = "c3d"
 AXES = "xyz"
@@ -31,8 +22,6 @@ MOTIONS = ("x", "z", "theta")
 WRITE_IT = "name it as theta:xz:A+B, with the horizontal and the vertical axis and two or more markers"
 ROUNDS = 3  # of aligning the frames with their mean shape; the second changes less than the noise
 FLAT = 1e-3  # markers that lie as close to each other as this share of their coordinates tell no rotation
-
-Complexes = NDArray[np.complex128]
 
 
 class Marker(NamedTuple):
@@ -73,7 +62,7 @@ def contents(path: Path) -> Iterator[Contents]:
             body = _body(path, name, labels)
             return body and Channel(name, "rad" if body.motion == "theta" else units, body, clock)
 
-        def read(columns: Sequence[Marker | Body]) -> dict[Marker | Body, Samples]:
+        def read(columns: Sequence[Marker | Body]) -> dict[Marker | Body, Floats]:
             points, rigid = _points(path, file), list[str]()
             found = {
                 c: points[:, c.point, c.axis]
@@ -90,7 +79,7 @@ def contents(path: Path) -> Iterator[Contents]:
             for j, axis in enumerate(AXES)
             if label and label not in several
         ]
-        yield Contents(channels, read, {"format": FORMAT}, notes, computed)
+        yield Contents(channels, read, FORMAT, notes, computed=computed)
 
 
 def _text(file: c3d.Reader, name: str) -> str:
@@ -145,7 +134,7 @@ def _points(path: Path, file: c3d.Reader) -> Floats:
     return points
 
 
-def _moved(path: Path, points: Floats, body: Body, units: str, notes: list[str]) -> Samples:
+def _moved(path: Path, points: Floats, body: Body, units: str, notes: list[str]) -> Floats:
     """A motion of a body: rotation [rad] from the first whole frame, clockwise, or position of the mean."""
     across, up = map(AXES.index, body.plane)
     own = points[:, list(body.points)]

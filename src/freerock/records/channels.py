@@ -26,18 +26,16 @@ SECONDS = {
 
 RATES_DIFFER = 0.01  # so much, as a share, and two rates are not the same one rounded
 
-Samples = Floats
-
 
 class SampleColumn(Protocol):
     """Samples of a channel, in memory or in a file that is open: any part of them as doubles."""
 
     def __len__(self) -> int: ...
 
-    def __getitem__(self, part: slice, /) -> Samples: ...
+    def __getitem__(self, part: slice, /) -> Floats: ...
 
 
-def whole(column: SampleColumn, unit: float = 1.0) -> Samples:
+def whole(column: SampleColumn, unit: float = 1.0) -> Floats:
     """All samples of a column in a unit, part by part, lest memory holds them twice."""
     if isinstance(column, np.ndarray) and unit == 1:
         return np.asarray(column, float)
@@ -89,18 +87,21 @@ class Contents:
     channels : sequence of Channel
     read : callable
         Gives the samples by column for a sequence of columns; those of HDF5 stay in the file.
-    attrs : dict
-        Attributes of the dataset: format, and start_time where the file states it.
+    format : str
+        Attribute of the dataset.
     notes : sequence of str
         What the reader found out about the file by itself; attribute `reading`.
+    start_time : str
+        Attribute of the dataset; "" where the file states no date.
     computed : callable
         Gives the channel that the reader computes from others under a name; None where the name is no such.
     """
 
     channels: Sequence[Channel]
     read: Callable[[Sequence[Any]], Mapping[Any, SampleColumn]]
-    attrs: dict[str, str]
+    format: str
     notes: Sequence[str] = ()
+    start_time: str = ""
     computed: Callable[[str], Channel | None] = lambda name: None
 
 
@@ -108,23 +109,6 @@ class Named(dict[str, Channel]):
     """Channels of a file by name, and those that its reader computes."""
 
     computed: Callable[[str], Channel | None]
-
-
-def one_rate(path: object, rates: Mapping[str, Even]) -> Even | None:
-    """The sampling rate that a file states, by the places where it does; None where there is none.
-
-    Raises
-    ------
-    FreerockError
-        Two that contradict each other.
-    """
-    first = next(iter(rates), None)
-    for place, even in rates.items():
-        if first is not None and differ(even.step_s, rates[first].step_s):
-            one, other = 1 / rates[first].step_s, 1 / even.step_s
-            hertz = f"{first} gives {one:.6g} Hz and {place} gives {other:.6g} Hz"
-            raise FreerockError(path, hertz, "correct the one that is wrong, or leave it out")
-    return None if first is None else rates[first]
 
 
 def differ(one: float, other: float) -> bool:

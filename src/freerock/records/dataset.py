@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from freerock import bounds
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.records import channels
-from freerock.records.channels import Channel, Contents, Even, SampleColumn, Samples, Stamps
+from freerock.records.channels import Channel, Contents, Even, SampleColumn, Stamps
 from freerock.records.timebase import Grid, on_grid, regular_grid, typical_step
 
 if TYPE_CHECKING:
@@ -58,30 +59,32 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
 
     from freerock.records.instants import time_of
 
-    found = {"reading": "; ".join(notes), "time_base": "; ".join(grid.faults)}
+    attrs = {
+        "format": contents.format,
+        "start_time": contents.start_time,
+        "sampling_rate_hz": 1 / grid.step_s,
+        "reading": "; ".join(notes),
+        "time_base": "; ".join(grid.faults),
+    }
     return xr.Dataset(
         {
             name: ("time", _placed(path, name, grid, columns.pop(c.column), length), {"units": c.units})
             for name, c in wanted.items()
         },
         coords=time_of(grid),
-        attrs=contents.attrs
-        | {"sampling_rate_hz": 1 / grid.step_s}
-        | {key: text for key, text in found.items() if text},
+        attrs={key: value for key, value in attrs.items() if value != ""},
     )
 
 
-def _check_values(path: Path, name: str, values: Samples) -> None:
+def _check_values(path: Path, name: str, values: Floats) -> None:
     """Refuse a finite sample whose powers no double holds."""
     for start in range(0, len(values), channels.AT_ONCE):
         part = values[start : start + channels.AT_ONCE]
-        if not np.abs(part).max() <= bounds.SAMPLE_UNITS:  # or NaN, or infinite
-            beyond = np.flatnonzero(np.isfinite(part) & (np.abs(part) > bounds.SAMPLE_UNITS))
-            if beyond.size:
-                n = start + int(beyond[0])
-                most = bounds.SAMPLE_UNITS
-                what = f"channel {name!r} holds {values[n]:.6g} at sample {n}, beyond ±{most:g}"
-                raise FreerockError(path, what, "export it again, an invalid sample as an empty cell or NaN")
+        beyond = np.flatnonzero(np.isfinite(part) & (np.abs(part) > bounds.SAMPLE_UNITS))
+        if beyond.size:
+            n = start + int(beyond[0])
+            what = f"channel {name!r} holds {values[n]:.6g} at sample {n}, beyond ±{bounds.SAMPLE_UNITS:g}"
+            raise FreerockError(path, what, "export it again, an invalid sample as an empty cell or NaN")
 
 
 def _one_length(
@@ -122,10 +125,9 @@ def _stamped(path: Path, clock: Stamps, column: SampleColumn, length: int) -> tu
     if len(column) != length:
         what = f"{length} samples but {len(column)} time stamps in {clock.name!r}"
         raise FreerockError(path, what, channels.COPY_AGAIN)
-    stamps, length = channels.whole(column, channels.seconds_in(path, clock.unit)), 0
-    for start in range(0, stamps.size, channels.AT_ONCE):
-        known = np.flatnonzero(~np.isnan(stamps[start : start + channels.AT_ONCE]))
-        length = start + int(known[-1]) + 1 if known.size else length
+    stamps = channels.whole(column, channels.seconds_in(path, clock.unit))
+    while length and np.isnan(stamps[length - 1]):
+        length -= 1
     return regular_grid(f"{path}: {clock.name!r}", stamps[:length]), length
 
 
@@ -137,10 +139,8 @@ def _check_other_clocks(
         if isinstance(clock, Even):
             steps, where = [clock.step_s], "the file states"
         else:
-            step, units = (
-                typical_step(channels.whole(columns[clock.column])),
-                {clock.unit} & channels.SECONDS.keys(),
-            )
+            step = typical_step(channels.whole(columns[clock.column]))
+            units = {clock.unit} & channels.SECONDS.keys()
             steps = [step * channels.SECONDS[unit] for unit in (units - {""} or channels.SECONDS)]
             where = f"{clock.name!r} gives"
         if min(steps) > 0 and all(channels.differ(each, step_s) for each in steps):
@@ -148,7 +148,7 @@ def _check_other_clocks(
             raise FreerockError(path, what, "correct the one that is wrong, or its unit, or leave it out")
 
 
-def _placed(path: Path, name: str, grid: Grid, column: SampleColumn, length: int) -> Samples:
+def _placed(path: Path, name: str, grid: Grid, column: SampleColumn, length: int) -> Floats:
     """Samples of a channel at the instants of the grid."""
     if length < len(column):
         late = np.isfinite(column[length : len(column)]).sum()

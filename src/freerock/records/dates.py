@@ -6,8 +6,8 @@ from datetime import date, timedelta
 
 import pandas as pd
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.channels import Samples
 
 ISO = r"\d{4}([-/])\d\d\1\d\d"
 DAYS = r"\d\d?\.\d\d?\.(?:\d{4}|\d\d)|\d\d?/\d\d?/\d{4}"  # of another order than year, month, day
@@ -24,7 +24,7 @@ ORDERS = {"dmy": "day, month, year", "mdy": "month, day, year"}
 EXPORT = "export the dates as 2026-11-22"
 
 
-def seconds(where: object, column: "pd.Series[str]") -> Samples:
+def seconds(where: object, column: "pd.Series[str]") -> Floats:
     """Seconds since the first of a column of dates and times; NaN for an empty cell.
 
     Raises
@@ -42,7 +42,7 @@ def seconds(where: object, column: "pd.Series[str]") -> Samples:
         stamps = pd.to_datetime(iso, format="ISO8601")
     else:
         stamps = _since_midnight(where, text)
-    since: Samples = ((stamps - stamps.dropna().iloc[0]) / pd.Timedelta(1, "s")).to_numpy()
+    since: Floats = ((stamps - stamps.dropna().iloc[0]) / pd.Timedelta(1, "s")).to_numpy()
     return since
 
 
@@ -116,7 +116,7 @@ def _order(days: Collection[str]) -> str:
     """
     if any("." in day for day in days):
         return "dmy" if all("." in day for day in days) else ""
-    first, second = ({place(day)[0] for day in days} for place in (_numbers, _turned))
+    first, second, _ = ({*numbers} for numbers in zip(*map(_numbers, days), strict=True))
     if max(first) > 12 or (len(second) == 1 < len(first)):
         return "dmy"
     return "mdy" if max(second) > 12 or (len(first) == 1 < len(second)) else ""
@@ -126,13 +126,10 @@ def _numbers(day: str) -> list[int]:
     return [int(number) for number in re.split("[./]", day)]
 
 
-def _turned(day: str) -> list[int]:
-    return [_numbers(day)[i] for i in (1, 0, 2)]
-
-
 def _day(text: str, order: str) -> date | None:
     """A date; None where there is no such day. Years of two digits are of this century."""
-    day, month, year = _numbers(text) if order == "dmy" else _turned(text)
+    first, second, year = _numbers(text)
+    day, month = (first, second) if order == "dmy" else (second, first)
     try:
         return date(year if year > 99 else 2000 + year, month, day)
     except ValueError:

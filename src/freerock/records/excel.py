@@ -4,7 +4,7 @@ from array import array
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import date, datetime, time
 from functools import lru_cache
 from itertools import chain, islice
@@ -19,15 +19,15 @@ from openpyxl import load_workbook
 from openpyxl.utils import get_column_letter
 
 from freerock import bounds
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Samples, Stamps, check_declared
-from freerock.records.headings import columns, headed, rises, states_rate
+from freerock.records.channels import COPY_AGAIN, Channel, Contents, check_declared
+from freerock.records.headings import WANTED, columns, headed, rises, states_rate
 
 FORMAT = "Excel"
 HEAD = 100  # rows in which the table begins
 ROWS_ALIKE = 3
 SAVE_AGAIN = "open it in Excel and save it again"
-WANTED = {"n": "a number", "c": "a time"}  # kinds of cells of a table
 CHUNK = 1 << 16
 # What openpyxl takes 3 to 5 µs for, each; any other element takes it up to 30 µs.
 OF_SHEETS = {"row", "c", "v", "f", "is", "t", "pt"}
@@ -56,10 +56,10 @@ def contents(path: Path) -> Iterator[Contents]:
     known = path.stat()
     tables, channels, notes = _parsed(path, known.st_ino, known.st_size, known.st_mtime_ns)
 
-    def read(wanted: Sequence[tuple[str, int]]) -> dict[tuple[str, int], Samples]:
+    def read(wanted: Sequence[tuple[str, int]]) -> dict[tuple[str, int], Floats]:
         return {(sheet, i): np.array(tables[sheet].columns[i]) for sheet, i in wanted}
 
-    yield Contents([*channels], read, {"format": FORMAT}, [*notes])
+    yield Contents([*channels], read, FORMAT, [*notes])
 
 
 @lru_cache(maxsize=1)  # the records of one workbook are read one after the other
@@ -125,12 +125,7 @@ def _channels(path: Path, title: str, table: Table) -> tuple[list[Channel], list
     headings = headed(rows, max(table.columns) + 1)
     first = rises(table.columns[numeric[0]])
     by_name = {name: value for values in stated for name, value in values.items()}
-    found, notes = columns(f"{path}: sheet {title!r}", headings, numeric, table.clocks, first, by_name)
-
-    def of_sheet(clock: Even | Stamps | str) -> Even | Stamps | str:
-        return replace(clock, column=(title, clock.column)) if isinstance(clock, Stamps) else clock
-
-    return [replace(c, column=(title, c.column), group=title, clock=of_sheet(c.clock)) for c in found], notes
+    return columns(f"{path}: sheet {title!r}", headings, numeric, table.clocks, first, by_name, title)
 
 
 def _stated(row: Sequence[Cell]) -> dict[str, str | float]:

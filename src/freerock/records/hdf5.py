@@ -18,6 +18,7 @@ import numpy as np
 from scipy.io import netcdf_file
 
 from freerock import bounds
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.records import hdf5_walk
 from freerock.records.channels import (
@@ -26,7 +27,6 @@ from freerock.records.channels import (
     Contents,
     Even,
     SampleColumn,
-    Samples,
     Stamps,
     check_declared,
     names_in_short,
@@ -68,9 +68,8 @@ def numeric_arrays(path: Path, file: h5py.File) -> dict[str, h5py.Dataset]:
     found: dict[str, h5py.Dataset] = {}
 
     def look(name: str, item: h5py.HLObject) -> None:
-        real = isinstance(item, h5py.Dataset) and item.shape is not None and item.dtype.kind in "iuf"
-        real = real and name.count("/") <= bounds.HDF5_GROUPS
-        if real and not (item.is_virtual or item.external or name.startswith("#refs#")):
+        within = name.count("/") <= bounds.HDF5_GROUPS and not name.startswith("#refs#")
+        if within and hdf5_walk.is_array(item):
             found[name] = item
 
     file.visititems(look)
@@ -115,7 +114,7 @@ def _contents(
     times = {name.rpartition("/")[0]: name for name in vectors if is_time(name.rpartition("/")[2])}
     channels: list[Channel] = []
     without: list[str] = []
-    start: dict[str, str] = {}
+    start = ""
     for name in vectors:
         if name in times.values():
             continue
@@ -149,9 +148,8 @@ def _contents(
     def read(names: Sequence[str]) -> dict[str, SampleColumn]:
         return {name: _Packed(arrays[name], attributes[name]) for name in names}
 
-    covered = _text(attributes.get("", {}).get("time_coverage_start"))  # of datasets, as CF has it
-    start = start or ({"start_time": covered} if covered else {})
-    return Contents(channels, read, {"format": kind} | start)
+    start = start or _text(attributes.get("", {}).get("time_coverage_start"))  # of datasets, as CF has it
+    return Contents(channels, read, kind, start_time=start)
 
 
 @dataclass(frozen=True)
@@ -164,7 +162,7 @@ class _Packed:
     def __len__(self) -> int:
         return int(self.array.shape[0])
 
-    def __getitem__(self, part: slice) -> Samples:
+    def __getitem__(self, part: slice) -> Floats:
         values, stated = np.array(self.array[part], float), _numbers(self.attributes)
         for fill in (stated.get("_FillValue"), stated.get("missing_value")):
             if isinstance(fill, float):
@@ -197,7 +195,7 @@ def _text(value: Any) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-def _start_time(unit: str) -> dict[str, str]:
+def _start_time(unit: str) -> str:
     """Start in a unit of time such as "seconds since 2017-05-01"; 1970 stands for an unknown one."""
-    _, since, start = unit.partition(" since ")
-    return {"start_time": start} if since and not start.startswith("1970-01-01") else {}
+    start = unit.partition(" since ")[2]
+    return "" if start.startswith("1970-01-01") else start

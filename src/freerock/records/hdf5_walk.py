@@ -4,6 +4,7 @@ python hdf5_walk.py FILE SECONDS MOST_BYTES    (a script that needs no other mod
 fast)
 """
 
+import resource
 import sys
 from math import prod
 
@@ -22,9 +23,7 @@ def walk(path: str, most_bytes: float) -> None:
 def _look(item: h5py.HLObject, most_bytes: float) -> None:
     """Read the attributes of a group or dataset, and the dataset's own numbers."""
     dict(item.attrs)
-    if not isinstance(item, h5py.Dataset) or item.shape is None or item.dtype.kind not in "iuf":
-        return
-    if item.is_virtual or item.external or 8 * prod(item.shape) > most_bytes:
+    if not is_array(item) or 8 * prod(item.shape) > most_bytes:
         return
     rows = max(1, ROW_BYTES // (8 * max(1, prod(item.shape[1:]))))
     if item.shape:
@@ -34,12 +33,15 @@ def _look(item: h5py.HLObject, most_bytes: float) -> None:
         item[()]
 
 
+def is_array(item: h5py.HLObject) -> bool:
+    """Whether a group or dataset is an array of real numbers, all of it in the file."""
+    if not isinstance(item, h5py.Dataset) or item.shape is None or item.dtype.kind not in "iuf":
+        return False
+    return not (item.is_virtual or item.external)
+
+
 def limit_time(seconds: int) -> None:
-    """End this process after so much processor time, where the system has such a limit."""
-    try:
-        import resource
-    except ImportError:
-        return
+    """End this process after so much processor time."""
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 

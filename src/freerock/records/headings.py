@@ -10,9 +10,11 @@ from numpy.typing import ArrayLike
 
 from freerock import bounds
 from freerock.errors import FreerockError
-from freerock.records.channels import SECONDS, Channel, Even, Stamps, one_rate
+from freerock.records.channels import SECONDS, Channel, Even, Stamps, differ
 from freerock.units import quantity_of_other, understood
 
+NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE | re.ASCII)
+WANTED = {"n": "a number", "c": "a time"}  # kinds of cells of a table
 KNOWN_UNITS = (
     {unit for unit in SECONDS if unit}
     | {"v", "mv", "volt", "volts", "a", "ma", "amp", "amps"}
@@ -74,7 +76,13 @@ def stated_rate(path: object, values: Mapping[str, object]) -> Even | None:
     FreerockError
         A unit that is not known, a comma that may stand between thousands, or two that contradict each other.
     """
-    return one_rate(path, stated_rates(path, values))
+    rates = [*stated_rates(path, values).items()]
+    for place, even in rates[1:]:
+        first, known = rates[0]
+        if differ(even.step_s, known.step_s):
+            hertz = f"{first} gives {1 / known.step_s:.6g} Hz and {place} gives {1 / even.step_s:.6g} Hz"
+            raise FreerockError(path, hertz, "correct the one that is wrong, or leave it out")
+    return rates[0][1] if rates else None
 
 
 def stated_rates(path: object, values: Mapping[str, object]) -> dict[str, Even]:
@@ -84,8 +92,9 @@ def stated_rates(path: object, values: Mapping[str, object]) -> dict[str, Even]:
         if re.fullmatch(r"[1-9]\d{0,2}(,\d{3})+", str(number)):
             what = f"the comma of {heading} {number} may stand for a point, or between thousands"
             raise FreerockError(path, what, "write the number without it")
-        value = _float(str(number).replace(",", "."))
-        if value is None or not bounds.SHORTEST_STEP_S < value < bounds.LONGEST_STEP_S:
+        written = str(number).replace(",", ".")
+        value = float(written) if NUMBER.fullmatch(written) else 0.0
+        if not bounds.SHORTEST_STEP_S < value < bounds.LONGEST_STEP_S:
             continue
         factor = (HERTZ if is_rate else SECONDS).get(unit.casefold())
         if factor is None:
@@ -140,7 +149,8 @@ def headed(rows: Sequence[Sequence[object]], width: int) -> list[tuple[str, str]
             units = [_bare(cell) or unit for cell, unit in zip(cells, units, strict=True)]
             continue
         if cells[0] and "" in cells[:-1]:
-            cells = _spread(cells)
+            for i in range(1, width):
+                cells[i] = cells[i] or cells[i - 1]
         for i, cell in enumerate(cells):
             name, unit = split_unit(cell)
             names[i].append(name)
@@ -155,6 +165,7 @@ def columns(
     clocks: Sequence[int],
     first_rises: bool,
     stated: Mapping[str, object],
+    group: str = "",
 ) -> tuple[list[Channel], list[str]]:
     """Channels of a table, and what had to be found out.
 
@@ -170,6 +181,8 @@ def columns(
         Whether the first numeric column rises steadily, as time does.
     stated : mapping
         What the file states by name, maybe its sampling rate, which counts where no column holds the time.
+    group : str
+        Of these channels; their columns are named (group, column).
 
     Returns
     -------
@@ -193,7 +206,7 @@ def columns(
     for i in sorted({*numeric, *clocks}):
         name, unit = headings[i]
         if i in times:
-            clock = Stamps(name or f"column {i + 1}", i, "s" if i in clocks else unit)
+            clock = Stamps(name or f"column {i + 1}", (group, i), "s" if i in clocks else unit)
         else:
             channels.append((name or f"column {i + 1}", unit, i, clock))
     first = next((left for *_, left in channels if left), clock) or rate
@@ -204,7 +217,7 @@ def columns(
         raise FreerockError(path, "no channel beside the time", "export at least one channel")
     names = _distinct(name for name, *_ in channels)
     return [
-        Channel(name, unit, i, left or first, also=also)
+        Channel(name, unit, (group, i), left or first, group, also)
         for name, (_, unit, i, left) in zip(names, channels, strict=True)
     ], notes
 
@@ -220,13 +233,6 @@ def _plain(name: str) -> str:
     return re.sub(r"[\s_.:-]+", "", name).casefold()
 
 
-def _float(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
-
-
 def _is_quotient(unit: str) -> bool:
     """Whether what stands below a quantity is a unit; numbers and signs may be part of a name: laser / 1."""
     if unit in ("1", "-"):
@@ -240,14 +246,6 @@ def _bare(cell: str) -> str:
 
 def _is_unit(cell: str) -> bool:
     return _bare(cell).casefold() in KNOWN_UNITS or bool(re.fullmatch(r"\[.*\]|\(.*\)", cell))
-
-
-def _spread(cells: Sequence[str]) -> list[str]:
-    last, spread = "", []
-    for cell in cells:
-        last = cell or last
-        spread.append(last)
-    return spread
 
 
 def _joined(names: Sequence[Sequence[str]]) -> list[str]:

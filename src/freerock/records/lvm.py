@@ -12,9 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from freerock import bounds
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Samples, Stamps
-from freerock.records.table import NUMBER, Layout, encoding_of, layout_in_words, tables
+from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Stamps
+from freerock.records.headings import NUMBER
+from freerock.records.table import Layout, encoding_of, layout_in_words, tables
 
 FORMAT = "LVM"
 MAGIC = "LabVIEW Measurement"
@@ -22,7 +24,7 @@ LOOK = 100  # rows in which the decimal comma is looked for
 X = "X_Value"
 
 Lines = Iterator[tuple[int, str]]  # with their numbers, from 0
-Tables = Sequence[dict[int, Samples]]  # the columns of numbers of each segment
+Tables = Sequence[dict[int, Floats]]  # the columns of numbers of each segment
 
 
 @dataclass(frozen=True)
@@ -68,9 +70,9 @@ def contents(path: Path) -> Iterator[Contents]:
         if i and name not in (X, "Comment", "")
     ]
 
-    def read(columns: Sequence[int | tuple[str, int]]) -> dict[int | tuple[str, int], Samples]:
+    def read(columns: Sequence[int | tuple[str, int]]) -> dict[int | tuple[str, int], Floats]:
         parts = list(tables(path, encoding, (s.layout for s in segments)))
-        arrays: dict[int | tuple[str, int], Samples] = {}
+        arrays: dict[int | tuple[str, int], Floats] = {}
         for column in columns:
             if isinstance(column, tuple):
                 arrays[column] = _joined_time(path, segments, parts, column[1])
@@ -80,7 +82,7 @@ def contents(path: Path) -> Iterator[Contents]:
         return arrays
 
     notes = [layout_in_words(first.layout, encoding), *_more_rows(channels, segments)]
-    yield Contents(channels, read, {"format": FORMAT} | _start_time(first), notes)
+    yield Contents(channels, read, FORMAT, notes, _start_time(first))
 
 
 def _segments(path: Path, encoding: str) -> list[Segment]:
@@ -189,9 +191,9 @@ def _more_rows(channels: Sequence[Channel], segments: Sequence[Segment]) -> list
     return []
 
 
-def _joined_time(path: Path, segments: Sequence[Segment], parts: Tables, column: int) -> Samples:
+def _joined_time(path: Path, segments: Sequence[Segment], parts: Tables, column: int) -> Floats:
     """Time of several segments [s]: as written where it goes on, else by the segments' dates."""
-    times: list[Samples] = []
+    times: list[Floats] = []
     for segment, table in zip(segments, parts, strict=True):
         if segment.names[column] == X:
             times.append(table[column])
@@ -222,6 +224,6 @@ def _started(segment: Segment) -> np.datetime64 | None:
         return None
 
 
-def _start_time(segment: Segment) -> dict[str, str]:
+def _start_time(segment: Segment) -> str:
     start = _started(segment)
-    return {} if start is None else {"start_time": str(np.datetime_as_string(start, "ms"))}
+    return "" if start is None else str(np.datetime_as_string(start, "ms"))

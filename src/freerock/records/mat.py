@@ -16,17 +16,9 @@ from numpy.typing import NDArray
 from scipy.io import loadmat, whosmat
 from scipy.io.matlab import matfile_version
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.channels import (
-    AT_ONCE,
-    Channel,
-    Contents,
-    Even,
-    SampleColumn,
-    Samples,
-    Stamps,
-    check_declared,
-)
+from freerock.records.channels import AT_ONCE, Channel, Contents, Even, SampleColumn, Stamps, check_declared
 from freerock.records.hdf5 import numeric_arrays, opened
 from freerock.records.headings import also_stated, is_time, rises, split_unit, stated_rate, states_rate
 from freerock.records.mat5 import matrices
@@ -102,7 +94,7 @@ def _contents(path: Path, all_shapes: Mapping[str, tuple[int, ...]], load: Load,
 
     also = also_stated(path, scalar)
     made = [Channel(_title(column), "", column, clock, also=also) for column in channels]
-    return Contents(made, read, {"format": f"{FORMAT} {version}"}, notes)
+    return Contents(made, read, f"{FORMAT} {version}", notes)
 
 
 def _loaded(load: Load, names: Sequence[str]) -> Arrays:
@@ -120,7 +112,7 @@ class _Stored:
     def __len__(self) -> int:
         return int(max(self.array.shape))
 
-    def __getitem__(self, part: slice) -> Samples:
+    def __getitem__(self, part: slice) -> Floats:
         longest = self.array.shape.index(len(self))
         where = [part if axis == longest else self.column for axis in range(self.array.ndim)]
         return np.asarray(self.array[tuple(where)], float)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from freerock.records.channels import Samples
+from freerock.arrays import Floats
 
 HEADER = 128
 CHUNK = 1 << 20
@@ -36,7 +36,7 @@ class Matrix:
     length: int
     shape: tuple[int, int]
 
-    def read(self) -> Samples:
+    def read(self) -> Floats:
         """The matrix as doubles.
 
         Raises

@@ -6,7 +6,6 @@ A row with too many cells, or a cell that is no number, is an error; an empty ce
 import codecs
 import csv
 import io
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
@@ -14,15 +13,16 @@ from pathlib import Path
 
 import pandas as pd
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.channels import COPY_AGAIN, Samples
+from freerock.records.channels import COPY_AGAIN
 from freerock.records.dates import CLOCK, DATE, seconds
+from freerock.records.headings import NUMBER, WANTED
 
 HEAD = 1 << 16  # characters in which encoding and layout are found
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "spaces"}
 LINES_AT_ONCE = 4096
 DECIMALS = {".": "point", ",": "comma"}
-NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE | re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def cells_of(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
 
 
-def tables(path: Path, encoding: str, layouts: Iterable[Layout]) -> Iterator[dict[int, Samples]]:
+def tables(path: Path, encoding: str, layouts: Iterable[Layout]) -> Iterator[dict[int, Floats]]:
     """Yield the columns of numbers of each table of a file, in one pass.
 
     Raises
@@ -113,7 +113,7 @@ class _Lines(io.TextIOBase):
         return "".join(islice(self.lines, LINES_AT_ONCE))
 
 
-def _numbers(path: Path, encoding: str, layout: Layout, lines: _Lines) -> dict[int, Samples]:
+def _numbers(path: Path, encoding: str, layout: Layout, lines: _Lines) -> dict[int, Floats]:
     try:
         table = pd.read_csv(
             lines,
@@ -145,17 +145,14 @@ def kind_of(cell: str, decimal: str) -> str:
 
 def _fault(path: Path, encoding: str, layout: Layout) -> FreerockError | None:
     """The first line that breaks the table, as an error."""
+    wanted = dict.fromkeys(layout.numeric, "n") | dict.fromkeys(layout.clocks, "c")
     with open(path, encoding=encoding, errors="replace") as file:
         end = layout.rows and layout.first + layout.rows
         for n, line in enumerate(islice(file, layout.first, end), start=layout.first + 1):
             cells = cells_of(line, layout.delimiter)
-            for i in layout.numeric:
-                if i < len(cells) and kind_of(cells[i], layout.decimal) in ("t", "c"):
-                    what = f"line {n}, column {i + 1}: {cells[i][:40]!r} is not a number"
-                    return FreerockError(path, what, "correct the line, or export the file again")
-            for i in layout.clocks:
-                if i < len(cells) and kind_of(cells[i], layout.decimal) in ("t", "n"):
-                    what = f"line {n}, column {i + 1}: {cells[i][:40]!r} is not a time"
+            for i, kind in wanted.items():
+                if i < len(cells) and kind_of(cells[i], layout.decimal) not in ("", kind):
+                    what = f"line {n}, column {i + 1}: {cells[i][:40]!r} is not {WANTED[kind]}"
                     return FreerockError(path, what, "correct the line, or export the file again")
             if len(cells) > layout.width:
                 what = f"line {n} has {len(cells)} cells instead of {layout.width}"

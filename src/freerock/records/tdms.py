@@ -9,11 +9,13 @@ from nptdms import TdmsChannel, TdmsFile
 from nptdms.log import log_manager
 
 from freerock import bounds
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Samples, Stamps, check_declared
+from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Stamps, check_declared
 from freerock.records.headings import is_time
 
 FORMAT = "TDMS"
+NUMBERS, DATE = ("i", "u", "f"), "M"  # kinds of samples as NumPy names them
 UNSET = np.datetime64("1905-01-01")  # LabVIEW counts from 1904
 
 log_manager.set_level("ERROR")  # what npTDMS warns of is refused below, in one line
@@ -39,12 +41,12 @@ def contents(path: Path) -> Iterator[Contents]:
         ]
         rates = {c.column: c.clock.step_s for c in channels if isinstance(c.clock, Even)}
 
-        def read(columns: Sequence[tuple[str, str]]) -> dict[tuple[str, str], Samples]:
+        def read(columns: Sequence[tuple[str, str]]) -> dict[tuple[str, str], Floats]:
             return {column: _values(path, found[column], rates.get(column, 1.0)) for column in columns}
 
         unsound = [c.name for c in found.values() if not _starts(c)]
         notes = [f"wf_start_offset of {name} is no number and is taken for 0" for name in unsound]
-        yield Contents(channels, read, {"format": FORMAT} | _start_time(found.values()), notes)
+        yield Contents(channels, read, FORMAT, notes, _start_time(found.values()))
 
 
 def _unit(channel: TdmsChannel) -> str:
@@ -55,10 +57,10 @@ def _clocks(
     members: Sequence[TdmsChannel],
 ) -> Iterator[tuple[TdmsChannel, Even | Stamps | str, tuple[Stamps, ...]]]:
     """Each channel of a group with its clock, or why it can't be read, and the stamps beside it."""
-    stamps = next((c for c in members if is_time(c.name) and (_is_date(c) or _is_number(c))), None)
+    stamps = next((c for c in members if is_time(c.name) and _kind(c) in (*NUMBERS, DATE)), None)
     beside = Stamps("", "", "")
     if stamps is not None:
-        unit = "s" if _is_date(stamps) else _unit(stamps)
+        unit = "s" if _kind(stamps) == DATE else _unit(stamps)
         beside = Stamps(stamps.name, (stamps.group_name, stamps.name), unit)
     for c in members:
         if c is stamps and len(members) > 1:
@@ -66,7 +68,7 @@ def _clocks(
         step = c.properties.get("wf_increment")
         if not len(c):
             yield c, "is empty", ()
-        elif not _is_number(c):
+        elif _kind(c) not in NUMBERS:
             yield c, "holds no real numbers", ()
         elif step is None and stamps not in (None, c):
             yield c, beside, ()
@@ -82,15 +84,12 @@ def _starts(channel: TdmsChannel) -> bool:
     return isinstance(start, int | float) and bool(np.isfinite(start))
 
 
-def _is_number(channel: TdmsChannel) -> bool:
-    return len(channel) > 0 and channel.dtype is not None and channel.dtype.kind in "iuf"
+def _kind(channel: TdmsChannel) -> str:
+    """Kind of a channel's samples as NumPy names it; "" where it has none."""
+    return channel.dtype.kind if len(channel) and channel.dtype is not None else ""
 
 
-def _is_date(channel: TdmsChannel) -> bool:
-    return len(channel) > 0 and channel.dtype is not None and channel.dtype.kind == "M"
-
-
-def _values(path: Path, channel: TdmsChannel, step: object) -> Samples:
+def _values(path: Path, channel: TdmsChannel, step: object) -> Floats:
     """All samples as doubles, chunk by chunk; dates as seconds since the first."""
     stated = channel.properties.get("wf_samples", 0)
     if len(channel) < stated:
@@ -106,7 +105,7 @@ def _values(path: Path, channel: TdmsChannel, step: object) -> Samples:
     done, origin = 0, None
     for chunk in channel.data_chunks():
         part = chunk[:]
-        if part.dtype.kind == "M":
+        if part.dtype.kind == DATE:
             origin = part[0] if origin is None and part.size else origin
             part = (part - origin) / np.timedelta64(1, "s")
         values[done : done + len(part)] = part
@@ -117,7 +116,7 @@ def _values(path: Path, channel: TdmsChannel, step: object) -> Samples:
     return values
 
 
-def _start_time(channels: Iterable[TdmsChannel]) -> dict[str, str]:
+def _start_time(channels: Iterable[TdmsChannel]) -> str:
     starts = [c.properties["wf_start_time"] for c in channels if "wf_start_time" in c.properties]
     known = [start for start in starts if start > UNSET]
-    return {"start_time": f"{np.datetime_as_string(known[0], 'ms')}Z"} if known else {}
+    return f"{np.datetime_as_string(known[0], 'ms')}Z" if known else ""

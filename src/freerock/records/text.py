@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.records import lvm, table
-from freerock.records.channels import Contents, Samples
+from freerock.records.channels import Contents
 from freerock.records.dates import CLOCK, start
 from freerock.records.headings import columns, headed, rises, states_rate
 from freerock.records.table import Layout
@@ -44,14 +45,14 @@ def contents(path: Path) -> Iterator[Contents]:
     stated = _stated(lines[: layout.first])
     channels, notes = columns(path, headings, layout.numeric, layout.clocks, rises(first), stated)
 
-    def read(wanted: Sequence[int]) -> dict[int, Samples]:
+    def read(wanted: Sequence[tuple[str, int]]) -> dict[tuple[str, int], Floats]:
         (found,) = table.tables(path, encoding, [layout])
-        return {i: found[i] for i in wanted}
+        return {place: found[place[1]] for place in wanted}
 
     dated = [start(row[i] for row in sample if len(row) == layout.width) for i in layout.clocks]
     begun, of_dates = next((each for each in dated if any(each)), ("", ""))
     notes = [table.layout_in_words(layout, encoding), *notes, *([of_dates] if of_dates else [])]
-    yield Contents(channels, read, {"format": FORMAT} | ({"start_time": begun} if begun else {}), notes)
+    yield Contents(channels, read, FORMAT, notes, begun)
 
 
 def _layout(path: Path, lines: Sequence[str]) -> Layout:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats, Indices
 from freerock.errors import FreerockError
-from freerock.records.channels import AT_ONCE, SampleColumn, Samples, whole
+from freerock.records.channels import AT_ONCE, SampleColumn, whole
 
 MILD_JITTER = 0.25  # of the sampling interval: largest deviation of a stamp from the grid
 GAP = 1.5  # sampling intervals between two stamps from which a sample is missing
@@ -82,19 +82,18 @@ def regular_grid(where: object, time_s: ArrayLike) -> Grid:
     time = np.asarray(time_s, float)
     if time.size < 2:
         raise FreerockError(where, f"{time.size} time stamps give no sampling rate", "record more samples")
-    seen = _steps(where, time)
-    if time[-1] == time[0]:
-        raise FreerockError(where, f"all time stamps are {time[0]:.6g} s", "export the time column again")
+    _refuse_disorder(where, time)
+    seen = _steps(time)
     return _rounded(time, seen) or _pieces(where, time, seen.typical)
 
 
-def typical_step(time_s: Samples) -> float:
+def typical_step(time_s: Floats) -> float:
     """Typical interval between time stamps [s]."""
     starts = range(0, time_s.size - 1, AT_ONCE)
     return float(np.median([np.median(np.diff(time_s[start : start + AT_ONCE + 1])) for start in starts]))
 
 
-def on_grid(where: object, grid: Grid, values: SampleColumn) -> Samples:
+def on_grid(where: object, grid: Grid, values: SampleColumn) -> Floats:
     """Samples at the instants of the grid, NaN where none was taken.
 
     They are placed part by part, lest memory holds them twice.
@@ -134,40 +133,41 @@ class _Steps(NamedTuple):
     n: int
 
 
-def _parts(time: Samples) -> Iterator[tuple[slice, Floats]]:
+def _parts(time: Floats) -> Iterator[tuple[slice, Floats]]:
     """Parts of the stamps, with the intervals before each; 0 before the first."""
     for start in range(0, time.size, AT_ONCE):
         part = slice(start, start + AT_ONCE)
         yield part, np.diff(time[part], prepend=time[max(0, start - 1)])
 
 
-def _steps(where: object, time: Samples) -> _Steps:
-    """The intervals between stamps, none of which goes backwards."""
-    bad = backwards = n = 0
-    first_bad = first_back = 0
-    shortest, longest, typical = math.inf, 0.0, []
-    for part, steps in _parts(time):
-        wrong, back = np.flatnonzero(~np.isfinite(time[part])), np.flatnonzero(steps < 0)
-        first_bad = part.start + int(wrong[0]) if wrong.size and not bad else first_bad
-        first_back = part.start + int(back[0]) if back.size and not backwards else first_back
-        bad, backwards = bad + wrong.size, backwards + back.size
+def _refuse_disorder(where: object, time: Floats) -> None:
+    """Refuse stamps that are missing, infinite, run backwards, or are all the same."""
+    bad = np.flatnonzero(~np.isfinite(time))
+    if bad.size:
+        what = f"{bad.size} time stamps are missing or infinite, the first at sample {bad[0]}"
+        raise FreerockError(where, what, "export the time column again")
+    back = np.flatnonzero(time[1:] < time[:-1])
+    if back.size:
+        first = back[0]
+        often = "once" if back.size == 1 else f"{back.size} times"
+        two = f"from {time[first]:.6g} to {time[first + 1]:.6g} s"
+        raise FreerockError(where, f"time runs backwards {often}, first {two} after sample {first}", SPLIT)
+    if time[-1] == time[0]:
+        raise FreerockError(where, f"all time stamps are {time[0]:.6g} s", "export the time column again")
+
+
+def _steps(time: Floats) -> _Steps:
+    """The intervals between stamps, none of which goes backwards, but for those that are 0."""
+    found = []
+    for _, steps in _parts(time):
         steps = steps[steps > 0]
         if steps.size:
-            shortest, longest = min(shortest, steps.min()), max(longest, steps.max())
-            typical.append(float(np.median(steps)))
-            n += steps.size
-    if bad:
-        what = f"{bad} time stamps are missing or infinite, the first at sample {first_bad}"
-        raise FreerockError(where, what, "export the time column again")
-    if backwards:
-        two = f"from {time[first_back - 1]:.6g} to {time[first_back]:.6g} s"
-        often = "once" if backwards == 1 else f"{backwards} times"
-        what = f"time runs backwards {often}, first {two} after sample {first_back - 1}"
-        raise FreerockError(where, what, SPLIT)
-    return _Steps(shortest, longest, float(np.median(typical)) if typical else 0.0, n)
+            found.append((steps.min(), steps.max(), np.median(steps), steps.size))
+    shortest, longest, typical, n = np.transpose(found)
+    return _Steps(float(shortest.min()), float(longest.max()), float(np.median(typical)), int(n.sum()))
 
 
-def _rounded(time: Samples, seen: _Steps) -> Grid | None:
+def _rounded(time: Floats, seen: _Steps) -> Grid | None:
     """Grid of stamps that were rounded to few decimal digits, else None."""
     digit, n = seen.shortest, time.size - 1
     if abs(math.log10(digit) - round(math.log10(digit))) > 1e-3:
@@ -223,7 +223,7 @@ def _line(parts: Parts, n_pieces: int, typical: float) -> _Line:
     return _Line(float(step), start, float(off))
 
 
-def _pieces(where: object, time: Samples, typical: float) -> Grid:
+def _pieces(where: object, time: Floats, typical: float) -> Grid:
     """Grid of stamps in stretches between gaps, with one sampling interval for all."""
 
     def parts() -> Iterator[tuple[Floats, Floats, Indices]]:
