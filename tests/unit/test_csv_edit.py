@@ -111,6 +111,11 @@ AWKWARD = {
         "laser\none,1.tdms,tall,mat,high\ntwo,2.tdms,tall,mat,high",
         'laser,exclude,reason\none,1.tdms,tall,mat,high,,\ntwo,2.tdms,tall,mat,high,2,"slipped, a little"',
     ),
+    "no such column, the last cell empty": (
+        "test,file,exclude\none,1,\ntwo,2,\n",
+        "exclude\none,1,\ntwo,2,",
+        'exclude,reason\none,1,,\ntwo,2,2,"slipped, a little"',
+    ),
     "no such columns, comments": (
         "test,file\r\n# a, b\r\none,1\r\n\r\ntwo,2",
         "test,file\r\n# a, b\r\none,1\r\n\r\ntwo,2",

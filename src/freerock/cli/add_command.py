@@ -106,7 +106,7 @@ def add_records(name: str, files: Sequence[str | Path], wanted: Mapping[str, str
     looks = _looks(files)
     places = _places(looks, source)
     rows = _rows(looks, places, cells, source)
-    after = _appended(before, [cell.value for cell in parsed(before, table).header], rows)
+    after = _appended(before, parsed(before, table).names, rows)
     lines = _checked(source, after, rows)
     manifest = Path(source.raw, MANIFEST)
     copies = [

@@ -7,10 +7,12 @@ comments, line ends, a mark of the byte order and further columns stay as a pers
 import fcntl
 import hashlib
 import os
+import re
 import unicodedata
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,6 +22,9 @@ from freerock.files import regular, replace_together
 KEY = "test"  # the column that names a record
 SEPARATORS = ",;\t"
 MARK = "\ufeff"
+LINE_END = r"\r\n|\r|\n|\Z"
+LINE = re.compile(rf"([^\r\n]*)(?:{LINE_END})")
+IN_QUOTES = r'"(?:[^"]|"")*+"'
 READ_AGAIN = "read the file again; what was not saved is kept"
 
 
@@ -62,15 +67,19 @@ class CsvText:
     rows: dict[str, list[CsvCell]] = field(default_factory=dict)
     twice: set[str] = field(default_factory=set)
 
-    def column(self, name: str) -> int | None:
-        """Index of a column, None where there is none."""
-        names = [cell.value for cell in self.header]
-        return names.index(name) if name in names else None
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns."""
+        return [cell.value for cell in self.header]
+
+    def cell(self, test: str, column: str) -> CsvCell | None:
+        """A cell; None where the file has no such column."""
+        return self.rows[test][self.names.index(column)] if column in self.names else None
 
     def value(self, test: str, column: str) -> str:
         """What a cell holds; "" where the file has no such column."""
-        index = self.column(column)
-        return self.rows[test][index].value if index is not None else ""
+        cell = self.cell(test, column)
+        return cell.value if cell else ""
 
 
 def digest(content: bytes) -> str:
@@ -87,21 +96,25 @@ def parsed(content: bytes, path: str | Path = "CSV") -> CsvText:
         Quotes are not closed; no column "test"; a record has more or fewer cells than the first line.
     """
     text = content.decode("utf-8", "surrogateescape")
-    table: list[tuple[int, list[CsvCell]]] = []
-    separators = []
-    for line, separator, cells in _rows(text, path):
+    separator, table = "", list[list[CsvCell]]()
+    at = len(MARK) if text.startswith(MARK) else 0
+    while at < len(text) and (line := LINE.match(text, at)):
+        if not line[1].strip() or line[1].lstrip().startswith("#"):
+            at = line.end()
+            continue
+        separator = separator or next((each for each in SEPARATORS if each in line[1]), ",")
+        cells, at = _row(text, at, separator, path)
         if any(cell.value for cell in cells) and not cells[0].value.startswith("#"):
-            table.append((line, cells))
-            separators.append(separator)
-    names = [cell.value for cell in table[0][1]] if table else []
-    if KEY not in names:
+            table.append(cells)
+    found = CsvText(text, separator, table[0] if table else [])
+    if KEY not in found.names:
         raise FreerockError(path, f"has no column {KEY}", "write the line of column names first")
-    found = CsvText(text, separators[0], table[0][1])
-    for line, cells in table[1:]:
-        if len(cells) != len(names):
-            what = f"has {len(cells)} cells, the first line has {len(names)}"
-            raise FreerockError(f"{path}:{line}", what, "put texts that hold a comma in quotes")
-        test = cells[names.index(KEY)].value
+    for cells in table[1:]:
+        if len(cells) != len(found.header):
+            what = f"has {len(cells)} cells, the first line has {len(found.header)}"
+            where, remedy = _place(text, cells[0].start, path), "put texts that hold a comma in quotes"
+            raise FreerockError(where, what, remedy)
+        test = cells[found.names.index(KEY)].value
         if test in found.rows:
             found.twice.add(test)
         found.rows.setdefault(test, cells)
@@ -131,29 +144,26 @@ def edited(content: bytes, edits: Sequence[Edit], path: str | Path = "CSV") -> b
         if test not in table.rows or test in table.twice:
             what = f"{test!r} is there twice" if test in table.twice else f"there is no record {test!r}"
             raise FreerockError(path, what, "read the file again and choose another record")
-    added = list(dict.fromkeys(column for _, column in wanted if table.column(column) is None))
+    added = list(dict.fromkeys(column for _, column in wanted if column not in table.names))
+    if added and table.twice:
+        raise FreerockError(path, f"{min(table.twice)!r} is there twice", "give each record its own name")
     changes: list[tuple[int, int, str]] = []
     for (test, column), value in wanted.items():
-        index = table.column(column)
-        if index is None:
-            continue
-        cell = table.rows[test][index]
-        if value != cell.value:
+        cell = table.cell(test, column)
+        if cell and value != cell.value:
             changes.append((cell.start, cell.end, _written(value, table, cell)))
     if added:
-        every = table.separator
-        changes.append((table.header[-1].end, table.header[-1].end, every + every.join(added)))
+        ends = {table.header[-1].end: added}
         for test, cells in table.rows.items():
-            tail = every.join(_quoted(wanted.get((test, column), ""), every) for column in added)
-            changes.append((cells[-1].end, cells[-1].end, every + tail))
-        if table.twice:
-            raise FreerockError(path, f"{min(table.twice)!r} is there twice", "give each record its own name")
-    text, end = table.text, len(table.text)
-    parts: list[str] = []
-    for first, last, value in sorted(changes, reverse=True):
-        parts += [text[last:end], value]
-        end = first
-    made = "".join(reversed([*parts, text[:end]])).encode("utf-8", "surrogateescape")
+            ends[cells[-1].end] = [wanted.get((test, column), "") for column in added]
+        for end, values in ends.items():
+            further = "".join(table.separator + _quoted(value, table.separator) for value in values)
+            changes.append((end, end, further))
+    parts, done = list[str](), 0
+    for start, end, value in sorted(changes, key=itemgetter(0, 1)):
+        parts += [table.text[done:start], value]
+        done = end
+    made = "".join([*parts, table.text[done:]]).encode("utf-8", "surrogateescape")
     _check(table, parsed(made, path), wanted, path)
     return made
 
@@ -202,66 +212,41 @@ def locked(path: Path) -> Iterator[bytes]:
     FreerockError
         It can't be read.
     """
-    try:
-        folder = os.open(path.parent, os.O_RDONLY)
+    with ExitStack() as stack:
         try:
+            folder = os.open(path.parent, os.O_RDONLY)
+            stack.callback(os.close, folder)
             fcntl.flock(folder, fcntl.LOCK_EX)
             with open(path, "rb", opener=regular) as file:
                 content = file.read()
-        except OSError:
-            os.close(folder)
-            raise
-    except OSError as error:
-        remedy = "put it back, then read the file again"
-        raise FreerockError(path, f"can't be read ({error.strerror})", remedy) from error
-    try:
+        except OSError as error:
+            remedy = "put it back, then read the file again"
+            raise FreerockError(path, f"can't be read ({error.strerror})", remedy) from error
         yield content
-    finally:
-        os.close(folder)
 
 
-def _rows(text: str, path: str | Path) -> Iterator[tuple[int, str, list[CsvCell]]]:
-    """Line number, separator and cells of each row that is no comment, as the configuration reads them."""
-    at, line, separator = len(MARK) if text.startswith(MARK) else 0, 1, ""
-    while at < len(text):
-        start, end = at, _line_end(text, at)
-        if not text[start:end].lstrip().startswith("#"):
-            if text[start:end].strip():
-                separator = separator or next((each for each in SEPARATORS if each in text[start:end]), ",")
-            cells = list(_cells(text, start, separator or ",", f"{path}:{line}"))
-            end = cells[-1].end
-            yield line, separator or ",", cells
-        at = end + (2 if text[end : end + 2] == "\r\n" else 1)
-        line += text.count("\n", start, at) + text.count("\r", start, at) - text.count("\r\n", start, at)
+def _row(text: str, at: int, separator: str, path: str | Path) -> tuple[list[CsvCell], int]:
+    """The cells of the row that begins there, and where the next row does.
+
+    A quote counts only where a cell begins with it.
+    """
+    cells, start = list[CsvCell](), at
+    cell = re.compile(rf'(?P<cell>{IN_QUOTES}|(?!")[^{separator}\r\n]*)(?P<end>{separator}|{LINE_END})')
+    while found := cell.match(text, at):
+        value = found["cell"]
+        if value.startswith('"'):
+            value = value[1:-1].replace('""', '"')
+        cells.append(CsvCell(*found.span("cell"), value.strip()))
+        at = found.end()
+        if found["end"] != separator:
+            return cells, at
+    what = "text follows a closed quote" if re.match(IN_QUOTES, text[at:]) else "a quote is not closed"
+    raise FreerockError(_place(text, start, path), what, "check the quotes")
 
 
-def _line_end(text: str, start: int) -> int:
-    ends = [end for end in (text.find("\n", start), text.find("\r", start)) if end >= 0]
-    return min(ends, default=len(text))
-
-
-def _cells(text: str, at: int, separator: str, where: str) -> Iterator[CsvCell]:
-    """The cells of the row that begins there; a quote counts only where a cell begins with it."""
-    while True:
-        first = at
-        if text.startswith('"', at):
-            at = text.find('"', at + 1)
-            while at >= 0 and text.startswith('""', at):
-                at = text.find('"', at + 2)
-            after = text[at + 1 : at + 2]
-            if at < 0 or (after and after not in f"{separator}\r\n"):
-                what = "a quote is not closed" if at < 0 else "text follows a closed quote"
-                raise FreerockError(where, what, "check the quotes")
-            value = text[first + 1 : at].replace('""', '"')
-            at += 1
-        else:
-            found = text.find(separator, at, _line_end(text, at))
-            at = _line_end(text, at) if found < 0 else found
-            value = text[first:at]
-        yield CsvCell(first, at, value.strip())
-        if not text.startswith(separator, at):
-            return
-        at += 1
+def _place(text: str, at: int, path: str | Path) -> str:
+    """file:line of the row that begins there."""
+    return f"{path}:{len(re.findall(LINE_END, text[:at]))}"
 
 
 def _plain(edit: Edit, path: str | Path) -> str:
@@ -276,27 +261,23 @@ def _plain(edit: Edit, path: str | Path) -> str:
 def _written(value: str, table: CsvText, cell: CsvCell) -> str:
     """A value as a cell: in quotes where it needs them or had them, else between its old spaces."""
     old = table.text[cell.start : cell.end]
-    if old.startswith('"'):
-        return '"' + value.replace('"', '""') + '"'
-    quoted = _quoted(value, table.separator)
+    quoted = _quoted(value, table.separator, always=old.startswith('"'))
     if quoted != value or not (value and cell.value):
         return quoted
-    before = old[: len(old) - len(old.lstrip())]
-    return before + value + old[len(old.rstrip()) :]
+    return old.replace(cell.value, value, 1)
 
 
-def _quoted(value: str, separator: str) -> str:
+def _quoted(value: str, separator: str, always: bool = False) -> str:
     """A value as a cell of its own; a # at its beginning would make a comment of a line."""
-    if value.startswith("#") or '"' in value or separator in value:
+    if always or value.startswith("#") or '"' in value or separator in value:
         return '"' + value.replace('"', '""') + '"'
     return value
 
 
 def _check(old: CsvText, new: CsvText, wanted: Mapping[tuple[str, str], str], path: str | Path) -> None:
     """Refuse to write a file that would not be read as it was but for the cells that were to change."""
-    columns = [cell.value for cell in new.header]
     for test in old.rows:
-        expected = [wanted.get((test, column), old.value(test, column)) for column in columns]
+        expected = [wanted.get((test, column), old.value(test, column)) for column in new.names]
         if [cell.value for cell in new.rows.get(test, ())] != expected:
             raise FreerockError(path, f"the line of {test} can't be changed safely", "edit it by hand")
     if list(old.rows) != list(new.rows):
