@@ -42,10 +42,6 @@ class Keep(Sent):
     why: Text = key("why, as a text")
 
 
-class Undo(Sent):
-    """Take back what was kept last."""
-
-
 class Look(Sent):
     """Note that a run was looked at, or was not."""
 
@@ -60,38 +56,32 @@ class Asked(Section):
     model_config = ConfigDict(strict=False)
 
 
-class Nothing(Asked):
-    """No more than the name of the question."""
-
-
-class OfRecord(Asked):
-    """A record and one of its runs."""
-
-    test: Test
-    run: Annotated[Run | None, BeforeValidator(lambda text: text or None)] = key(
-        "the number of the run", None
-    )
-
-
 class OfTest(Asked):
     """A record."""
 
     test: Test
 
 
-class Window(Asked):
+class OfRecord(OfTest):
+    """A record and one of its runs."""
+
+    run: Annotated[Run | None, BeforeValidator(lambda text: text or None)] = key(
+        "the number of the run", None
+    )
+
+
+class Window(OfTest):
     """Signals of a record between two instants."""
 
-    test: Test
     from_s: Seconds = key("the first instant in seconds")
     to_s: Seconds = key("the last instant in seconds")
 
 
-DONE: dict[str, type[Section]] = {"refit": Refit, "misfit": Misfit, "keep": Keep, "undo": Undo, "look": Look}
+DONE: dict[str, type[Section]] = {"refit": Refit, "misfit": Misfit, "keep": Keep, "undo": Sent, "look": Look}
 ASKED: dict[str, type[Section]] = {
-    "list": Nothing,
-    "again": Nothing,
-    "styles": Nothing,
+    "list": Asked,
+    "again": Asked,
+    "styles": Asked,
     "record": OfRecord,
     "means": OfTest,
     "window": Window,

@@ -23,6 +23,7 @@ from freerock import bounds
 from freerock.errors import FreerockError
 from freerock.figures.looks import on_screen, scripts_folder
 from freerock.review.desk import Desk
+from freerock.review.reprocessing import Superseded
 from freerock.review.requests import ASKED, DONE, checked, read_request
 
 HOST = "127.0.0.1"
@@ -100,14 +101,13 @@ class Page(tornado.web.RequestHandler):
         except FreerockError as error:
             self.set_status(409)
             made = {"error": str(error)}
+        except Superseded:
+            self.set_status(410)
+            made = {"error": ""}
         except Exception as error:
-            from freerock.review.reprocessing import Superseded
-
-            superseded = isinstance(error, Superseded)
-            self.set_status(410 if superseded else 500)
-            made = {"error": "" if superseded else f"{type(error).__name__}: {error}"}
-            if not superseded:
-                log.exception("freerock review: %s", self.request.path)
+            self.set_status(500)
+            made = {"error": f"{type(error).__name__}: {error}"}
+            log.exception("freerock review: %s", self.request.path)
         self.set_header("Content-Type", "application/json")
         self.finish(json.dumps(made, ensure_ascii=False, allow_nan=False))
 

@@ -59,15 +59,13 @@ class Signals:
         """First and last instant [s]."""
         return self.start_s, self.start_s + (self.n - 1) * self.step_s
 
-    def window(self, from_s: float, to_s: float, bins: int = BINS) -> Json:
+    def window(self, from_s: float, to_s: float) -> Json:
         """The signals between two instants.
 
         Parameters
         ----------
         from_s, to_s : float
             Instants [s].
-        bins : int
-            Lowest and highest sample of each are kept.
 
         Returns
         -------
@@ -81,9 +79,9 @@ class Signals:
         time_s: Floats = self.start_s + self.step_s * np.arange(*shown.indices(self.n), dtype=float)
         found: Json = {"signals": [], "theta": None, "flags": []}
         for label, unit, values in self.channels:
-            found["signals"].append({"label": label, "unit": unit} | thinned(time_s, values[shown], bins))
+            found["signals"].append({"label": label, "unit": unit} | thinned(time_s, values[shown]))
         if self.theta is not None and self.flags is not None:
-            found["theta"] = thinned(time_s, np.degrees(self.theta[shown]), bins)
+            found["theta"] = thinned(time_s, np.degrees(self.theta[shown]))
             found["flags"] = _flagged(time_s, self.flags[shown])
         return found
 
@@ -111,9 +109,9 @@ def _single(variable: xr.DataArray) -> OnDisk:
     return OnDisk(variable.values.astype(np.float32))
 
 
-def thinned(time_s: Floats, values: Floats | NDArray[np.float32], bins: int = BINS) -> Json:
-    """Time [s] and value of the lowest and highest sample in each of so many bins."""
-    kept = extremes(values, bins)
+def thinned(time_s: Floats, values: Floats | NDArray[np.float32]) -> Json:
+    """Time [s] and value of the lowest and highest sample in each of `BINS` bins."""
+    kept = extremes(values, BINS)
     return {
         "t": [round(float(t), 5) for t in time_s[kept]],
         "v": [screen_digits(float(v)) for v in values[kept]],
