@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from freerock.errors import FreerockError, exit_code
-from freerock.virtual_lab.palermo import write_campaign
+from freerock.virtual_lab.palermo import palermo_records
+from freerock.virtual_lab.write_tdms import write_records
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -18,7 +19,7 @@ def main(arguments: Sequence[str]) -> int:
         if [Path(each).name for each in arguments] != ["palermo_virtual"]:
             what = "no folder palermo_virtual given"
             raise FreerockError("freerock.virtual_lab", what, "name one, as raw/palermo_virtual")
-        write_campaign(arguments[0])
+        write_records(arguments[0], palermo_records())
 
     return exit_code(write)
 

@@ -8,7 +8,6 @@ writes six records with the blocks of table 1 and the foundations of table 2 of 
 
 import math
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,6 @@ from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.added_noise import AddedNoise
 from freerock.virtual_lab.virtual_record import Recording, VirtualRecord, VirtualRelease, simulate_record
-from freerock.virtual_lab.write_tdms import write_records
 
 LASERS = {  # one that suits each block
     "config1": Laser("horizontal", 0.22, 0.1),
@@ -85,14 +83,3 @@ def palermo_records(*, seed: int = 2017) -> Iterator[tuple[str, VirtualRecord]]:
                     ),
                 ),
             )
-
-
-def write_campaign(folder: str | Path) -> None:
-    """Write the records, truth.json and manifest.csv.
-
-    Raises
-    ------
-    FreerockError
-        A file can't be written.
-    """
-    write_records(folder, palermo_records())

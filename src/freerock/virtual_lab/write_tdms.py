@@ -9,13 +9,12 @@ from freerock.files import atomic, write_manifest
 from freerock.virtual_lab.truth import write_truth
 from freerock.virtual_lab.virtual_record import VirtualRecord
 
+GROUP, CHANNEL = "rocking", "laser"
 START = "2017-05-02T09:00:00"
 AUTHOR = "freerock.twin, the virtual laboratory"  # its name when the shipped files were written
 
 
-def write_tdms(
-    path: str | Path, record: VirtualRecord, *, group: str = "rocking", channel: str = "laser"
-) -> None:
+def write_tdms(path: str | Path, record: VirtualRecord) -> None:
     """Write a record as NI-style TDMS: converter counts with NI's linear scaling to volts, a waveform.
 
     Raises
@@ -32,7 +31,7 @@ def write_tdms(
         "description": "SIMULATED laser record of a free-rocking test; nothing in it was measured.",
     }
     waveform = {
-        "NI_ChannelName": channel,
+        "NI_ChannelName": CHANNEL,
         "unit_string": "V",
         "wf_start_time": np.datetime64(START, "us"),
         "wf_start_offset": 0.0,
@@ -47,7 +46,7 @@ def write_tdms(
     }
     with atomic(path) as partial, TdmsWriter(partial) as writer:
         writer.write_segment(
-            [RootObject(root), GroupObject(group), ChannelObject(group, channel, record.counts, waveform)]
+            [RootObject(root), GroupObject(GROUP), ChannelObject(GROUP, CHANNEL, record.counts, waveform)]
         )
 
 
