@@ -7,29 +7,46 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from freerock.config.campaign import load_campaign, load_config
-    from freerock.config.defaults import FitSettings, ImpactLimits, RotationOptions, RunLimits
-    from freerock.errors import FreerockError
-    from freerock.identification.epsilon_theta import epsilon_theta
-    from freerock.identification.fit import Fit, fit_record, fit_run
-    from freerock.identification.lmfit_models import HousnerModel, HuntCrossleyModel, WinklerModel
-    from freerock.models.block import Block
-    from freerock.models.contact import State
-    from freerock.models.ground import GroundMotion, accelerogram, pulse
-    from freerock.models.laws import Rules
-    from freerock.models.simulate import Response, Solver, simulate
-    from freerock.products.estimates import parameters_in
-    from freerock.products.netcdf import open_fits, open_record
-    from freerock.records.read import list_channels, read_record
-    from freerock.rotation.faults import SignalQuality
-    from freerock.rotation.rotation import find_rotation
-    from freerock.rotation.sensor import Laser
-    from freerock.rotation.view import view_of
-    from freerock.runs.by_hand import ByHand
-    from freerock.runs.impacts import Impacts, find_impacts
-    from freerock.runs.motion import Motion
-    from freerock.runs.quiet import quiet_stretches, sensor_noise
-    from freerock.runs.segment import Run, find_runs
+    from freerock.config.campaign import load_campaign as load_campaign
+    from freerock.config.campaign import load_config as load_config
+    from freerock.config.defaults import FitSettings as FitSettings
+    from freerock.config.defaults import ImpactLimits as ImpactLimits
+    from freerock.config.defaults import RotationOptions as RotationOptions
+    from freerock.config.defaults import RunLimits as RunLimits
+    from freerock.errors import FreerockError as FreerockError
+    from freerock.identification.epsilon_theta import epsilon_theta as epsilon_theta
+    from freerock.identification.fit import Fit as Fit
+    from freerock.identification.fit import fit_record as fit_record
+    from freerock.identification.fit import fit_run as fit_run
+    from freerock.identification.lmfit_models import HousnerModel as HousnerModel
+    from freerock.identification.lmfit_models import HuntCrossleyModel as HuntCrossleyModel
+    from freerock.identification.lmfit_models import WinklerModel as WinklerModel
+    from freerock.models.block import Block as Block
+    from freerock.models.contact import State as State
+    from freerock.models.ground import GroundMotion as GroundMotion
+    from freerock.models.ground import accelerogram as accelerogram
+    from freerock.models.ground import pulse as pulse
+    from freerock.models.laws import Rules as Rules
+    from freerock.models.simulate import Response as Response
+    from freerock.models.simulate import Solver as Solver
+    from freerock.models.simulate import simulate as simulate
+    from freerock.products.estimates import parameters_in as parameters_in
+    from freerock.products.netcdf import open_fits as open_fits
+    from freerock.products.netcdf import open_record as open_record
+    from freerock.records.read import list_channels as list_channels
+    from freerock.records.read import read_record as read_record
+    from freerock.rotation.faults import SignalQuality as SignalQuality
+    from freerock.rotation.rotation import find_rotation as find_rotation
+    from freerock.rotation.sensor import Laser as Laser
+    from freerock.rotation.view import view_of as view_of
+    from freerock.runs.by_hand import ByHand as ByHand
+    from freerock.runs.impacts import Impacts as Impacts
+    from freerock.runs.impacts import find_impacts as find_impacts
+    from freerock.runs.motion import Motion as Motion
+    from freerock.runs.quiet import quiet_stretches as quiet_stretches
+    from freerock.runs.quiet import sensor_noise as sensor_noise
+    from freerock.runs.segment import Run as Run
+    from freerock.runs.segment import find_runs as find_runs
 
 _ROOMS = {  # module: the public names it holds
     "config.campaign": ("load_campaign", "load_config"),
@@ -57,48 +74,7 @@ _ROOMS = {  # module: the public names it holds
     "runs.segment": ("Run", "find_runs"),
 }
 
-__all__ = [
-    "Block",
-    "ByHand",
-    "Fit",
-    "FitSettings",
-    "FreerockError",
-    "GroundMotion",
-    "HousnerModel",
-    "HuntCrossleyModel",
-    "ImpactLimits",
-    "Impacts",
-    "Laser",
-    "Motion",
-    "Response",
-    "RotationOptions",
-    "Rules",
-    "Run",
-    "RunLimits",
-    "SignalQuality",
-    "Solver",
-    "State",
-    "WinklerModel",
-    "accelerogram",
-    "epsilon_theta",
-    "find_impacts",
-    "find_rotation",
-    "find_runs",
-    "fit_record",
-    "fit_run",
-    "list_channels",
-    "load_campaign",
-    "load_config",
-    "open_fits",
-    "open_record",
-    "parameters_in",
-    "pulse",
-    "quiet_stretches",
-    "read_record",
-    "sensor_noise",
-    "simulate",
-    "view_of",
-]
+__all__ = sorted(name for names in _ROOMS.values() for name in names)
 
 
 def __getattr__(name: str) -> Any:
