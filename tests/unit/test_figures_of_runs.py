@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 from fabricated import RATE_HZ, campaign, failed_record, fits, record
 from overlaps import assert_nothing_overlaps
 from test_figures import BLOCKS, LABELS, texts
@@ -34,7 +35,7 @@ from freerock.figures import (
 from freerock.jobs.figure import make_figures
 from freerock.jobs.pages import HIGHEST_MM
 from freerock.jobs.pages import pages as in_pages
-from freerock.populations.estimate import Estimate, MisfitMap
+from freerock.populations.estimate import Estimate
 from freerock.populations.predict import PREDICTIONS
 from freerock.products.misfit_maps import record_map
 from freerock.response.motions import INTENSITIES
@@ -358,8 +359,13 @@ def of_many_blocks(tables):
     records, fitted = ([tree(own, each) for each in names for own in kind] for kind in trees)
     set_up = {"foundations": ["marble", "mat"], "lasers": []}
     bases = [known["epsilon"].assign(n_runs=2, basis=basis) for basis in ("other runs", "b2")]
-    misfit = MisfitMap(
-        ("k", "lambda"), *np.tile(np.arange(1.0, 4.0), (2, 1)), np.eye(3), *np.ones((2, 5)), np.eye(5)
+    misfit = xr.Dataset(
+        {
+            "epsilon_theta": (("lambda", "k"), np.eye(3)),
+            "epsilon_finer": (("lambda_finer", "k_finer"), np.eye(5)),
+        },
+        {name: np.arange(1.0, 4.0) for name in ("k", "lambda")}
+        | {f"{name}_finer": np.ones(5) for name in ("k", "lambda")},
     )
     maps = [
         record_map(

@@ -24,22 +24,23 @@ def measured(block=BLOCK):
 
 def test_the_map_is_lowest_at_the_truth_and_rises_around_it():
     found = misfit_map("hunt_crossley", BLOCK, VALUES, TIME, measured())
-    assert found.names == ("k", "lambda")
-    assert found.first[GRID.cells // 2] == pytest.approx(VALUES["k"])
-    assert found.second[[0, -1]] / VALUES["lambda"] == pytest.approx(np.exp([-0.3, 0.3]))
-    assert np.unravel_index(found.epsilon_theta.argmin(), (GRID.cells, GRID.cells)) == (
+    assert found["epsilon_theta"].dims == ("lambda", "k")
+    assert found["k"].values[GRID.cells // 2] == pytest.approx(VALUES["k"])
+    assert found["lambda"].values[[0, -1]] / VALUES["lambda"] == pytest.approx(np.exp([-0.3, 0.3]))
+    assert np.unravel_index(found["epsilon_theta"].values.argmin(), (GRID.cells, GRID.cells)) == (
         GRID.cells // 2,
         GRID.cells // 2,
     )
-    assert found.epsilon_theta.min() < 1e-6
-    assert found.epsilon_theta[GRID.cells // 2, 0] > 0.1  # k is 26 % too low
+    assert found["epsilon_theta"].min() < 1e-6
+    assert found["epsilon_theta"].values[GRID.cells // 2, 0] > 0.1  # k is 26 % too low
 
 
 def test_rows_are_values_of_the_second_parameter():
     found = misfit_map("hunt_crossley", BLOCK, VALUES, TIME, measured())
-    at = {"k": found.first[3], "lambda": found.second[20]}
+    at = {"k": found["k"].values[3], "lambda": found["lambda"].values[20]}
     theta, _ = simulate_theta("hunt_crossley", BLOCK, at, TIME, theta0=VALUES["theta0"])
-    assert found.epsilon_theta[20, 3] == pytest.approx(epsilon_theta(TIME, theta, measured()), rel=1e-3)
+    exact = epsilon_theta(TIME, theta, measured())
+    assert found["epsilon_theta"].values[20, 3] == pytest.approx(exact, rel=1e-3)
 
 
 def test_of_a_joint_fit_the_first_run_counts_with_its_own_release():
@@ -48,8 +49,8 @@ def test_of_a_joint_fit_the_first_run_counts_with_its_own_release():
     joint |= {"theta0_2": 0.1, "t0_2": 0.01}
     theta = np.concatenate([measured(), np.zeros(100)])
     both = misfit_map("hunt_crossley", BLOCK, joint, np.append(TIME, TIME[:100]), theta)
-    np.testing.assert_array_equal(both.epsilon_theta, alone.epsilon_theta)
-    np.testing.assert_array_equal(both.epsilon_finer, alone.epsilon_finer)
+    np.testing.assert_array_equal(both["epsilon_theta"], alone["epsilon_theta"])
+    np.testing.assert_array_equal(both["epsilon_finer"], alone["epsilon_finer"])
 
 
 def test_a_law_with_one_parameter_has_no_map():

@@ -1,37 +1,39 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
+import xarray as xr
 
 from freerock.errors import FreerockError
-from freerock.populations.estimate import Estimate, MisfitMap
+from freerock.populations.estimate import Estimate
 from freerock.products.misfit_maps import mapped, open_misfit_maps, record_map, write_misfit_maps
 
 
-def made_up(test="a"):
+def made_up(test="a", model="hunt_crossley", names=("k", "lambda")):
     grid, finer = np.array([1.0, 2.0, 3.0]), np.linspace(1.0, 3.0, 5)
-    found = MisfitMap(("k", "lambda"), grid, 2 * grid, np.eye(3), finer, 2 * finer, np.full((5, 5), 1 / 3))
+    first, second = names
+    arrays = {
+        "epsilon_theta": ((second, first), np.eye(3)),
+        "epsilon_finer": ((f"{second}_finer", f"{first}_finer"), np.full((5, 5), 1 / 3)),
+    }
+    sides = {first: grid, second: 2 * grid, f"{first}_finer": finer, f"{second}_finer": 2 * finer}
     covariance = np.array([[4.0, 1.0], [1.0, 1.0]])
     estimates = [
-        Estimate("lab", test, run, "tall", "mat", "hunt_crossley", {"k": 2.0, "lambda": 4.0}, covariance)
+        Estimate("lab", test, run, "tall", "mat", model, {first: 2.0, second: 4.0}, covariance)
         for run in (1, 2)
     ]
-    return record_map(found, estimates)
+    return record_map(xr.Dataset(arrays, sides), estimates)
 
 
 def test_maps_come_back(tmp_path):
     write_misfit_maps(tmp_path / "maps.nc", [made_up(), made_up("b")], "lab", "simulated")
     maps = open_misfit_maps(tmp_path / "maps.nc")
-    assert [(each.test, each.block, each.foundation) for each in maps] == [
-        ("a", "tall", "mat"),
-        ("b", "tall", "mat"),
+    assert [each.attrs for each in maps] == [
+        {"test": "a", "block": "tall", "foundation": "mat", "model": "hunt_crossley"},
+        {"test": "b", "block": "tall", "foundation": "mat", "model": "hunt_crossley"},
     ]
     written = made_up()
-    assert maps[0].identified == written.identified
-    assert [one.run for one in written.identified] == [1, 2]
-    assert written.identified[0].correlation == 0.5
-    for name in ("first", "second", "epsilon_theta", "first_finer", "second_finer", "epsilon_finer"):
-        np.testing.assert_array_equal(getattr(maps[0].map, name), getattr(written.map, name))
+    assert written["identified_run"].values.tolist() == [1, 2]
+    assert written["correlation"].values[0] == 0.5
+    xr.testing.assert_equal(maps[0], written)
 
 
 def test_a_campaign_without_fits_has_no_map(tmp_path):
@@ -51,11 +53,11 @@ def test_another_file_is_refused(tmp_path):
 
 
 def test_a_map_of_winklers_law_comes_back_with_its_parameters(tmp_path):
-    first = made_up()
-    winkler = replace(first, model="winkler", map=replace(first.map, names=("k", "c")))
+    winkler = made_up(model="winkler", names=("k", "c"))
     write_misfit_maps(tmp_path / "maps.nc", [winkler], "lab", "simulated")
     (found,) = open_misfit_maps(tmp_path / "maps.nc")
-    assert (found.model, found.map.names, found.identified) == ("winkler", ("k", "c"), first.identified)
+    assert found.attrs["model"] == "winkler"
+    xr.testing.assert_equal(found, winkler)
 
 
 @pytest.mark.parametrize(

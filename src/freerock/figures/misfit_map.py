@@ -6,13 +6,14 @@ from collections.abc import Iterator, Sequence
 import matplotlib
 import numpy as np
 import pandas as pd
+import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, printed
-from freerock.models.laws import MODEL_LABELS
-from freerock.products.misfit_maps import RecordMap, open_misfit_maps
+from freerock.models.laws import MODEL_LABELS, MODELS
+from freerock.products.misfit_maps import open_misfit_maps
 from freerock.tables.candidates import accepted_fits
 
 FIGURE = {
@@ -32,13 +33,13 @@ COLUMNS = ["test", "block", "foundation", "run", "quantity", "k", "lambda", "eps
 COLUMNS += ["model", "c"]
 
 
-def read(path: str) -> list[RecordMap]:
+def read(path: str) -> list[xr.Dataset]:
     """The misfit maps of a campaign, see `freerock.products.misfit_maps`."""
     return open_misfit_maps(path)
 
 
 @printed
-def draw(maps: Sequence[RecordMap], choice: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
+def draw(maps: Sequence[xr.Dataset], choice: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """Contours of ε_θ over stiffness and damping of the first run of each record, and what all runs gave.
 
     Angle and instant of release are those identified on the run; their own part is in the covariances of the
@@ -46,7 +47,7 @@ def draw(maps: Sequence[RecordMap], choice: pd.DataFrame, origin: str, labels: L
 
     Parameters
     ----------
-    maps : sequence of freerock.products.misfit_maps.RecordMap
+    maps : sequence of xarray.Dataset
         As `open_misfit_maps` gives them.
     choice : pandas.DataFrame
         Tidy table: where it rejects the law for the run of the contours, the panel states it.
@@ -64,13 +65,14 @@ def draw(maps: Sequence[RecordMap], choice: pd.DataFrame, origin: str, labels: L
     axes = figure.subplots(rows, beside, squeeze=False).ravel()
     for i, (ax, each) in enumerate(zip(axes, maps, strict=False)):
         _panel(ax, each)
-        if (each.test, str(each.identified[0].run), each.model) not in accepted:
+        model = each.attrs["model"]
+        if (each.attrs["test"], str(each["identified_run"].values[0]), model) not in accepted:
             look: Style = {"fontsize": "small", "color": style.FAILED, "zorder": 4, "ha": "right"}
             box = {"facecolor": "white", "edgecolor": "none", "pad": 1}
             ax.text(0.98, 0.03, "law rejected", transform=ax.transAxes, bbox=box, **look)
-        title = f"{style.label(labels, each.block, each.foundation)}: {MODEL_LABELS[each.model]}"
-        style.entitle(ax, i, len(maps), title, 0.8 / beside)
-        first, second = each.map.names
+        scene = style.label(labels, each.attrs["block"], each.attrs["foundation"])
+        style.entitle(ax, i, len(maps), f"{scene}: {MODEL_LABELS[model]}", 0.8 / beside)
+        first, second = MODELS[model]
         ax.set(xlabel=style.axis_of(first), ylabel=style.axis_of(second))
     for ax in axes[len(maps) :]:
         ax.set_axis_off()
@@ -87,51 +89,49 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     return style.drawn_runs(data[data["quantity"] == "grid"])
 
 
-def _handles(maps: Sequence[RecordMap]) -> list[Line2D]:
+def _handles(maps: Sequence[xr.Dataset]) -> list[Line2D]:
     handles = [
         Line2D([], [], color="0.4", linewidth=style.scaled(0.8), label="$ε_θ$ / %"),
         Line2D([], [], **OF_DRAWN, markersize=style.scaled(4), label="identified on that run: the minimum"),
     ]
-    if any(len(each.identified) > 1 for each in maps):
+    if any(each.sizes["identified"] > 1 for each in maps):
         handles.append(Line2D([], [], **OF_OTHERS, markersize=style.scaled(4), label="on the other runs"))
     return handles
 
 
-def _panel(ax: Axes, record: RecordMap) -> None:
+def _panel(ax: Axes, record: xr.Dataset) -> None:
     """Contours, markers and ticks of one record."""
-    found_map = record.map
-    k, damping = found_map.first, found_map.second
+    names = MODELS[record.attrs["model"]]
+    k, damping = (record[name].values for name in names)
+    identified = np.column_stack([record[f"identified_{name}"].values for name in names])
     # √ε_θ is nearly linear on the slopes: smoother contours
-    slopes = (found_map.first_finer, found_map.second_finer, np.sqrt(100 * found_map.epsilon_finer))
+    finer = (record[f"{name}_finer"].values for name in names)
+    slopes = (*finer, np.sqrt(100 * record["epsilon_finer"].values))
     look: Style = {"colors": "0.4", "linewidths": style.scaled(0.7)}
     lines = ax.contour(*slopes, levels=np.sqrt(LEVELS_PERCENT), **look)
     percent = {level: f"{level**2:.3g}" for level in lines.levels}
     texts = ax.clabel(lines, fmt=percent, fontsize=matplotlib.rcParams["legend.fontsize"], inline=False)
-    for look, found in ((OF_OTHERS, record.identified[1:]), (OF_DRAWN, record.identified[:1])):
+    for look, found in ((OF_OTHERS, identified[1:]), (OF_DRAWN, identified[:1])):
         for each in found:
-            ax.plot(each.first, each.second, markersize=style.scaled(4), zorder=3, **look)
+            ax.plot(*each, markersize=style.scaled(4), zorder=3, **look)
     ax.set(xscale="log", yscale="log", xlim=(k[0], k[-1]), ylim=(damping[0], damping[-1]))
     ax.minorticks_off()
     for axis, values in ((ax.xaxis, k), (ax.yaxis, damping)):
         style.number_ticks(axis, values[0], values[-1])
     for text in texts:  # one under a marker cannot be read
         at = np.log(text.get_position()) - np.log([k[0], damping[0]])
-        marked = (np.log([each.first / k[0], each.second / damping[0]]) for each in record.identified)
-        gaps = [np.hypot(*(at - marker)) for marker in marked]
+        gaps = [np.hypot(*(at - np.log(each / [k[0], damping[0]]))) for each in identified]
         text.set_visible(min(gaps) > 0.1 * np.log(k[-1] / k[0]))
         text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.3})
 
 
-def _numbers(record: RecordMap) -> Iterator[pd.DataFrame]:
+def _numbers(record: xr.Dataset) -> Iterator[pd.DataFrame]:
     """The grid and the identified values of one record."""
-    identity = {name: getattr(record, name) for name in ("test", "block", "foundation", "model")}
-    first, second = record.map.names
-    axes = [each.ravel() for each in np.meshgrid(record.map.first, record.map.second)]
-    grid = {first: axes[0], second: axes[1], "epsilon_theta": record.map.epsilon_theta.ravel()}
-    run = record.identified[0].run
-    yield pd.DataFrame({**identity, "run": run, "quantity": "grid", **grid}, columns=COLUMNS)
-    found = [
-        {"run": each.run, first: each.first, second: each.second, "correlation": each.correlation}
-        for each in record.identified
-    ]
-    yield pd.DataFrame([{**identity, "quantity": "identified", **each} for each in found], columns=COLUMNS)
+    first, second = MODELS[record.attrs["model"]]
+    axes = [each.ravel() for each in np.meshgrid(record[first].values, record[second].values)]
+    grid = {first: axes[0], second: axes[1], "epsilon_theta": record["epsilon_theta"].values.ravel()}
+    runs = record["identified_run"].values
+    yield pd.DataFrame({**record.attrs, "run": runs[0], "quantity": "grid", **grid}, columns=COLUMNS)
+    found = {name: record[f"identified_{name}"].values for name in (first, second)}
+    found |= {"run": runs, "correlation": record["correlation"].values}
+    yield pd.DataFrame({**record.attrs, "quantity": "identified", **found}, columns=COLUMNS)

@@ -8,7 +8,7 @@ from typing import Any
 import xarray as xr
 
 from freerock.models.block import Block
-from freerock.populations.estimate import Estimate, MisfitMap
+from freerock.populations.estimate import Estimate
 from freerock.populations.misfit import misfit_map
 from freerock.products.choices import named_in
 from freerock.products.estimates import ESTIMATED, estimates_in
@@ -55,7 +55,7 @@ def _estimates(tree: xr.DataTree) -> list[Estimate]:
     return []
 
 
-def map_of_run(tree: xr.DataTree, estimate: Estimate, block: Block, debonding: str) -> MisfitMap:
+def map_of_run(tree: xr.DataTree, estimate: Estimate, block: Block, debonding: str) -> xr.Dataset:
     """The misfit map of a run, around what a law with two parameters found there.
 
     Parameters

@@ -1,4 +1,4 @@
-"""What a fit found, in the few plain values that later steps take of it, and the misfit around it."""
+"""What a fit found, in the few plain values that later steps take of it."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -75,34 +75,6 @@ class Estimate:
         """Correlation of the model's first two parameters."""
         first, both, _, second = self.covariance[:2, :2].ravel()
         return float(both / np.sqrt(first * second))
-
-
-@dataclass(frozen=True)
-class MisfitMap:
-    """ε_θ over two parameters, on a grid and on a finer one for contours.
-
-    Parameters
-    ----------
-    names : tuple of str
-        The two parameters, such as k and lambda.
-    first, second : ndarray, shape (n,)
-        Values of the two parameters along the grid's sides [SI].
-    epsilon_theta : ndarray, shape (n, n)
-        ε_θ as a fraction; a row per value of the second parameter, a column per value of the first.
-    first_finer, second_finer : ndarray, shape (m,)
-        The same on the finer grid [SI].
-    epsilon_finer : ndarray, shape (m, m)
-        ε_θ on the finer grid, with θ(t) interpolated between the cells of the grid: the map's trough may be
-        narrower than a cell.
-    """
-
-    names: tuple[str, str]
-    first: Floats
-    second: Floats
-    epsilon_theta: Floats
-    first_finer: Floats
-    second_finer: Floats
-    epsilon_finer: Floats
 
 
 def transferable(estimates: Iterable[Estimate]) -> list[Estimate]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
@@ -12,7 +13,6 @@ from freerock.models.block import Block
 from freerock.models.free_parameters import PER_RUN
 from freerock.models.laws import CANDIDATES, MODELS
 from freerock.models.simulate import Solver
-from freerock.populations.estimate import MisfitMap
 from freerock.rotation.as_measured import as_measured
 from freerock.rotation.view import View
 
@@ -53,8 +53,8 @@ def misfit_map(
     theta: Floats,
     debonding: str = "geometric",
     view: View | None = None,
-) -> MisfitMap:
-    """ε_θ around the identified parameters of a law with two parameters.
+) -> xr.Dataset:
+    """ε_θ around the identified parameters of a law with two parameters, on a grid and on a finer one.
 
     Angle and instant of release, and the width, stay as they were identified.
 
@@ -72,6 +72,14 @@ def misfit_map(
         "geometric" or "tensionless".
     view : View, optional
         What the sensor makes of a motion.
+
+    Returns
+    -------
+    xarray.Dataset
+        epsilon_theta, ε_θ as a fraction, a row per value of the second parameter, a column per value of the
+        first; epsilon_finer, for contours, on the finer grid, with θ(t) interpolated between the cells of the
+        grid: the map's trough may be narrower than a cell. Coordinates, of names such as k and lambda: the
+        values of both along the sides of the grid [SI], and along those of the finer one, NAME_finer.
 
     Raises
     ------
@@ -97,14 +105,12 @@ def misfit_map(
             )
     epsilon = np.array([[epsilon_theta(time_s, each, theta) for each in row] for row in theta_model])
     finer = np.exp(np.linspace(-GRID.span, GRID.span, GRID.finer))
-    return MisfitMap(
-        names=(x, y),
-        first=first,
-        second=second,
-        epsilon_theta=epsilon,
-        first_finer=values[x] * finer,
-        second_finer=values[y] * finer,
-        epsilon_finer=between_cells(time_s, theta_model, theta),
+    return xr.Dataset(
+        {
+            "epsilon_theta": ((y, x), epsilon),
+            "epsilon_finer": ((f"{y}_finer", f"{x}_finer"), between_cells(time_s, theta_model, theta)),
+        },
+        {x: first, y: second, f"{x}_finer": values[x] * finer, f"{y}_finer": values[y] * finer},
     )
 
 

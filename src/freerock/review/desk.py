@@ -18,7 +18,7 @@ from freerock.errors import FreerockError
 from freerock.files import listed_checksums, read_bytes, recover, replace_together
 from freerock.models.block import Block
 from freerock.models.free_parameters import symbol_of
-from freerock.models.laws import MODEL_LABELS
+from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review.corrections import Correction, corrected, corrected_cells, correction_of
 from freerock.review.csv_edit import Edit, digest, locked, save_edits
@@ -232,13 +232,14 @@ class Desk:
             return {}
         block = Block(**geometry(self.campaign, line))
         made = map_of_run(found.fits, usable[model], block, self.campaign.fits.debonding)
+        first, second = (made[f"{name}_finer"].values[[0, -1]].tolist() for name in MODELS[model])
         return {
             "label": MODEL_LABELS[model],
-            "names": [symbol_of(name) for name in made.names],
-            "first": [float(made.first_finer[0]), float(made.first_finer[-1])],
-            "second": [float(made.second_finer[0]), float(made.second_finer[-1])],
-            "at": [float(usable[model].values[name]) for name in made.names],
-            "epsilon": np.round(np.log10(np.maximum(made.epsilon_finer, 1e-12)), 3).tolist(),
+            "names": [symbol_of(name) for name in MODELS[model]],
+            "first": first,
+            "second": second,
+            "at": [float(usable[model].values[name]) for name in MODELS[model]],
+            "epsilon": np.round(np.log10(np.maximum(made["epsilon_finer"].values, 1e-12)), 3).tolist(),
         }
 
     def keep(self, corrections: Mapping[str, Correction], known: str, why: str) -> Json:
