@@ -71,34 +71,48 @@ def standard_errors(
     base = {"width": width, "tilt": 0.0, "edge_radius": block.edge_radius or PARAMETERS["edge_radius"].trace}
     values = {**parameters, **base, "theta0": theta0, "t0": 0.0}
 
+    def rotation(values: Mapping[str, float]) -> Floats:
+        law = {name: values[name] for name in (*MODELS[model], *({"tilt"} & {*free}))}
+        turning = block.as_found({name: values[name] for name in free})
+        return released_theta(model, turning, law, time_s - values["t0"], values["theta0"], debonding, 1e-10)
+
     def derivative(name: str) -> Floats:
         row = PARAMETERS[name]
         step = abs(row.step) * (1.0 if row.fitted_as == "value" else values[name])
-        above, below = (
-            _rotation(model, block, values | {name: values[name] + side * step}, time_s, free, debonding)
-            for side in (1, -1)
-        )
+        above, below = (rotation(values | {name: values[name] + by}) for by in (step, -step))
         return (above - below) / (2 * step)
 
     deviations = _deviations(np.column_stack([derivative(name) for name in names]), sigma_theta)
     return dict(zip(names, deviations.tolist(), strict=True))
 
 
-def _rotation(
-    model: str, block: Block, values: Mapping[str, float], time_s: Floats, free: Sequence[str], debonding: str
+def released_theta(
+    model: str,
+    block: Block,
+    parameters: Mapping[str, float],
+    time_s: Floats,
+    theta0: float,
+    debonding: str,
+    rtol: float,
 ) -> Floats:
-    """θ at the samples [rad]; an error where the block does not come to rest."""
+    """Rotation of a candidate at some instants [rad], without noise.
+
+    Raises
+    ------
+    FreerockError
+        The block overturns, or the motion can't be integrated.
+    """
     theta, outcome = simulate_theta(
         CANDIDATES[model].law,
-        block.as_found({name: values[name] for name in free}),
-        {name: values[name] for name in (*MODELS[model], *(["tilt"] if "tilt" in free else []))},
-        time_s - values["t0"],
-        theta0=values["theta0"],
+        block,
+        parameters,
+        time_s,
+        theta0=theta0,
         rules=CANDIDATES[model].rules(debonding),
-        solver=Solver(1e-10),
+        solver=Solver(rtol),
     )
     if outcome not in ("completed", "at_rest"):
-        what = f"{model} released at {math.degrees(values['theta0']):g}°: {outcome}"
+        what = f"{model} released at {math.degrees(theta0):g}°: {outcome}"
         raise FreerockError("plan", what, "plan for a smaller angle or a stiffer foundation")
     return theta
 

@@ -3,7 +3,7 @@ which rivals they will tell from it."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
 from typing import Any
@@ -12,12 +12,12 @@ import numpy as np
 import pandas as pd
 
 from freerock.config.defaults import FitSettings
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, attempt
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import CANDIDATES, KINEMATICS, PAPER_MODELS
 from freerock.planning.cramer_rao import standard_errors
-from freerock.planning.rivals import best_rival, expected_motion, rivals_of
+from freerock.planning.rivals import Rival, best_rival, expected_motion, rivals_of
 from freerock.rotation.beam import displacement_from_rotation, sensitivity
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.sensor import Laser
@@ -120,7 +120,7 @@ class Setup:
 
 @dataclass(frozen=True)
 class Choices:
-    """What a campaign may choose.
+    """What a campaign may choose, and how its runs will be fitted.
 
     Parameters
     ----------
@@ -134,6 +134,12 @@ class Choices:
         Time the finger takes to leave the block, whose samples don't count [s].
     model_error : float
         ε_θ that even the right law is expected to leave beyond the noise, as a fraction.
+    laws, kinematics : sequence of str
+        Those that rivals may have (`freerock.planning.rivals.rivals_of`).
+    free : mapping of str to sequence of str
+        Nuisances fitted besides the parameters of each law; θ₀ and t₀ by default.
+    debonding : str
+        "geometric" or "tensionless".
     """
 
     sensors: Mapping[str, Sensor]
@@ -141,19 +147,17 @@ class Choices:
     durations_s: Sequence[float] = (8.0,)
     finger_s: float = 0.03
     model_error: float = 0.0
+    laws: Sequence[str] = PAPER_MODELS
+    kinematics: Sequence[str] = KINEMATICS
+    free: Mapping[str, Sequence[str]] = field(default_factory=lambda: BY_DEFAULT.free)
+    debonding: str = "geometric"
+
+    def settings_of(self, model: str) -> FitSettings:
+        """How a candidate will be fitted."""
+        return FitSettings(self.free[CANDIDATES[model].law], self.debonding)
 
 
-Nuisances = Mapping[str, Sequence[str]]
-"""What is fitted of each law besides its parameters."""
-
-
-def plan(
-    setups: Iterable[Setup],
-    choices: Choices,
-    *,
-    free: Nuisances = BY_DEFAULT.free,
-    debonding: str = "geometric",
-) -> pd.DataFrame:
+def plan(setups: Iterable[Setup], choices: Choices) -> pd.DataFrame:
     """Predicted standard errors of a campaign, for every combination of what it may choose.
 
     Parameters
@@ -161,10 +165,6 @@ def plan(
     setups : iterable of Setup
         Those with the names of an earlier one are left out.
     choices : Choices
-    free : mapping of str to sequence of str, optional
-        Nuisances fitted besides the parameters of each law; θ₀ and t₀ by default.
-    debonding : str
-        "geometric" or "tensionless".
 
     Returns
     -------
@@ -175,29 +175,35 @@ def plan(
         there is no standard error).
     """
     rows: list[tuple[Any, ...]] = []
-    for setup in different(setups):
-        for model in setup.expected:
-            rows += _rows(setup, model, choices, free[CANDIDATES[model].law], debonding)
+    for setup, model, duration, angle in cases_of(setups, choices):
+        block, parameters, freed = setup.worn(model), setup.expected[model], choices.settings_of(model).free
+        names = CANDIDATES[model].parameters
+        values = {"width": 2 * block.b, **parameters}
+        for rate in choices.sampling_rates_hz:
+            time_s = np.arange(np.ceil(choices.finger_s * rate), np.floor(duration * rate) + 1) / rate
+            of_run = partial(standard_errors, model, block, parameters, time_s, math.radians(angle), 1.0)
+            errors = partial(of_run, debonding=choices.debonding)
+            unit_errors, fault = _or_why_not(errors, freed)
+            if not fault and not np.isfinite([unit_errors[name] for name in names]).all():
+                fault = "not determined by such a run"
+            tilted, _ = _or_why_not(errors, (*freed, *({"tilt"} - {*freed})))
+            unit_errors = dict.fromkeys(names, np.nan) | unit_errors | {"tilt": tilted.get("tilt", np.nan)}
+            for case, sigma, off in _with_each_sensor(setup, model, duration, angle, rate, choices):
+                known = {name: np.nan if off else error * sigma for name, error in unit_errors.items()}
+                tilt_deg, note = math.degrees(known["tilt"]), fault or off
+                rows += [
+                    (*case, name, values[name], known[name], unit_of(name), tilt_deg, note) for name in names
+                ]
     return _in_order_of_appearance(pd.DataFrame(rows, columns=COLUMNS))
 
 
-def plan_rivals(
-    setups: Iterable[Setup],
-    choices: Choices,
-    *,
-    laws: Sequence[str] = PAPER_MODELS,
-    kinematics: Sequence[str] = KINEMATICS,
-    free: Nuisances = BY_DEFAULT.free,
-    debonding: str = "geometric",
-) -> pd.DataFrame:
+def plan_rivals(setups: Iterable[Setup], choices: Choices) -> pd.DataFrame:
     """Which rivals the runs of a campaign will tell from what is expected.
 
     Parameters
     ----------
-    setups, choices, free, debonding
+    setups, choices
         As for `plan`.
-    laws, kinematics : sequence of str
-        Those that rivals may have (`freerock.planning.rivals.rivals_of`).
 
     Returns
     -------
@@ -208,47 +214,38 @@ def plan_rivals(
         law), note (why there is none).
     """
     rows: list[tuple[Any, ...]] = []
-    for setup in different(setups):
-        for model in setup.expected:
-            rows += _rival_rows(
-                setup, model, rivals_of(model, laws, kinematics, free), choices, free, debonding
-            )
+    for setup, model, duration, angle in cases_of(setups, choices):
+        motion = expected_of(setup, model, duration, angle, choices)
+        for rival in rivals_of(model, choices.laws, choices.kinematics, choices.free):
+            best: Rival | FreerockError
+            if isinstance(motion, FreerockError):
+                best = motion
+            else:
+                best = best_rival(rival, setup.block, motion, choices.settings_of(rival))
+            for rate in choices.sampling_rates_hz:
+                for case, sigma, off in _with_each_sensor(setup, model, duration, angle, rate, choices):
+                    if isinstance(best, FreerockError) or off:
+                        note = best.what if isinstance(best, FreerockError) else off
+                        rows.append((*case, rival, np.nan, np.nan, False, note))
+                        continue
+                    delta = best.bic_difference(n_freed(model, choices.free), sigma, rate)
+                    apart = best.told_apart(delta, choices.model_error)
+                    rows.append((*case, rival, delta, best.epsilon_theta, apart, ""))
     return _in_order_of_appearance(pd.DataFrame(rows, columns=RIVALS))
 
 
-def different(setups: Iterable[Setup]) -> list[Setup]:
-    """The first setup of each name."""
-    return list({setup.names: setup for setup in reversed(list(setups))}.values())[::-1]
+def cases_of(setups: Iterable[Setup], choices: Choices) -> Iterator[tuple[Setup, str, float, float]]:
+    """The first setup of each name, each model expected of it, length of a run [s] and release angle [°]."""
+    first = {setup.names: setup for setup in reversed(list(setups))}
+    for setup in reversed(first.values()):
+        for case in product(setup.expected, choices.durations_s, setup.release_angles_deg):
+            yield setup, *case
 
 
 def _in_order_of_appearance(frame: pd.DataFrame) -> pd.DataFrame:
     """Rows sorted case by case, the names of a case by when they first appear."""
     appearance = [pd.factorize(frame[name])[0] for name in reversed(CASE)]
     return frame.iloc[np.lexsort(appearance)].reset_index(drop=True)
-
-
-def _rows(
-    setup: Setup, model: str, choices: Choices, free: Sequence[str], debonding: str
-) -> Iterator[tuple[Any, ...]]:
-    """Rows of one model on one setup."""
-    block, parameters = setup.worn(model), setup.expected[model]
-    names = CANDIDATES[model].parameters
-    values = {"width": 2 * block.b, **parameters}
-    cases = product(setup.release_angles_deg, choices.sampling_rates_hz, choices.durations_s)
-    for angle, rate, duration in cases:
-        time_s = np.arange(np.ceil(choices.finger_s * rate), np.floor(duration * rate) + 1) / rate
-        theta0 = math.radians(angle)
-        errors = partial(standard_errors, model, block, parameters, time_s, theta0, 1.0, debonding=debonding)
-        unit_errors, fault = _or_why_not(errors, free)
-        if not fault and not np.isfinite([unit_errors[name] for name in names]).all():
-            fault = "not determined by such a run"
-        tilted, _ = _or_why_not(errors, (*free, *({"tilt"} - {*free})))
-        unit_errors = dict.fromkeys(names, np.nan) | unit_errors | {"tilt": tilted.get("tilt", np.nan)}
-        for case, sigma, off in _with_each_sensor(setup, (model, duration, angle), (rate,), choices):
-            known = {name: np.nan if off else error * sigma for name, error in unit_errors.items()}
-            tilt_deg = math.degrees(known["tilt"])
-            for name in names:
-                yield (*case, name, values[name], known[name], unit_of(name), tilt_deg, fault or off)
 
 
 def _or_why_not(errors: Callable[..., dict[str, float]], free: Sequence[str]) -> tuple[dict[str, float], str]:
@@ -259,43 +256,20 @@ def _or_why_not(errors: Callable[..., dict[str, float]], free: Sequence[str]) ->
         return {}, error.what
 
 
-def _rival_rows(
-    setup: Setup, model: str, rivals: Sequence[str], choices: Choices, free: Nuisances, debonding: str
-) -> Iterator[tuple[Any, ...]]:
-    """Rows of the rivals of one model on one setup."""
-    n = n_freed(model, free)
-    for duration, angle in product(choices.durations_s, setup.release_angles_deg):
-        motion, fault = expected_of(setup, model, angle, (choices.finger_s, duration), debonding)
-        for rival in rivals:
-            settings = FitSettings(free[CANDIDATES[rival].law], debonding)
-            best = best_rival(rival, setup.block, motion, settings) if motion else None
-            where = model, duration, angle
-            for case, sigma, off in _with_each_sensor(setup, where, choices.sampling_rates_hz, choices):
-                rate = case[CASE.index("sampling_rate_hz")]
-                if best is None or off:
-                    yield (*case, rival, np.nan, np.nan, False, fault or off)
-                else:
-                    delta = best.bic_difference(n, sigma, rate)
-                    apart = best.told_apart(delta, choices.model_error)
-                    yield (*case, rival, delta, best.epsilon_theta, apart, "")
-
-
 def expected_of(
-    setup: Setup, model: str, angle: float, span_s: tuple[float, float], debonding: str
-) -> tuple[Motion | None, str]:
+    setup: Setup, model: str, duration_s: float, angle_deg: float, choices: Choices
+) -> Motion | FreerockError:
     """The expected motion, or why there is none."""
+    theta0, span_s = math.radians(angle_deg), (choices.finger_s, duration_s)
     block, parameters = setup.worn(model), setup.expected[model]
-    try:
-        return expected_motion(model, block, parameters, math.radians(angle), span_s, debonding), ""
-    except FreerockError as error:
-        return None, error.what
+    return attempt(expected_motion, model, block, parameters, theta0, span_s, choices.debonding)
 
 
 def _with_each_sensor(
-    setup: Setup, case: tuple[str, float, float], rates_hz: Sequence[float], choices: Choices
+    setup: Setup, model: str, duration_s: float, angle_deg: float, rate_hz: float, choices: Choices
 ) -> Iterator[tuple[tuple[Any, ...], float, str]]:
-    """Rows of a case (model, duration, angle) up to sigma_theta_deg, that noise [rad], why it won't do."""
-    model, duration, angle = case
-    for rate, (name, sensor) in product(rates_hz, choices.sensors.items()):
-        sigma, off = sensor.sigma_theta(math.radians(angle), setup.block, setup.laser)
-        yield (*setup.names, name, duration, rate, angle, model, math.degrees(sigma)), sigma, off
+    """Rows of a case up to sigma_theta_deg, that noise [rad], why it won't do."""
+    for name, sensor in choices.sensors.items():
+        sigma, off = sensor.sigma_theta(math.radians(angle_deg), setup.block, setup.laser)
+        case = *setup.names, name, duration_s, rate_hz, angle_deg, model, math.degrees(sigma)
+        yield case, sigma, off

@@ -64,12 +64,11 @@ def plan_campaign(campaign: Campaign) -> Plan:
         section.durations_s,
         campaign.processing.runs.finger_s,
         section.model_error,
+        fits.models,
+        fits.kinematics,
+        {law: [name for name in names if name != "r_per_impact"] for law, names in fits.freed.items()},
+        fits.debonding,
     )
-    free = {law: [name for name in names if name != "r_per_impact"] for law, names in fits.freed.items()}
-    debonding = fits.debonding
-    errors = plan(setups, choices, free=free, debonding=debonding)
-    budget = plan_budget(setups, choices, free=free, debonding=debonding)
-    rivals = plan_rivals(
-        setups, choices, laws=fits.models, kinematics=fits.kinematics, free=free, debonding=debonding
-    )
-    return Plan(errors, rivals, budget, plan_totals(errors, budget, section.n_runs, section.spread_fraction))
+    errors, budget = plan(setups, choices), plan_budget(setups, choices)
+    totals = plan_totals(errors, budget, section.n_runs, section.spread_fraction)
+    return Plan(errors, plan_rivals(setups, choices), budget, totals)

@@ -17,13 +17,12 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.config.defaults import FitSettings
-from freerock.errors import FreerockError
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.search import approach
 from freerock.identification.start import posed
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, KINEMATICS, MODELS, PAPER_MODELS, law_of
-from freerock.models.simulate import Solver, simulate_theta
+from freerock.models.laws import KINEMATICS, MODELS, PAPER_MODELS, law_of
+from freerock.planning.cramer_rao import released_theta
 from freerock.runs.motion import Motion
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, candidates, holds, n_freed
 
@@ -121,23 +120,10 @@ def expected_motion(
     FreerockError
         The block overturns, or the motion can't be integrated.
     """
-    candidate = CANDIDATES[model]
     law = {name: parameters[name] for name in MODELS[model]}
 
     def theta(time_s: Floats) -> Floats:
-        rotation, outcome = simulate_theta(
-            candidate.law,
-            block,
-            law,
-            time_s,
-            theta0=theta0,
-            rules=candidate.rules(debonding),
-            solver=Solver(1e-8),
-        )
-        if outcome not in ("completed", "at_rest"):
-            what = f"{model} released at {math.degrees(theta0):g}°: {outcome}"
-            raise FreerockError("plan", what, "plan for a smaller angle or a stiffer foundation")
-        return rotation
+        return released_theta(model, block, law, time_s, theta0, debonding, 1e-8)
 
     time_s = np.linspace(0.0, span_s[1], 4 * samples)
     moving = np.flatnonzero(np.abs(theta(time_s)) > at_rest * abs(theta0))
