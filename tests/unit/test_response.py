@@ -147,7 +147,7 @@ def test_a_lognormal_is_found_and_its_interval_holds_the_truth():
         table = pd.DataFrame({"pga_g": x.ravel(), "overturned": fell.ravel()})
         table["motion"] = np.repeat([f"m{i}" for i in range(40)], 5)
         found = fragility(table)
-        hits += found.median_low <= median <= found.median_high
+        hits += found.low.median <= median <= found.high.median
         assert found.counted["n"].sum() == 200
     assert hits >= 14
     many = np.random.default_rng(1).uniform(0.1, 1.5, 40000)

@@ -144,9 +144,9 @@ def fragility_table(responses: pd.DataFrame, records: Iterable[Mapping[str, str]
                 share = {"kind": "none", "probability": own["overturned"].mean(), "n": len(own)}
                 tables.append(pd.DataFrame([{**scene, "measure": measure, **share, **counts}]))
                 continue
-            numbers = {"median": found.fitted.median, "beta": found.fitted.beta}
-            ends = ("median_low", "median_high", "beta_low", "beta_high")
-            numbers |= {name: getattr(found, name) for name in ends}
+            numbers = found.fitted._asdict()
+            for end, limits in (("low", found.low), ("high", found.high)):
+                numbers |= {f"{name}_{end}": limit for name, limit in limits._asdict().items()}
             for kind, curve in (("fitted", found.curve), ("counted", found.counted)):
                 tables.append(curve.assign(**scene, measure=measure, kind=kind, **numbers, **counts))
     known = {*responses["test"]}

@@ -261,20 +261,10 @@ class _Law:
         moved = self._moved(block, values)
         motion, impacts = moved.motion, moved.impacts
         speeds = np.abs(np.interp(impacts, motion.time, motion.theta_rate))
-        left, right = (
-            np.asarray(
-                energy(
-                    moved.block,
-                    moved.foundation,
-                    motion.z_cb[i],
-                    motion.z_cb_rate[i],
-                    motion.theta[i],
-                    motion.theta_rate[i],
-                    moved.rules,
-                )
-            )
-            for i in (moved.tops, moved.tops + 1)
-        )
+        at = np.append(moved.tops, moved.tops + 1)
+        state = (each[at] for each in (motion.z_cb, motion.z_cb_rate, motion.theta, motion.theta_rate))
+        energies = np.asarray(energy(moved.block, moved.foundation, *state, moved.rules))
+        left, right = np.split(energies, 2)
         at_tops = left + moved.share * (right - left)
         if len(at_tops) < 2:
             return nothing, nothing, nothing, nothing

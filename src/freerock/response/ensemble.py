@@ -1,7 +1,7 @@
 """An ensemble of responses: ground motions, times their scales, times draws of the parameters."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -49,41 +49,23 @@ def respond(
         Columns `COLUMNS`, a row per motion, scale and set: the highest |θ| over θ_cr, 1 and more where it
         overturned; NaN of both where the integration failed.
     """
-    rows = [
-        row for motion in motions for row in _rows(model, block, parameters, motion, scales, debonding, rtol)
-    ]
-    return pd.DataFrame(rows, columns=COLUMNS)
-
-
-def _rows(
-    model: str,
-    block: Block,
-    parameters: Sequence[Mapping[str, float]],
-    motion: Accelerogram,
-    scales: Sequence[float],
-    debonding: str,
-    rtol: float,
-) -> Iterator[tuple[object, ...]]:
-    """The rows of one motion."""
-    until = float(motion.time_s[-1]) + AFTER / block.p
-    time_s = np.linspace(0.0, until, max(2, math.ceil(until * block.p * FINE)))
     law, rules, solver = CANDIDATES[model].law, CANDIDATES[model].rules(debonding), Solver(rtol)
-    uplift = block.b / block.h
-    for measure in measures(motion, scales):
-        ground = motion.scaled(measure["scale"])
-        stands = not law_of(model).is_foundation and measure["pga_g"] <= uplift
-        for number, values in enumerate(parameters):
-            ratio, outcome = 0.0, "at_rest"
-            if not stands:  # a rigid block is not lifted by less
-                found = simulate(
-                    law, block, values, time_s, base_excitation=ground, rules=rules, solver=solver
-                )
-                outcome = found.outcome
-                ratio = float(np.nanmax(np.abs(found.theta), initial=0.0)) / block.theta_cr
-            over = outcome == "overturned"
-            if outcome in FAILED:
-                ratio = math.nan
-            elif over:
-                ratio = max(ratio, 1.0)
-            failed = outcome in FAILED
-            yield motion.name, *measure.values(), number, ratio, math.nan if failed else float(over)
+    rigid = not law_of(model).is_foundation
+    rows: list[tuple[object, ...]] = []
+    for motion in motions:
+        until = float(motion.time_s[-1]) + AFTER / block.p
+        time_s = np.linspace(0.0, until, max(2, math.ceil(until * block.p * FINE)))
+        for measure in measures(motion, scales):
+            ground = motion.scaled(measure["scale"])
+            stands = rigid and measure["pga_g"] <= block.b / block.h  # it is not lifted by less
+            for number, values in enumerate(parameters):
+                ratio = over = 0.0
+                if not stands:
+                    found = simulate(
+                        law, block, values, time_s, base_excitation=ground, rules=rules, solver=solver
+                    )
+                    over = math.nan if found.outcome in FAILED else float(found.outcome == "overturned")
+                    highest = float(np.nanmax(np.abs(found.theta), initial=0.0)) / block.theta_cr
+                    ratio = over if math.isnan(over) else max(highest, over)
+                rows.append((motion.name, *measure.values(), number, ratio, over))
+    return pd.DataFrame(rows, columns=COLUMNS)

@@ -38,8 +38,8 @@ class Fragility(NamedTuple):
     Parameters
     ----------
     fitted : Lognormal
-    median_low, median_high, beta_low, beta_high : float
-        95 % intervals.
+    low, high : Lognormal
+        Ends of the 95 % intervals of median and β, each by itself.
     curve : DataFrame
         intensity, probability, low, high.
     counted : DataFrame
@@ -48,10 +48,8 @@ class Fragility(NamedTuple):
     """
 
     fitted: Lognormal
-    median_low: float
-    median_high: float
-    beta_low: float
-    beta_high: float
+    low: Lognormal
+    high: Lognormal
     curve: pd.DataFrame
     counted: pd.DataFrame
 
@@ -85,18 +83,9 @@ def fragility(responses: pd.DataFrame, measure: str = "pga_g", seed: int = 0) ->
     ends = [50 * (1 - LEVEL), 50 * (1 + LEVEL)]
     low, high = np.percentile(curves, ends, axis=0)
     numbers = np.array(again) if again else np.full((1, 2), np.nan)
-    (median_low, beta_low), (median_high, beta_high) = np.percentile(numbers, ends, axis=0)
+    lowest, highest = (Lognormal(*each) for each in np.percentile(numbers, ends, axis=0).tolist())
     curve = {"intensity": grid, "probability": fitted.probability(grid), "low": low, "high": high}
-    counted = _counted(x, fell, names)
-    return Fragility(
-        fitted,
-        float(median_low),
-        float(median_high),
-        float(beta_low),
-        float(beta_high),
-        pd.DataFrame(curve),
-        counted,
-    )
+    return Fragility(fitted, lowest, highest, pd.DataFrame(curve), _counted(x, fell, names))
 
 
 def fit_lognormal(intensity: Floats, fell: Floats) -> Lognormal:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, attempt
 from freerock.models.block import GRAVITY
 from freerock.models.ground import GroundMotion, accelerogram
 from freerock.records.at2 import read_at2
@@ -60,17 +60,12 @@ class Accelerogram:
 
 def ground_motions_in(folder: str | Path) -> tuple[list[Accelerogram], list[FreerockError]]:
     """The accelerograms of a folder by name, and a line for each file that is none."""
-    found, wrong = list[Accelerogram](), list[FreerockError]()
-    try:
-        paths = motion_files(folder)
-    except FreerockError as error:
-        return [], [error]
-    for path in paths:
-        try:
-            found.append(read_motion(path))
-        except FreerockError as error:
-            wrong.append(error)
-    return found, wrong
+    paths = attempt(motion_files, folder)
+    if isinstance(paths, FreerockError):
+        return [], [paths]
+    read = [attempt(read_motion, path) for path in paths]
+    wrong = [each for each in read if isinstance(each, FreerockError)]
+    return [each for each in read if not isinstance(each, FreerockError)], wrong
 
 
 def motion_files(folder: str | Path) -> list[Path]:
