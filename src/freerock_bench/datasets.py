@@ -37,7 +37,7 @@ def variables() -> str:
     parts = []
     for where, by_dimensions in DESCRIBED["variables"].items():
         rows = [
-            [f"`{name}`", dimensions, VARIABLES[name][0], VARIABLES[name][2]]
+            [f"`{name}`", dimensions, VARIABLES[name]["unit"], VARIABLES[name]["long_name"]]
             for dimensions, names in by_dimensions.items()
             for name in names.split()
         ]

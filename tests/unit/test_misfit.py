@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from freerock.errors import FreerockError
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta
@@ -41,24 +40,6 @@ def test_rows_are_values_of_the_second_parameter():
     theta, _ = simulate_theta("hunt_crossley", BLOCK, at, TIME, theta0=VALUES["theta0"])
     exact = epsilon_theta(TIME, theta, measured())
     assert found["epsilon_theta"].values[20, 3] == pytest.approx(exact, rel=1e-3)
-
-
-def test_of_a_joint_fit_the_first_run_counts_with_its_own_release():
-    alone = misfit_map("hunt_crossley", BLOCK, VALUES, TIME, measured())
-    joint = {"k": VALUES["k"], "lambda": VALUES["lambda"], "theta0_1": VALUES["theta0"], "t0_1": 0.0}
-    joint |= {"theta0_2": 0.1, "t0_2": 0.01}
-    theta = np.concatenate([measured(), np.zeros(100)])
-    both = misfit_map("hunt_crossley", BLOCK, joint, np.append(TIME, TIME[:100]), theta)
-    np.testing.assert_array_equal(both["epsilon_theta"], alone["epsilon_theta"])
-    np.testing.assert_array_equal(both["epsilon_finer"], alone["epsilon_finer"])
-
-
-def test_a_law_with_one_parameter_has_no_map():
-    with pytest.raises(FreerockError) as error:
-        misfit_map("housner", BLOCK, {"r": 0.9}, TIME, measured())
-    assert str(error.value) == (
-        "misfit map: the law must have two parameters, housner has 1; use winkler or hunt_crossley"
-    )
 
 
 def test_contours_between_the_cells_of_a_narrow_trough():

@@ -9,6 +9,7 @@ from planned import campaign
 from scipy.stats import chi2
 
 from freerock.config.defaults import FitSettings
+from freerock.config.keys import SensorSection
 from freerock.config.mistakes import ConfigError
 from freerock.errors import FreerockError
 from freerock.figures.plan_pages import draw
@@ -16,7 +17,7 @@ from freerock.figures.style import save
 from freerock.identification.fit import fit_run
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.planning.cramer_rao import standard_errors
-from freerock.planning.plan import CASE, COLUMNS, Choices, Sensor, Setup, plan
+from freerock.planning.plan import CASE, COLUMNS, Choices, Setup, plan, sigma_theta_of
 from freerock.planning.plan_campaign import plan_campaign
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.calibration import Calibration
@@ -121,12 +122,12 @@ def test_noise_of_the_sensor_becomes_noise_of_the_rotation(face):
     around = displacement_from_rotation(TEN + np.array([-1e-6, 1e-6]), CONFIG2, laser)
     metres_per_rad = abs(np.diff(around)[0]) / 2e-6
     expected = 0.002 * 0.1 / 10 / metres_per_rad
-    assert Sensor(noise_v=0.002).sigma_theta(TEN, CONFIG2, laser) == (pytest.approx(expected), "")
-    assert Sensor(noise_m=2e-5).sigma_theta(TEN, CONFIG2, laser)[0] == pytest.approx(expected)
-    assert Sensor(noise_deg=0.01).sigma_theta(TEN, CONFIG2, laser)[0] == pytest.approx(SIGMA)
-    halved = Sensor(noise_v=0.002, range_m=0.05).sigma_theta(TEN, CONFIG2, laser)
+    assert sigma_theta_of(SensorSection(noise_v=0.002), TEN, CONFIG2, laser) == (pytest.approx(expected), "")
+    assert sigma_theta_of(SensorSection(noise_m=2e-5), TEN, CONFIG2, laser)[0] == pytest.approx(expected)
+    assert sigma_theta_of(SensorSection(noise_deg=0.01), TEN, CONFIG2, laser)[0] == pytest.approx(SIGMA)
+    halved = sigma_theta_of(SensorSection(noise_v=0.002, range_m=0.05), TEN, CONFIG2, laser)
     assert halved == (pytest.approx(expected / 2), "the target moves 69 mm, the range is 50 mm")
-    assert Sensor(noise_v=0.002).sigma_theta(TEN, CONFIG2, Laser("horizontal", 0.28, 0.1))[1] == (
+    assert sigma_theta_of(SensorSection(noise_v=0.002), TEN, CONFIG2, Laser("horizontal", 0.28, 0.1))[1] == (
         "the beam leaves the block"
     )
 
@@ -134,25 +135,25 @@ def test_noise_of_the_sensor_becomes_noise_of_the_rotation(face):
 def test_noise_in_volts_needs_a_range():
     tabled = Laser("horizontal", 0.2, calibration=Calibration("voltage", (0, 10), (0, 0.1)))
     with pytest.raises(FreerockError) as caught:
-        Sensor(noise_v=0.002).sigma_theta(TEN, CONFIG2, tabled)
+        sigma_theta_of(SensorSection(noise_v=0.002), TEN, CONFIG2, tabled)
     assert str(caught.value) == (
         "plan.sensors: noise_v has no scale, as the laser has no range_m; "
         "give range_m or noise_m to the sensor"
     )
-    scaled = Sensor(noise_v=0.002, range_m=0.1).sigma_theta(TEN, CONFIG2, tabled)
-    assert scaled == Sensor(noise_v=0.002).sigma_theta(TEN, CONFIG2, Laser("horizontal", 0.2, 0.1))
+    scaled = sigma_theta_of(SensorSection(noise_v=0.002, range_m=0.1), TEN, CONFIG2, tabled)
+    assert scaled == sigma_theta_of(SensorSection(noise_v=0.002), TEN, CONFIG2, Laser("horizontal", 0.2, 0.1))
 
 
 def test_a_record_of_rotations_is_planned_by_the_noise_of_the_rotation():
     rotation = Laser(units="deg")
-    assert Sensor(noise_deg=0.01).sigma_theta(TEN, CONFIG2, rotation) == (pytest.approx(SIGMA), "")
+    assert sigma_theta_of(SensorSection(noise_deg=0.01), TEN, CONFIG2, rotation) == (pytest.approx(SIGMA), "")
     with pytest.raises(FreerockError, match="the records hold the rotation itself; give noise_deg"):
-        Sensor(noise_v=0.002).sigma_theta(TEN, CONFIG2, rotation)
+        sigma_theta_of(SensorSection(noise_v=0.002), TEN, CONFIG2, rotation)
 
 
 def table(expected, angles=(10,), **options):
     setup = Setup("b", "f", "l", CONFIG2, Laser("horizontal", 0.2, 0.1), expected, angles)
-    return plan([setup, setup], Choices({"s": Sensor(noise_v=0.002)}, **options))
+    return plan([setup, setup], Choices({"s": SensorSection(noise_v=0.002)}, **options))
 
 
 def test_plan_has_a_row_per_case_and_parameter():

@@ -8,12 +8,13 @@ import pytest
 from planned import campaign
 
 from freerock.config.defaults import FitSettings
+from freerock.config.keys import SensorSection
 from freerock.config.mistakes import ConfigError
 from freerock.figures.plan_pages import draw_totals
 from freerock.figures.style import save
 from freerock.identification.fit import fit_run
 from freerock.models.simulate import Solver, simulate_theta
-from freerock.planning.plan import COLUMNS, Choices, Sensor, Setup, plan
+from freerock.planning.plan import COLUMNS, Choices, Setup, plan
 from freerock.planning.plan_campaign import plan_campaign
 from freerock.planning.plan_total import ALL, BUDGET, TOTALS, plan_budget, plan_totals
 from freerock.populations.sensitivity import contributions
@@ -39,7 +40,7 @@ def setup(name, expected, angle=6.0, **u):
     return Setup(name, "mat", "laser", BLOCKS[name], LASER, expected, [angle], laboratory(name, **u))
 
 
-CHOICES = Choices({"s": Sensor(noise_v=0.002)}, durations_s=(2.0,))
+CHOICES = Choices({"s": SensorSection(noise_v=0.002)}, durations_s=(2.0,))
 
 
 @pytest.mark.parametrize(

@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freerock.config.keys import SensorSection
 from freerock.errors import FreerockError
 from freerock.figures.plan_pages import draw_rivals
 from freerock.figures.style import save
 from freerock.identification.fit import fit_run
 from freerock.models.laws import LAWS, PAPER_MODELS
-from freerock.planning.plan import CASE, RIVALS, Choices, Sensor, Setup, plan, plan_rivals
+from freerock.planning.plan import CASE, RIVALS, Choices, Setup, plan, plan_rivals
 from freerock.planning.rivals import Rival, best_rival, expected_motion, rivals_of
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
@@ -111,7 +112,9 @@ def test_a_block_that_overturns_has_no_rivals():
 
 def table(expected, angles=(10,), **options):
     setup = Setup("b", "f", "l", CONFIG2, Laser("horizontal", 0.2, 0.1), expected, angles)
-    choices = Choices({"fine": Sensor(noise_v=0.002), "coarse": Sensor(noise_deg=2.0)}, **options)
+    choices = Choices(
+        {"fine": SensorSection(noise_v=0.002), "coarse": SensorSection(noise_deg=2.0)}, **options
+    )
     return plan_rivals([setup, setup], choices), plan([setup], choices)
 
 

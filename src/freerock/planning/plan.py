@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.config.defaults import FitSettings
+from freerock.config.keys import SensorSection
 from freerock.errors import FreerockError, attempt
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
@@ -30,51 +31,34 @@ COLUMNS = [*CASE, "sigma_theta_deg", "parameter", "value", "stderr", "unit", "ti
 RIVALS = [*CASE, "sigma_theta_deg", "rival", "bic_difference", "epsilon_theta", "told_apart", "note"]
 
 
-@dataclass(frozen=True)
-class Sensor:
-    """A sensor as far as planning needs it: one noise, and a range.
+def sigma_theta_of(sensor: SensorSection, theta0: float, block: Block, laser: Laser) -> tuple[float, str]:
+    """Noise of θ at the release angle [rad], and why a sensor can't follow the block; "" where it can.
 
-    Parameters
-    ----------
-    noise_v, noise_m, noise_deg : float, optional
-        Standard deviation of its white noise: in volts, as a displacement [m], or of θ itself [°].
-    range_m : float, optional
-        Measuring range [m]; None is that of the laser it takes the place of.
+    Raises
+    ------
+    FreerockError
+        The noise is in volts, and the laser has no scale; or the noise is not in degrees where there is
+        no laser.
     """
-
-    noise_v: float | None = None
-    noise_m: float | None = None
-    noise_deg: float | None = None
-    range_m: float | None = None
-
-    def sigma_theta(self, theta0: float, block: Block, laser: Laser) -> tuple[float, str]:
-        """Noise of θ at the release angle [rad], and why it can't follow the block; "" where it can.
-
-        Raises
-        ------
-        FreerockError
-            The noise is in volts, and the laser has no scale; or the noise is not in degrees where there is
-            no laser.
-        """
-        if self.noise_deg is not None:
-            return math.radians(self.noise_deg), ""
-        if laser.is_rotation:
-            raise FreerockError("plan.sensors", "the records hold the rotation itself", "give noise_deg")
-        if self.range_m is not None:
-            laser = replace(laser, range_m=self.range_m, sensitivity_per_mm=None, calibration=None)
-        noise_m = self.noise_m or 0.0
-        if self.noise_v is not None:
-            if laser.range_m is None and laser.sensitivity_per_mm is None:
-                what = "noise_v has no scale, as the laser has no range_m"
-                raise FreerockError("plan.sensors", what, "give range_m or noise_m to the sensor")
-            noise_m = self.noise_v * abs(laser.metres_per("voltage"))
-        sigma = float(noise_m / sensitivity(theta0, block, laser))
-        travel = np.ptp(displacement_from_rotation(np.array([theta0, -theta0, 0.0]), block, laser))
-        if np.isnan(travel):
-            return sigma, "the beam leaves the block"
-        if laser.range_m and travel > laser.range_m:
-            return sigma, f"the target moves {1e3 * travel:.0f} mm, the range is {1e3 * laser.range_m:.0f} mm"
-        return sigma, ""
+    if sensor.noise_deg is not None:
+        return math.radians(sensor.noise_deg), ""
+    if laser.is_rotation:
+        raise FreerockError("plan.sensors", "the records hold the rotation itself", "give noise_deg")
+    if sensor.range_m is not None:
+        laser = replace(laser, range_m=sensor.range_m, sensitivity_per_mm=None, calibration=None)
+    noise_m = sensor.noise_m or 0.0
+    if sensor.noise_v is not None:
+        if laser.range_m is None and laser.sensitivity_per_mm is None:
+            what = "noise_v has no scale, as the laser has no range_m"
+            raise FreerockError("plan.sensors", what, "give range_m or noise_m to the sensor")
+        noise_m = sensor.noise_v * abs(laser.metres_per("voltage"))
+    sigma = float(noise_m / sensitivity(theta0, block, laser))
+    travel = np.ptp(displacement_from_rotation(np.array([theta0, -theta0, 0.0]), block, laser))
+    if np.isnan(travel):
+        return sigma, "the beam leaves the block"
+    if laser.range_m and travel > laser.range_m:
+        return sigma, f"the target moves {1e3 * travel:.0f} mm, the range is {1e3 * laser.range_m:.0f} mm"
+    return sigma, ""
 
 
 @dataclass(frozen=True)
@@ -124,8 +108,8 @@ class Choices:
 
     Parameters
     ----------
-    sensors : mapping of str to Sensor
-        By name; each takes the place of a setup's laser.
+    sensors : mapping of str to SensorSection
+        By name; each takes the place of a setup's laser, whose range it has where it has none of its own.
     sampling_rates_hz : sequence of float
         Sampling rates [Hz].
     durations_s : sequence of float
@@ -142,7 +126,7 @@ class Choices:
         "geometric" or "tensionless".
     """
 
-    sensors: Mapping[str, Sensor]
+    sensors: Mapping[str, SensorSection]
     sampling_rates_hz: Sequence[float] = (2000.0,)
     durations_s: Sequence[float] = (8.0,)
     finger_s: float = 0.03
@@ -270,6 +254,6 @@ def _with_each_sensor(
 ) -> Iterator[tuple[tuple[Any, ...], float, str]]:
     """Rows of a case up to sigma_theta_deg, that noise [rad], why it won't do."""
     for name, sensor in choices.sensors.items():
-        sigma, off = sensor.sigma_theta(math.radians(angle_deg), setup.block, setup.laser)
+        sigma, off = sigma_theta_of(sensor, math.radians(angle_deg), setup.block, setup.laser)
         case = *setup.names, name, duration_s, rate_hz, angle_deg, model, math.degrees(sigma)
         yield case, sigma, off

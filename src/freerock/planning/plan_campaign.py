@@ -8,7 +8,7 @@ import pandas as pd
 from freerock.config.campaign import Campaign
 from freerock.config.step_settings import laboratory
 from freerock.errors import FreerockError
-from freerock.planning.plan import Choices, Sensor, Setup, plan, plan_rivals
+from freerock.planning.plan import Choices, Setup, plan, plan_rivals
 from freerock.planning.plan_total import plan_budget, plan_totals
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.sensor import Laser
@@ -59,7 +59,7 @@ def plan_campaign(campaign: Campaign) -> Plan:
         for laser in each.lasers
     ]
     choices = Choices(
-        {name: Sensor(**sensor.model_dump()) for name, sensor in section.sensors.items()},
+        section.sensors,
         section.sampling_rates_hz,
         section.durations_s,
         campaign.processing.runs.finger_s,

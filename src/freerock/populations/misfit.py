@@ -7,10 +7,8 @@ import numpy as np
 import xarray as xr
 
 from freerock.arrays import Floats
-from freerock.errors import FreerockError
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import Block
-from freerock.models.free_parameters import PER_RUN
 from freerock.models.laws import CANDIDATES, MODELS
 from freerock.models.simulate import Solver
 from freerock.rotation.as_measured import as_measured
@@ -61,13 +59,12 @@ def misfit_map(
     Parameters
     ----------
     model : str
-        "winkler" or "hunt_crossley", or a rival of theirs.
+        Of two parameters: "winkler" or "hunt_crossley", or a rival of theirs.
     block : Block
     values : mapping of str to float
-        What the fit found, nuisances included [SI]; of a joint fit theta0_1, t0_1 are those of its first run.
+        What the fit found, nuisances included [SI].
     time_s, theta : ndarray, shape (n_time,)
-        Time since the release [s] and measured rotation [rad]; of several runs, one after the other, the
-        first one counts.
+        Time since the release [s] and measured rotation [rad].
     debonding : str
         "geometric" or "tensionless".
     view : View, optional
@@ -80,20 +77,12 @@ def misfit_map(
         first; epsilon_finer, for contours, on the finer grid, with θ(t) interpolated between the cells of the
         grid: the map's trough may be narrower than a cell. Coordinates, of names such as k and lambda: the
         values of both along the sides of the grid [SI], and along those of the finer one, NAME_finer.
-
-    Raises
-    ------
-    FreerockError
-        The model has not two parameters.
     """
-    if len(MODELS[model]) != 2:
-        what = f"the law must have two parameters, {model} has {len(MODELS[model])}"
-        raise FreerockError("misfit map", what, "use winkler or hunt_crossley")
     candidate, (x, y) = CANDIDATES[model], MODELS[model]
     rules = candidate.rules(debonding)
-    time_s, theta = _thinned(*_first_run(time_s, theta))
-    release = {name: values[f"{name}_1"] for name in PER_RUN if f"{name}_1" in values}
-    known = {"theta0": theta[0], **release, **values}
+    every = max(1, len(time_s) // GRID.samples)
+    time_s, theta = time_s[::every], theta[::every]
+    known = {"theta0": theta[0], **values}
     share = np.exp(np.linspace(-GRID.span, GRID.span, GRID.cells))
     first, second = values[x] * share, values[y] * share
     theta_model = np.empty((GRID.cells, GRID.cells, len(time_s)))
@@ -158,14 +147,3 @@ def cubic_spline(n: int, at: Floats) -> Floats:
     a = 1 - b
     line = a * values[left] + b * values[left + 1]
     return np.asarray(line + ((a**3 - a) * second[left] + (b**3 - b) * second[left + 1]) / 6)
-
-
-def _first_run(time_s: Floats, theta: Floats) -> tuple[Floats, Floats]:
-    """Samples up to where time falls back."""
-    end = np.append(np.flatnonzero(np.diff(time_s) < 0), len(time_s) - 1)[0] + 1
-    return time_s[:end], theta[:end]
-
-
-def _thinned(time_s: Floats, theta: Floats) -> tuple[Floats, Floats]:
-    every = max(1, len(time_s) // GRID.samples)
-    return time_s[::every], theta[::every]

@@ -28,31 +28,13 @@ IMPACTS |= {field: field.removesuffix("_rad") for field in [*OF_IMPACTS, "theta_
 WITH_TOTAL = ("peak_before", "peak_after", "restitution")  # of an impact, with a total uncertainty NAME_u
 
 with open(Path(__file__).with_name("variables.csv"), encoding="utf-8", newline="") as file:
-    # Unit ("" for texts, flags and what has the unit of a parameter), content, long name.
-    VARIABLES = {row["name"]: (row["unit"], row["content"], row["long_name"]) for row in csv.DictReader(file)}
-CONTENT = {
-    "coordinate": "coordinate",
-    "quality": "qualityInformation",
-    "model": "modelResult",
-    "auxiliary": "auxiliaryInformation",
-    "measured": "physicalMeasurement",
-}
-OF_PARAMETERS = ["value", "stderr", "ci95_low", "ci95_high", "discrepancy", "initial", "min", "max"]
-OF_PARAMETERS += ["u_total", "contribution", "impact_of_input", "part_value", "part_value_stderr"]
-IN_UNIT = "in the unit that the variable unit gives for the parameter"
-IN_UNITS = "in the product of the units that the variable unit gives for the two parameters"
-EXTRA: dict[str, dict[str, Any]] = {
-    "flags": {
-        "standard_name": "quality_flag",
-        "flag_masks": np.array(list(FLAGS.values()), np.uint8),
-        "flag_meanings": " ".join(FLAGS),
-    },
-    "success": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "not_usable usable"},
-    "explains": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "more_than_noise noise"},
-    "vary": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "fixed_or_tied found"},
-    "covariance": {"comment": IN_UNITS},
-    "input_stated": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "default stated"},
-    **{name: {"comment": IN_UNIT} for name in OF_PARAMETERS},
+    # By name: unit ("" for texts, flags and what has the unit of a parameter), content as ACDD calls it, long
+    # name, a comment where one is needed, and what the flags 0 and 1 mean.
+    VARIABLES = {row["name"]: row for row in csv.DictReader(file)}
+SAMPLE_FLAGS = {
+    "standard_name": "quality_flag",
+    "flag_masks": np.array(list(FLAGS.values()), np.uint8),
+    "flag_meanings": " ".join(FLAGS),
 }
 BESIDE = {
     "theta": ("sigma_theta", "flags"),
@@ -65,18 +47,23 @@ SINGLE_PRECISION = {"sigma_theta", *(f"{name}{n}" for name in ("voltage", "curre
 
 def describe(name: str, present: Container[object], simulated: bool) -> dict[str, Any]:
     """CF and ACDD attributes of a variable among those present beside it."""
-    unit, content, long_name = VARIABLES[name.removesuffix("_stderr").removesuffix("_2")]
+    row = VARIABLES[name.removesuffix("_stderr").removesuffix("_2")]
+    content, long_name = row["content"], row["long_name"]
     if name.endswith("_stderr"):
-        content, long_name = "quality", f"standard error of the {long_name}"
-    elif content == "measured" and simulated:
-        content = "model"
-    attrs: dict[str, Any] = {"long_name": long_name, "coverage_content_type": CONTENT[content]}
-    if unit:
-        attrs["units"] = unit
+        content, long_name = "qualityInformation", f"standard error of the {long_name}"
+    elif content == "physicalMeasurement" and simulated:
+        content = "modelResult"
+    attrs: dict[str, Any] = {"long_name": long_name, "coverage_content_type": content}
+    if row["unit"]:
+        attrs["units"] = row["unit"]
     beside = [other for other in (f"{name}_stderr", *BESIDE.get(name, ())) if other in present]
     if beside:
         attrs["ancillary_variables"] = " ".join(beside)
-    return attrs | EXTRA.get(name, {})
+    if row["comment"]:
+        attrs["comment"] = row["comment"]
+    if row["flag_meanings"]:
+        attrs |= {"flag_values": np.array([0, 1], np.int8), "flag_meanings": row["flag_meanings"]}
+    return attrs | (SAMPLE_FLAGS if name == "flags" else {})
 
 
 def root_attributes(product: str, done: str, attrs: Mapping[Any, Any]) -> dict[str, Any]:
