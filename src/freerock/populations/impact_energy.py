@@ -262,9 +262,11 @@ class _Law:
         motion, impacts = moved.motion, moved.impacts
         speeds = np.abs(np.interp(impacts, motion.time, motion.theta_rate))
         at = np.append(moved.tops, moved.tops + 1)
-        state = (each[at] for each in (motion.z_cb, motion.z_cb_rate, motion.theta, motion.theta_rate))
-        energies = np.asarray(energy(moved.block, moved.foundation, *state, moved.rules))
-        left, right = np.split(energies, 2)
+        z_cb, z_cb_rate, theta, theta_rate = (
+            each[at] for each in (motion.z_cb, motion.z_cb_rate, motion.theta, motion.theta_rate)
+        )
+        on = moved.block, moved.foundation
+        left, right = np.split(np.asarray(energy(*on, z_cb, z_cb_rate, theta, theta_rate, moved.rules)), 2)
         at_tops = left + moved.share * (right - left)
         if len(at_tops) < 2:
             return nothing, nothing, nothing, nothing

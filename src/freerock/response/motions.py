@@ -88,8 +88,8 @@ def motion_files(folder: str | Path) -> list[Path]:
     return paths
 
 
-def read_motion(path: str | Path, channel: str | None = None) -> Accelerogram:
-    """Read an accelerogram: of a table the only channel, or the one that is named.
+def read_motion(path: str | Path) -> Accelerogram:
+    """Read an accelerogram: of a table the only channel.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def read_motion(path: str | Path, channel: str | None = None) -> Accelerogram:
         time_s, values = read_at2(path)
         values = values * GRAVITY
     else:
-        time_s, values = _of_table(path, channel)
+        time_s, values = _of_table(path)
     step = float(time_s[-1] - time_s[0]) / max(1, time_s.size - 1)
     invalid = np.flatnonzero(~np.isfinite(values))
     if invalid.size:
@@ -118,9 +118,9 @@ def read_motion(path: str | Path, channel: str | None = None) -> Accelerogram:
     return Accelerogram(Path(path).stem, time_s - time_s[0], values)
 
 
-def _of_table(path: str | Path, channel: str | None) -> tuple[Floats, Floats]:
+def _of_table(path: str | Path) -> tuple[Floats, Floats]:
     """Time [s] and acceleration [m/s²] of a table."""
-    read = read_record(path, channel)
+    read = read_record(path)
     if len(read.data_vars) > 1:
         names = ", ".join(map(str, read.data_vars))
         raise FreerockError(path, f"has the channels {names}", "keep one acceleration in the file")
