@@ -134,4 +134,5 @@ def _numbers(record: xr.Dataset) -> Iterator[pd.DataFrame]:
     yield pd.DataFrame({**record.attrs, "run": runs[0], "quantity": "grid", **grid}, columns=COLUMNS)
     found = {name: record[f"identified_{name}"].values for name in (first, second)}
     found |= {"run": runs, "correlation": record["correlation"].values}
-    yield pd.DataFrame({**record.attrs, "quantity": "identified", **found}).reindex(columns=COLUMNS)  # as numbers
+    # reindexed, columns without values stay numbers
+    yield pd.DataFrame({**record.attrs, "quantity": "identified", **found}).reindex(columns=COLUMNS)
