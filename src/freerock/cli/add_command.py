@@ -20,10 +20,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from freerock.cli.inspect_command import ChannelLook, RecordLook, look_text, look_to_take, take
+from freerock.cli.inspect_command import ChannelLook, RecordLook, look_text, looks_to_take, take
 from freerock.cli.new_campaign_command import plain_name
 from freerock.config.campaign import Source, campaign_paths, read_campaign
-from freerock.config.mistakes import ConfigError
+from freerock.config.mistakes import refuse
 from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError, attempt
 from freerock.files import COLUMNS, MANIFEST, atomic, listed_checksums, sha256
@@ -98,12 +98,13 @@ def add_records(name: str, files: Sequence[str | Path], wanted: Mapping[str, str
     problems: list[FreerockError] = []
     paths = campaign_paths("config/config.yaml", [name], problems)
     source = read_campaign(paths[0]) if paths else None
-    _raise([*problems, *(source.problems if source else ())])
+    refuse([*problems, *(source.problems if source else ())])
     assert source
     table = Path(os.path.realpath(source.path.with_suffix(".csv")))
     before = table.read_bytes()
     cells = _cells(source, wanted)
-    looks = _looks(files)
+    looks, refused = looks_to_take(files)
+    refuse(refused)
     places = _places(looks, source)
     rows = _rows(looks, places, cells, source)
     after = _appended(before, parsed(before, table).names, rows)
@@ -160,11 +161,6 @@ def _manifest(
     return path, before, _appended(old, header, rows) if rows else old
 
 
-def _raise(problems: Sequence[FreerockError]) -> None:
-    if problems:
-        raise ConfigError(problems)
-
-
 def _cells(source: Source, wanted: Mapping[str, str]) -> dict[str, str]:
     """The cells of all lines: those requested, else the only ones."""
     assert source.campaign
@@ -181,15 +177,8 @@ def _cells(source: Source, wanted: Mapping[str, str]) -> dict[str, str]:
             what = f"has the {column}s {', '.join(known)}"
             problems.append(FreerockError(source.path, what, f"say which with --{column}"))
         cells[column] = wanted[column] or known[0]
-    _raise(problems)
+    refuse(problems)
     return cells
-
-
-def _looks(files: Sequence[str | Path]) -> list[RecordLook]:
-    """What is in each file; all that can't be read are reported together."""
-    found = [attempt(look_to_take, Path(path)) for path in files]
-    _raise([each for each in found if isinstance(each, FreerockError)])
-    return [each for each in found if isinstance(each, RecordLook)]
 
 
 def _places(looks: Sequence[RecordLook], source: Source) -> list[str]:
@@ -216,7 +205,7 @@ def _places(looks: Sequence[RecordLook], source: Source) -> list[str]:
             what = f"{raw / MANIFEST} lists another file of that name"
             problems.append(FreerockError(look.path, what, "rename the file"))
         places.append(file)
-    _raise(problems)
+    refuse(problems)
     return places
 
 
@@ -242,7 +231,7 @@ def _rows(
             problems.append(channel)
         else:
             rows.append({"test": test, "file": file, **cells, "channel": channel})
-    _raise(problems)
+    refuse(problems)
     return rows
 
 
@@ -292,7 +281,7 @@ def _checked(
 ) -> tuple[tuple[int, dict[str, str]], ...]:
     """Number and cells of each new line, after the CSV as it will be has been read as any other."""
     read = read_campaign(source.path, content)
-    _raise(read.problems)
+    refuse(read.problems)
     n = len(source.records)
     known, new = read.records[:n], read.records[n:]
     found = [{column: getattr(record, column) for column in rows[0]} for _, record in new]

@@ -10,15 +10,14 @@ are printed as doubts. Doubts do not change the exit code. Nothing is written.
 
 import math
 from argparse import Namespace
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from freerock.config.campaign import Campaign, Source, campaign_paths, read_campaign
 from freerock.config.keys import BlockSection
 from freerock.config.laser_section import LaserSection
-from freerock.config.mistakes import ConfigError
+from freerock.config.mistakes import refuse
 from freerock.config.record import Record
 from freerock.config.step_settings import section_values
 from freerock.errors import FreerockError, attempt
@@ -36,42 +35,15 @@ if TYPE_CHECKING:
     Tables = dict[str, Calibration]
 
 
-@dataclass(frozen=True)
-class Usual:
-    """What records of free rocking lie well within.
-
-    Set on the two campaigns that come with the project, 15 records of 12 blocks: their signals sweep 0.93 to
-    1.25 of the critical angle, have 23 to 340 samples in 1/p and last 56/p or longer; the blocks have 120 to
-    2200 kg/m³. A wrong unit is off by a factor of 57, 100 or 1000.
-
-    Parameters
-    ----------
-    least_angle, most_angle : float
-        Angle swept by the signal, of the critical angle; also the least release angle.
-    least_nominal, most_nominal : float
-        Angle swept by the signal, of the release angle in the configuration.
-    samples : float
-        Samples in 1/p, the time scale of the rocking block.
-    lasts : float
-        Length of a record, in 1/p.
-    beyond : float
-        Share of the samples outside the declared output of the sensor; of those campaigns none is.
-    lightest, densest : float
-        Density of the block, were it as deep as it is high [kg/m³].
-    """
-
-    least_angle: float = 0.04
-    most_angle: float = 4.0
-    least_nominal: float = 0.3
-    most_nominal: float = 5.0
-    samples: float = 8.0
-    lasts: float = 5.0
-    beyond: float = 2e-3
-    lightest: float = 5.0
-    densest: float = 5e4
-
-
-USUAL = Usual()
+# What records of free rocking lie well within, set on the two campaigns that come with the project, 15
+# records of 12 blocks: their signals sweep 0.93 to 1.25 of the critical angle, have 23 to 340 samples in
+# 1/p, the time scale of the rocking block, and last 56/p or longer; none of their samples is outside the
+# declared output; the blocks have 120 to 2200 kg/m³. A wrong unit is off by a factor of 57, 100 or 1000.
+LEAST_ANGLE, MOST_ANGLE = 0.04, 4.0  # swept, of the critical angle; the least also of a release angle
+LEAST_NOMINAL, MOST_NOMINAL = 0.3, 5.0  # swept, of the release angle in the configuration
+LEAST_SAMPLES, LEAST_LENGTH = 8.0, 5.0  # of a record: samples in 1/p, length in 1/p
+MOST_BEYOND = 2e-3  # share of the samples outside the declared output of the sensor
+LIGHTEST, DENSEST = 5.0, 5e4  # density of the block, were it as deep as it is high [kg/m³]
 MOST_WORK = 1e9  # bytes of record files that a check reads: some seconds
 SLOWER = {".xlsx": 100, ".xlsm": 100, ".csv": 10, ".tsv": 10, ".txt": 10, ".lvm": 10}  # to read, by the byte
 LEAD_S = 0.5  # of motion before the first phase of stillness: a record that begins in motion
@@ -95,8 +67,7 @@ def run(chosen: Namespace) -> None:
         print(f"doubt: {doubt}")
     for line in sound:
         print(f"{line}: nothing to correct{', but see the doubts' if doubts else ''}")
-    if problems:
-        raise ConfigError(problems)
+    refuse(problems)
 
 
 def check_config(
@@ -237,14 +208,15 @@ def configuration_doubts(source: Source) -> Iterator[FreerockError]:
     if campaign is None:
         return
     for name, block in campaign.blocks.items():
-        yield from _block(source, name, block)
+        planned = campaign.plan.release_angles_deg.get(name, ()) if campaign.plan else ()
+        yield from _block(source.where("blocks", name), block, planned)
     for name, foundation in campaign.foundations.items():
         if campaign.origin == "measured" and foundation.levelled_deg is None:
             what = "has no levelled_deg, and a tilt of a tenth of a degree changes k"
             remedy = "level its base in the plane of rocking, and state levelled_deg"
             yield FreerockError(source.where("foundations", name), what, remedy)
     csv = source.path.with_suffix(".csv")
-    yield from _unnamed(csv, source)
+    yield from _unnamed(csv, source, campaign)
     yield from _same_signal(csv, source)
     work = 0.0
     for number, (line, record) in enumerate(source.records):
@@ -272,33 +244,26 @@ def _same_signal(csv: Path, source: Source) -> Iterator[FreerockError]:
                 yield FreerockError(where, what, "name the file and channel of this record")
 
 
-def _unnamed(csv: Path, source: Source) -> Iterator[FreerockError]:
-    """Record files that the manifest lists and no line names."""
+def _unnamed(csv: Path, source: Source, campaign: Campaign) -> Iterator[FreerockError]:
+    """Record files that the manifest lists and no line names; calibrations and the truth are no records."""
     named = {record.file for _, record in source.records}
     kinds = {Path(file).suffix for file in named}
+    beside = {campaign.truth, *(laser.calibration for laser in campaign.lasers.values())}
     for file in listed_checksums(source.raw):
-        if Path(file).suffix in kinds and file not in named | _beside(source):
+        if Path(file).suffix in kinds and file not in named | beside:
             what = f"no line names {file}, which {Path(source.raw, MANIFEST)} lists"
             yield FreerockError(csv, what, "add a line for it, or take it out of the manifest")
 
 
-def _beside(source: Source) -> set[str]:
-    """Files of the raw folder that are no records: calibrations and the truth."""
-    truth = source.campaign.truth if source.campaign else None
-    return {file for file in (truth, *(laser.calibration for laser in source.lasers.values())) if file}
-
-
-def _block(source: Source, name: str, block: BlockSection) -> Iterator[FreerockError]:
-    """Doubts about one block and its release angles."""
-    where, critical = source.where("blocks", name), math.degrees(block.block.theta_cr)
+def _block(where: str, block: BlockSection, planned: Iterable[float]) -> Iterator[FreerockError]:
+    """Doubts about one block, its release angle and those of the plan."""
+    critical = math.degrees(block.block.theta_cr)
     density = block.mass_kg / (block.height_m**2 * block.width_m)
-    if not USUAL.lightest < density < USUAL.densest:
+    if not LIGHTEST < density < DENSEST:
         what = f"as deep as it is high, the block would have {density:.3g} kg/m³"
         yield FreerockError(where, what, "give height_m and width_m in metres, mass_kg in kilograms")
-    plan = source.campaign.plan if source.campaign else None
-    planned = plan.release_angles_deg.get(name, ()) if plan else ()
     for angle in filter(None, {block.release_angle_deg, *planned}):
-        if angle < USUAL.least_angle * critical:
+        if angle < LEAST_ANGLE * critical:
             share = f"{100 * angle / critical:.2g} % of the critical angle"
             turned = math.degrees(angle)
             what = f"a release angle of {angle:g}° is {share}, in radians it would be {turned:.3g}°"
@@ -331,10 +296,10 @@ def _channel(
     yield from _beyond_output(where, values, quantity, sensor)
     rate, p = float(read.attrs["sampling_rate_hz"]), block.block.p
     critical, nominal = math.degrees(block.block.theta_cr), block.release_angle_deg
-    if rate < USUAL.samples * p:
+    if rate < LEAST_SAMPLES * p:
         what = f"{rate:.4g} Hz are {rate / p:.2g} samples in 1/p = {1 / p:.2g} s, the block's time scale"
         yield FreerockError(where, what, "is the unit of time right?")
-    if signal.size / rate < USUAL.lasts / p:
+    if signal.size / rate < LEAST_LENGTH / p:
         what = f"the record lasts {signal.size / rate:.2g} s, a swing of the block about {2 / p:.2g} s"
         yield FreerockError(where, what, "is the unit of time right?")
     if (record.start or campaign.processing.runs.start) == "motion":  # whatever it turned by before
@@ -342,10 +307,10 @@ def _channel(
     if _holdless(read["time"].values, values):
         what = "begins in motion: nothing stands still before it rocks to rest"
         yield FreerockError(where, what, "set start: motion of the record, or name the channel that is meant")
-    if not USUAL.least_angle * critical < swept < USUAL.most_angle * critical:
+    if not LEAST_ANGLE * critical < swept < MOST_ANGLE * critical:
         what = f"the signal sweeps {swept:.3g}°, the critical angle is {critical:.3g}°"
         yield FreerockError(where, what, "are its unit and the laser's scale right?")
-    elif nominal and not USUAL.least_nominal * nominal < swept < USUAL.most_nominal * nominal:
+    elif nominal and not LEAST_NOMINAL * nominal < swept < MOST_NOMINAL * nominal:
         what = f"the signal sweeps {swept:.3g}°, the block's release_angle_deg is {nominal:g}"
         yield FreerockError(where, what, "is that in degrees, and the unit of the channel right?")
 
@@ -374,7 +339,7 @@ def _beyond_output(where: str, values: "Floats", quantity: str, sensor: "Laser")
         ("below", "down", limits.low, values[values < limits.low], f"{name}_at_start, valid_low_{suffix}"),
         ("above", "up", limits.high, values[values > limits.high], f"{name}_at_end, valid_high_{suffix}"),
     ):
-        if beyond.size > USUAL.beyond * values.size:
+        if beyond.size > MOST_BEYOND * values.size:
             share, farthest = 100 * beyond.size / values.size, max(beyond, key=abs)
             what = f"{share:.2g} % of the samples lie {side} {limit:g} {unit}, {far} to {farthest:.3g} {unit}"
             one_level = np.ptp(beyond) < SEVERAL_LEVELS

@@ -4,15 +4,15 @@ example:
   freerock compare results/palermo_virtual results/palermo_again --csv changes.csv
 """
 
-import math
 from argparse import Namespace
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from freerock.config.mistakes import leaves
 from freerock.errors import FreerockError, printable
 from freerock.files import read_json
 from freerock.models.free_parameters import symbol_of
@@ -147,7 +147,7 @@ def _settings(made_by: Provenance) -> dict[str, str]:
     """All of a provenance by dotted key, records by their test instead of their place in the list."""
     records = {each["test"]: each for each in made_by["config"]["records"]}
     by_name = made_by | {"config": made_by["config"] | {"records": records}}
-    return {".".join(key): value for key, value in _flat(by_name)}
+    return {".".join(key): str(value) for key, value in leaves(by_name)}
 
 
 def _checksums(made_by: Provenance) -> dict[str, str]:
@@ -174,15 +174,11 @@ def _parameters(frames: Sequence[pd.DataFrame], checksums: Sequence[Mapping[str,
     return frame.assign(verdict=[_verdict(row) for row in frame.itertuples()])[COLUMNS]
 
 
-def _equal(a: float, b: float) -> bool:
-    return a == b or (math.isnan(a) and math.isnan(b))
-
-
 def _verdict(row: Any) -> str:
     if pd.isna(row.value_a) or pd.isna(row.value_b):
         return "only b" if pd.isna(row.value_a) else "only a"
-    alike = _equal(row.value_a, row.value_b) and _equal(row.stderr_a, row.stderr_b)
-    if alike and row.success_a == row.success_b:
+    in_a, in_b = (row.value_a, row.stderr_a, row.success_a), (row.value_b, row.stderr_b, row.success_b)
+    if np.array_equal(np.array(in_a, float), np.array(in_b, float), equal_nan=True):
         return "identical"
     if row.success_a and row.success_b:
         return "within" if abs(row.ratio) <= (SAME_RECORD if row.same_record else OTHER_RECORD) else "changed"
@@ -205,15 +201,6 @@ def _of_runs(frame: pd.DataFrame) -> pd.DataFrame:
 def _differences(a: Mapping[str, str], b: Mapping[str, str]) -> pd.DataFrame:
     rows = [(name, a.get(name, "–"), b.get(name, "–")) for name in dict.fromkeys([*a, *b])]
     return pd.DataFrame([row for row in rows if row[1] != row[2]], columns=["what", "a", "b"])
-
-
-def _flat(value: Any, key: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Nested mappings and lists as pairs of a key's parts and text."""
-    if not isinstance(value, Mapping | list):
-        yield key, str(value)
-        return
-    for name, each in value.items() if isinstance(value, Mapping) else enumerate(value):
-        yield from _flat(each, (*key, str(name)))
 
 
 def _parameter_cells(frame: pd.DataFrame) -> Sequence[tuple[str, ...]]:

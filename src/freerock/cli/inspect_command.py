@@ -141,6 +141,13 @@ def look_to_take(path: Path) -> RecordLook:
     return look
 
 
+def looks_to_take(paths: Iterable[str | Path]) -> tuple[list[RecordLook], list[FreerockError]]:
+    """What is in each of some files, and why others can't be taken."""
+    found = [attempt(look_to_take, Path(path)) for path in paths]
+    refused = [each for each in found if isinstance(each, FreerockError)]
+    return [each for each in found if isinstance(each, RecordLook)], refused
+
+
 def take(look: RecordLook, copy: Path) -> None:
     """Copy a record file; refused where it is no longer as it was looked into."""
     shutil.copyfile(look.path, copy)

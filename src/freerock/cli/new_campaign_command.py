@@ -21,16 +21,17 @@ import tempfile
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import accumulate, chain, count
 from pathlib import Path
 
 from freerock import bounds
 from freerock.cli.init_command import NO_CAMPAIGN
-from freerock.cli.inspect_command import ChannelLook, RecordLook, draw_looks, look_text, look_to_take, take
+from freerock.cli.inspect_command import ChannelLook, RecordLook, draw_looks, look_text, looks_to_take, take
 from freerock.config.campaign import RESERVED
 from freerock.config.mistakes import FILL_IN
 from freerock.config.record import Record
 from freerock.config.values import name_fault
-from freerock.errors import FreerockError, attempt, printable
+from freerock.errors import FreerockError, printable
 from freerock.files import MANIFEST, write_manifest, write_text
 from freerock.jobs.whole_products import QUICK_LOOK
 from freerock.records.read import READERS
@@ -138,20 +139,13 @@ def _name_the_first(path: Path, name: str) -> bool:
 
 def _look_through(folder: Path) -> tuple[list[RecordLook], list[FreerockError]]:
     files = (path for path in sorted(folder.iterdir()) if path.is_file() and path.name != MANIFEST)
-    found = [attempt(look_to_take, path) for path in files if path.suffix.lower() in READERS]
-    refused = [each for each in found if isinstance(each, FreerockError)]
-    return [each for each in found if isinstance(each, RecordLook)], refused
+    return looks_to_take(path for path in files if path.suffix.lower() in READERS)
 
 
-def _first_panels(looks: Sequence[RecordLook]) -> list[RecordLook]:
-    kept: list[RecordLook] = []
-    panels = 0
-    for look in looks:
-        panels += len(look.readable)
-        if kept and panels > MOST_PANELS:
-            break
-        kept.append(look)
-    return kept
+def _first_panels(looks: list[RecordLook]) -> list[RecordLook]:
+    """The first of some records, as many as a picture has panels for."""
+    panels = accumulate(len(look.readable) for look in looks)
+    return looks[: max(1, sum(n <= MOST_PANELS for n in panels))]
 
 
 def _copy(looks: Sequence[RecordLook], raw: Path) -> None:
@@ -169,14 +163,9 @@ def _copy(looks: Sequence[RecordLook], raw: Path) -> None:
         shutil.rmtree(partial, ignore_errors=True)
 
 
-def _quantity(channel: ChannelLook) -> str:
-    unit = understood(channel.units)
-    return CHANNEL_UNITS[unit][0] if unit else ""
-
-
 def _proposed(look: RecordLook) -> tuple[ChannelLook, ...]:
     """The channels that may be the sensor's: those whose unit is one of a sensor, else all."""
-    known = tuple(channel for channel in look.readable if _quantity(channel))
+    known = tuple(channel for channel in look.readable if understood(channel.units))
     return known or look.readable
 
 
@@ -187,8 +176,10 @@ def _sensors(looks: Sequence[RecordLook]) -> Sensors:
 
 
 def _kind(channel: ChannelLook) -> tuple[str, str]:
-    quantity = _quantity(channel)
-    return quantity, (understood(channel.units) or "") if quantity == "rotation" else ""
+    """Quantity of a channel, "" where its unit is not known, and the unit of a rotation."""
+    unit = understood(channel.units) or ""
+    quantity = CHANNEL_UNITS[unit][0] if unit else ""
+    return quantity, unit if quantity == "rotation" else ""
 
 
 def _yaml_text(name: str, sensors: Sensors, picture: Path) -> str:
@@ -239,9 +230,7 @@ def plain_name(stem: str) -> str:
 
 def _test_name(stem: str, taken: set[str]) -> str:
     plain = plain_name(stem)
-    name, number = plain, 1
-    while name.casefold() in taken:
-        number += 1
-        name = f"{plain}_{number}"
+    names = chain([plain], (f"{plain}_{number}" for number in count(2)))
+    name = next(name for name in names if name.casefold() not in taken)
     taken.add(name.casefold())
     return name

@@ -14,7 +14,7 @@ from pydantic import ValidationInfo, field_validator
 
 from freerock.config import keys, values
 from freerock.config.laser_section import LaserSection
-from freerock.config.mistakes import ConfigError, validate
+from freerock.config.mistakes import ConfigError, refuse, validate
 from freerock.config.record import Record, read_records
 from freerock.config.values import Folder, Invalid, Name, Once, Section, Text, Whole, key
 from freerock.config.yaml_lines import Lines, place, read_yaml
@@ -77,7 +77,6 @@ class CampaignFile(Section):
     plan: keys.PlanSection | None = key("tests for which `freerock plan` predicts standard errors", None)
 
     @field_validator("figures")
-    @classmethod
     def _in_order(cls, names: Any, info: ValidationInfo) -> Any:
         moved = info.data.get("ground_motions") is not None
         if "overturning" in names and not moved:
@@ -87,7 +86,6 @@ class CampaignFile(Section):
         return tuple(sorted({*names, *(["overturning"] if moved else [])}, key=FIGURES.index))
 
     @field_validator("blocks", "foundations")
-    @classmethod
     def _labelled(cls, sections: Any, info: ValidationInfo) -> Any:
         first: dict[str, str] = {}  # name of each label
         for name, section in sections.items():
@@ -100,14 +98,12 @@ class CampaignFile(Section):
         return {name: s if s.label else s.model_copy(update={"label": name}) for name, s in sections.items()}
 
     @field_validator("truth")
-    @classmethod
     def _truth_is_simulated(cls, truth: Any, info: ValidationInfo) -> Any:
         if truth and info.data.get("origin") == "measured":
             raise Invalid("a measured campaign has no known truth", "remove the key or set origin: simulated")
         return values.check_inside(truth) if truth else truth
 
     @field_validator("published")
-    @classmethod
     def _published_is_configured(cls, published: Any, info: ValidationInfo) -> Any:
         if published is None:
             return published
@@ -121,7 +117,6 @@ class CampaignFile(Section):
         return published
 
     @field_validator("plan")
-    @classmethod
     def _plan_is_configured(cls, plan: Any, info: ValidationInfo) -> Any:
         if plan is None or not {"blocks", "foundations"} <= info.data.keys():
             return plan
@@ -200,8 +195,7 @@ def load_config(
         problems += source.problems
         if source.campaign:
             loaded[campaign_path.stem] = source.campaign
-    if problems:
-        raise ConfigError(problems)
+    refuse(problems)
     return Config.model_construct(campaigns=loaded)
 
 
@@ -224,21 +218,6 @@ def load_campaign(path: str | Path, table: bytes | None = None) -> Campaign:
     if source.campaign is None:
         raise ConfigError(source.problems)
     return source.campaign
-
-
-def load_section(model: type[Section], path: str | Path) -> Any:
-    """Read and check a YAML file that holds one section.
-
-    Raises
-    ------
-    ConfigError
-        All problems of the file.
-    """
-    data, lines, problems = read_yaml(Path(path))
-    section = validate(model, data, lambda loc: place(Path(path), lines, loc), problems)
-    if problems:
-        raise ConfigError(problems)
-    return section
 
 
 def campaign_paths(

@@ -39,6 +39,21 @@ class ConfigError(FreerockError):
         return "\n".join(map(str, self.problems))
 
 
+def refuse(problems: Sequence[FreerockError]) -> None:
+    """Raise a `ConfigError` of some problems, where there are any."""
+    if problems:
+        raise ConfigError(problems)
+
+
+def leaves(value: Any, loc: Key = ()) -> Iterator[tuple[Key, Any]]:
+    """What nested mappings and lists hold at last, each with the keys and list positions on the way to it."""
+    if not isinstance(value, Mapping | list):
+        yield loc, value
+        return
+    for name, each in value.items() if isinstance(value, Mapping) else enumerate(value):
+        yield from leaves(each, (*loc, str(name)))
+
+
 def validate(
     model: type[Section],
     data: Mapping[str, Any] | None,
@@ -48,7 +63,7 @@ def validate(
     """The section, or None and its problems added; `where` words a location."""
     if data is None:
         return None
-    blanks = list(_blanks(data))
+    blanks = [loc for loc, value in leaves(data) if value == FILL_IN]
     for loc in blanks:
         field, _ = _walk(model, loc)
         give = f"give {field.description}" if field else "write the value there"
@@ -73,18 +88,6 @@ def validate(
         if fault["type"] != "missing" or loc not in meant:
             problems.append(FreerockError(where(loc), *_explain(model, loc, fault)))
     return None
-
-
-def _blanks(data: Any, loc: Key = ()) -> Iterator[Key]:
-    """Where a value is still the one to be filled in."""
-    if data == FILL_IN:
-        yield loc
-    elif isinstance(data, Mapping):
-        for key, value in data.items():
-            yield from _blanks(value, (*loc, str(key)))
-    elif isinstance(data, list):
-        for i, value in enumerate(data):
-            yield from _blanks(value, (*loc, str(i)))
 
 
 def _explain(model: type[Section], loc: Key, fault: ErrorDetails) -> tuple[str, str]:

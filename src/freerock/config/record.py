@@ -14,7 +14,7 @@ from freerock.config.mistakes import FILL_IN, validate
 from freerock.config.override import EXCLUDED, RECORD, read_exclusions, read_overrides
 from freerock.config.values import Inside, Invalid, Name, Section, Text, closest, did_you_mean, key
 from freerock.config.yaml_lines import Key, read_text, text_of
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, attempt
 
 
 class Record(Section):
@@ -47,13 +47,11 @@ class Record(Section):
     )
 
     @field_validator("exclude", "override")
-    @classmethod
     def _understood(cls, cell: Any, info: ValidationInfo) -> Any:
         {"exclude": read_exclusions, "override": read_overrides}[str(info.field_name)](cell)
         return cell
 
     @field_validator("position")
-    @classmethod
     def _two_positions(cls, position: Any) -> Any:
         names = [name.strip() for name in position.split(";")]
         if position and (len(names) != 2 or not all(names) or names[0] == names[1]):
@@ -63,14 +61,12 @@ class Record(Section):
         return position
 
     @field_validator("reason")
-    @classmethod
     def _reason_given(cls, reason: Any, info: ValidationInfo) -> Any:
         if not reason and (info.data.get("exclude") or info.data.get("override")):
             raise Invalid("exclude or override is given without a reason", "say why")
         return reason
 
     @field_validator("laser")
-    @classmethod
     def _a_channel_for_each(cls, laser: Any, info: ValidationInfo) -> Any:
         lasers = laser.split(";")
         channels = [name.strip() for name in info.data.get("channel", "").split(";")]
@@ -137,15 +133,14 @@ def read_records(
     def fault(line: int, column: str, what: str, remedy: str) -> None:
         problems.append(FreerockError(f"{path}:{line}: {column}", what, remedy))
 
-    try:
-        (header_line, header), *rows = _read_table(path, content)
-    except FreerockError as error:
-        problems.append(error)
+    table = attempt(_read_table, path, content)
+    if isinstance(table, FreerockError):
+        problems.append(table)
         return []
-    faults = list(_header_faults(header))
-    for column, what, remedy in faults:
-        fault(header_line, column, what, remedy)
-    if faults:
+    (header_line, header), *rows = table
+    if faults := list(_header_faults(header)):
+        for each in faults:
+            fault(header_line, *each)
         return []
 
     records: list[tuple[int, Record]] = []

@@ -6,9 +6,9 @@ from typing import Literal, Self
 from pydantic import ValidationInfo, field_validator, model_validator
 
 from freerock import bounds
-from freerock.config.campaign import load_section
 from freerock.config.keys import BlockSection, check_parameters
 from freerock.config.laser_section import LaserSection
+from freerock.config.mistakes import refuse, validate
 from freerock.config.values import (
     Debonding,
     Invalid,
@@ -20,6 +20,7 @@ from freerock.config.values import (
     Whole,
     key,
 )
+from freerock.config.yaml_lines import place, read_yaml
 
 GROUND_COLUMNS = ("time_s", "x_m_s2", "z_m_s2")
 
@@ -46,7 +47,6 @@ class GroundSection(Section):
     )
 
     @field_validator("file")
-    @classmethod
     def _one_of_the_two(cls, file: str, info: ValidationInfo) -> str:
         if file and info.data.get("pulse"):
             raise Invalid("has both a pulse and a file", "keep one of the two")
@@ -87,7 +87,6 @@ class Scene(Section):
     )
 
     @field_validator("sampling_rate_hz")
-    @classmethod
     def _in_memory(cls, rate: float, info: ValidationInfo) -> float:
         n = rate * info.data.get("duration_s", 0.0)
         if n > bounds.RUN_SAMPLES:
@@ -95,14 +94,12 @@ class Scene(Section):
         return rate
 
     @field_validator("models")
-    @classmethod
     def _complete(cls, models: dict[Model, dict[str, float]]) -> dict[Model, dict[str, float]]:
         for model, parameters in models.items():
             check_parameters(model, parameters)
         return models
 
     @field_validator("laser")
-    @classmethod
     def _a_record_is_of_one_release(
         cls, laser: VirtualLaser | None, info: ValidationInfo
     ) -> VirtualLaser | None:
@@ -125,5 +122,8 @@ def load_scene(path: str | Path) -> Scene:
     freerock.config.mistakes.ConfigError
         All problems of the file.
     """
-    scene: Scene = load_section(Scene, path)
+    path = Path(path)
+    data, lines, problems = read_yaml(path)
+    scene: Scene = validate(Scene, data, lambda loc: place(path, lines, loc), problems)
+    refuse(problems)
     return scene

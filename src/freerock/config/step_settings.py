@@ -74,9 +74,8 @@ def record_attributes(campaign: Campaign, record: Record) -> Settings:
     block = campaign.blocks[record.block]
     found = {"campaign": campaign.name, "test": record.test, "block": record.block}
     found |= {"foundation": record.foundation, "origin": campaign.origin}
-    found |= {f"block_{name}": getattr(block, name) for name in ("height_m", "width_m", "mass_kg")}
-    further = ("contact_width_m", "com_height_m", "com_offset_m", "inertia_kg_m2")
-    return found | {f"block_{name}": getattr(block, name) for name in further if getattr(block, name)}
+    shape = section_values(block, *NOT_OF_BLOCK)
+    return found | {f"block_{name}": value for name, value in shape.items() if value}
 
 
 def descriptions(campaign: Campaign) -> Settings:
@@ -151,11 +150,8 @@ def geometries(campaign: Campaign) -> Settings:
 
 def ensemble(campaign: Campaign) -> Settings:
     """Scales, draws and what is drawn, of a campaign with ground motions."""
-    return (
-        section_values(campaign.ground_motions, "folder", "motions_per_job")
-        if campaign.ground_motions
-        else {}
-    )
+    motions = campaign.ground_motions
+    return section_values(motions, "folder", "motions_per_job") if motions else {}
 
 
 def scenes_tested(campaign: Campaign) -> list[dict[str, str]]:

@@ -12,6 +12,7 @@ from typing import Any
 
 from freerock.config.values import NotNegative, Number, Section, key
 
+RULE = "a rule, 1 mm/√12"
 DEFAULTS = {
     **dict.fromkeys(["height_m", "width_m", "contact_width_m", "com_height_m", "com_offset_m"], 3e-4),
     "mass_fraction": 1e-3,
@@ -38,22 +39,18 @@ def _known(of: str, name: str, instrument: str, lt: float | None = None) -> Any:
 class BlockUncertainty(Section):
     """Standard uncertainties (k = 1) of a block."""
 
-    height_m: Number | None = _known("its height in metres", "height_m", "a rule, 1 mm/√12")
-    width_m: Number | None = _known("its width in metres", "width_m", "a rule, 1 mm/√12")
-    contact_width_m: Number | None = _known(
-        "its contact width in metres, if stated", "contact_width_m", "a rule, 1 mm/√12"
-    )
+    height_m: Number | None = _known("its height in metres", "height_m", RULE)
+    width_m: Number | None = _known("its width in metres", "width_m", RULE)
+    contact_width_m: Number | None = _known("its contact width in metres, if stated", "contact_width_m", RULE)
     mass_kg: NotNegative | None = key(
         "the uncertainty of its mass in kilograms; by default "
         f"{100 * DEFAULTS['mass_fraction']:g} % of it (10 g of some kilograms)",
         None,
     )
-    com_height_m: Number | None = _known(
-        "the height of its centre of mass in metres", "com_height_m", "a rule, 1 mm/√12"
-    )
+    com_height_m: Number | None = _known("the height of its centre of mass in metres", "com_height_m", RULE)
     com_offset_m: NotNegative | None = key(
         "the uncertainty of its com_offset_m in metres; by default "
-        f"{DEFAULTS['com_offset_m']:g} (a rule, 1 mm/√12) if com_offset_m is stated",
+        f"{DEFAULTS['com_offset_m']:g} ({RULE}) if com_offset_m is stated",
         None,
     )
     inertia_kg_m2: NotNegative | None = key(
