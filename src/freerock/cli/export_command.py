@@ -18,7 +18,7 @@ import subprocess
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -58,7 +58,7 @@ class Engine:
     law: str
     debonding: str
     how: str
-    setting: dict[str, float] = field(default_factory=dict)
+    setting: dict[str, float]
 
 
 ENGINES = {

@@ -38,19 +38,16 @@ def run(chosen: Namespace) -> None:
 
     found, labels = plan_campaign(campaign), labels_of(campaign)
     folder = Path(chosen.into or f"results/{campaign.name}/plan")
-    save(*draw(found.errors, labels), folder / "plan")
-    print(plan_text(found.errors, labels))
-    written = ["plan"]
-    if not found.rivals.empty:
-        save(*draw_rivals(found.rivals, labels), folder / "rivals")
-        print(f"\n{rivals_text(found.rivals, labels)}")
-        written.append("rivals")
+    pages = {
+        "plan": (found.errors, draw, plan_text),
+        "rivals": (found.rivals, draw_rivals, rivals_text),
+        "total": (found.totals, draw_totals, totals_text),
+    }
+    pages = {stem: page for stem, page in pages.items() if not page[0].empty}
+    for stem, (table, drawn, told) in pages.items():
+        save(*drawn(table, labels), folder / stem)
+        print(f"{told(table, labels)}\n")
     write_csv(found.budget, folder / "budget.csv")
-    if not found.totals.empty:
-        save(*draw_totals(found.totals, labels), folder / "total")
-        print(f"\n{totals_text(found.totals, labels)}")
-        written.append("total")
-    print()
-    for stem in written:
+    for stem in pages:
         print(f"written: {folder / stem}.csv, .pdf, .png")
     print(f"written: {folder / 'budget.csv'}")
