@@ -17,6 +17,7 @@ from pathlib import Path
 from freerock.cli.verify_command import verification
 from freerock.config.campaign import load_config
 from freerock.errors import FreerockError, printable
+from freerock.files import sha256
 from freerock.jobs.home import HOME
 
 
@@ -44,9 +45,9 @@ def run(chosen: Namespace) -> None:
         print(told, end="")
         remedy = f"run snakemake --config campaigns={name}, and delete what is foreign"
         raise FreerockError(f"results/{name}", "some products are not as a run would make them", remedy)
-    packed = pack(campaign, HOME, path, Metadata(chosen.paper or "", chosen.year))
-    print(printable(f"{packed.path}: {packed.n_files} files, {packed.n_bytes / 1e6:.1f} MB"))
-    print(f"sha256 {packed.sha256}")
+    n_files = pack(campaign, HOME, path, Metadata(chosen.paper or "", chosen.year))
+    print(printable(f"{path}: {n_files} files, {path.stat().st_size / 1e6:.1f} MB"))
+    print(f"sha256 {sha256(path)}")
     for what, key in (("licence", campaign.license), ("institution", campaign.institution)):
         if not key:
             print(f"no {what} in config/campaigns/{name}.yaml: the repository will ask for it")

@@ -9,7 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from freerock.files import check_special, regular, sha256, write_text
+from freerock.errors import FreerockError
+from freerock.files import check_special, read_json, sha256, write_text
 
 LOOKS = Path(".snakemake/freerock.looks.json")  # of files on this machine; without it they are read again
 TICK_NS, COARSE_TICK_NS = 20_000_000, 2_000_000_000  # of a file system's clock, and of one in whole seconds
@@ -96,21 +97,10 @@ class Checksums:
             write_text(notes, json.dumps(kept | now, ensure_ascii=False))
 
 
-def known(seen: Iterable[tuple[str, str, Look]]) -> Known:
-    """Checksum by path and look, from what was seen; nothing of what contradicts itself."""
-    found: Known = {}
-    for path, told, each in seen:
-        looks = found.setdefault(path, {})
-        if looks.setdefault(each, told) != told:
-            looks[each] = ""
-    return found
-
-
 def noted(notes: Path = LOOKS) -> list[tuple[str, str, Look]]:
     """Path, checksum and look of each file as an earlier run wrote them down; none where they are damaged."""
-    with suppress(OSError, ValueError, RecursionError):
-        with open(notes, encoding="utf-8", opener=regular) as file:
-            read = json.load(file)
+    with suppress(FreerockError):
+        read = read_json(notes, "delete it")
         if isinstance(read, dict) and all(isinstance(each, list) for each in read.values()):
             return [(path, each[0], tuple(each[1:])) for path, each in read.items() if is_look(each[1:])]
     return []

@@ -87,24 +87,23 @@ def crate_json(
     }
     if date := newest_date(campaign) or (str(metadata.year) if metadata.year else ""):
         root["datePublished"] = date
-    if campaign.license:
-        spdx = {"@id": f"https://spdx.org/licenses/{campaign.license}"}
-        root["license"] = spdx if SPDX.fullmatch(campaign.license) else campaign.license
-    if metadata.paper:
-        root["isBasedOn"] = {"@id": f"https://doi.org/{metadata.paper}"}
+    further: list[Json] = []
+    if SPDX.fullmatch(name := campaign.license):
+        further.append(_entity(f"https://spdx.org/licenses/{name}", "CreativeWork", name))
+        root["license"] = {"@id": further[-1]["@id"]}
+    elif name:
+        root["license"] = name
+    if doi := metadata.paper:
+        further.append(_entity(f"https://doi.org/{doi}", "ScholarlyArticle", f"doi:{doi}"))
+        root["isBasedOn"] = {"@id": further[-1]["@id"]}
     told = f"Analysis of {campaign.name} by freerock {made_by['software']['freerock']}"
     analysis = _entity("#analysis", "CreateAction", told) | {
         "instrument": {"@id": WORKFLOW},
         "object": [{"@id": name} for name in used],
         "result": [{"@id": name} for name in made],
     }
-    needs = {"softwareRequirements": _refer(software)}
-    language = _entity(SNAKEMAKE, "ComputerLanguage", "Snakemake") | needs
-    graph = [DESCRIPTOR, root, *creators, analysis, language, *software]
-    if SPDX.fullmatch(name := campaign.license):
-        graph.append(_entity(f"https://spdx.org/licenses/{name}", "CreativeWork", name))
-    if doi := metadata.paper:
-        graph.append(_entity(f"https://doi.org/{doi}", "ScholarlyArticle", f"doi:{doi}"))
+    language = _entity(SNAKEMAKE, "ComputerLanguage", "Snakemake", softwareRequirements=_refer(software))
+    graph = [DESCRIPTOR, root, *creators, analysis, language, *software, *further]
     for profile in PROFILES:
         name, version = profile.rsplit("/", 2)[1:]
         graph.append(_entity(profile, "CreativeWork", name, version=version))
@@ -112,7 +111,7 @@ def crate_json(
     return json.dumps({"@context": CONTEXT, "@graph": graph}, indent=1, ensure_ascii=False) + "\n"
 
 
-def _entity(at: str, kind: str, name: str, **more: str) -> Json:
+def _entity(at: str, kind: str, name: str, **more: Any) -> Json:
     return {"@id": at, "@type": kind, "name": name, **more}
 
 

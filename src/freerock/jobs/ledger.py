@@ -19,9 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from freerock.errors import DamagedProduct, FreerockError
-from freerock.files import regular, sha256, write_text
+from freerock.files import read_json, sha256, write_text
 from freerock.jobs import code_identity
-from freerock.jobs.code_identity import code_checksum
 from freerock.jobs.contents import checksum, is_look, look
 from freerock.jobs.log import log_to
 from freerock.jobs.newer_input import is_one
@@ -62,9 +61,8 @@ def entry_path(log: str | Path) -> Path:
 def read_entry(path: str | Path) -> Entry | None:
     """The entry in a file of the ledger; None where there is none that can be understood."""
     try:
-        with open(path, encoding="utf-8", opener=regular) as file:
-            entry = Entry(**json.load(file))
-    except (OSError, ValueError, TypeError, RecursionError):
+        entry = Entry(**read_json(path, AGAIN))
+    except (FreerockError, TypeError):
         return None
     texts = (entry.inputs, entry.outputs, entry.software)
     sound = all(isinstance(each, dict) for each in (entry.settings, entry.looks, *texts))
@@ -97,15 +95,19 @@ def at_work(job: Any, *code: str) -> Iterator[None]:
     log_to(job.log[0])
     gc.set_threshold(SELDOM)
     atexit.register(gc.freeze)
-    unedited = _Code(job.params.get("code", ""), *code) if code else None
+    # Where each file looks as before the imports, by its change of status too, they were of the code checked.
+    imported = {path: look(path) for path in code_identity.code(*code)} if code else {}
+    if code and code_identity.code_checksum(*code) != job.params.get("code", ""):
+        raise FreerockError(code[0], "its code was edited since the run began", AGAIN)
     made_from = {path: checksum(path) for path in map(str, job.input) if not is_one(path)}
     refuse_damaged({path: found for path, (found, _) in made_from.items()})
     yield
     for path, (found, seen) in made_from.items():
         if look(path) != seen if seen else sha256(path) != found:
             raise FreerockError(path, "was changed while it was being read", AGAIN)
-    if unedited:
-        unedited.check()
+    for path, seen in imported.items():
+        if look(path) != seen:
+            raise FreerockError(path, "was edited while the job was at work", AGAIN)
     made = {path: checksum(path) for path in map(str, job.output)}
     entry = Entry(
         as_json(dict(job.params.items())),
@@ -115,25 +117,6 @@ def at_work(job: Any, *code: str) -> Iterator[None]:
         {path: [*seen] for path, (_, seen) in (made_from | made).items() if seen},
     )
     write_text(entry_path(job.log[0]), json.dumps(asdict(entry), ensure_ascii=False, indent=1) + "\n")
-
-
-class _Code:
-    """The code of a job, from before it is imported.
-
-    A file that looks as it did then, by the time of its last change of status too, was not changed meanwhile,
-    not even for a moment: what was imported is what the checksum was taken of.
-    """
-
-    def __init__(self, planned: str, script: str, *modules: str) -> None:
-        self._looks = {path: look(path) for path in code_identity.code(script, *modules)}
-        if code_checksum(script, *modules) != planned:
-            raise FreerockError(script, "its code was edited since the run began", AGAIN)
-
-    def check(self) -> None:
-        """Refuse code that was changed since, though it be put back."""
-        for path, seen in self._looks.items():
-            if look(path) != seen:
-                raise FreerockError(path, "was edited while the job was at work", AGAIN)
 
 
 def refuse_damaged(read: Mapping[str, str]) -> None:

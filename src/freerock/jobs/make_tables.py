@@ -66,12 +66,12 @@ def make_tables(
     tables["restitution_law"] = restitution_law(moved, tables["epsilon"])
     origin = ", ".join(tables["runs"]["origin"].unique())
     published = settings["published"]
-    for name, frame in (
-        ("table1", table1(records, blocks, settings["release_angles_deg"])),
-        ("table2", table2(tables["populations"], tables["parameters"], published, tables["choice"])),
-        ("table3", table3(tables["epsilon"], published, tables["choice"])),
-    ):
-        tables[name] = frame.assign(origin=origin)
+    printed = {
+        "table1": table1(records, blocks, settings["release_angles_deg"]),
+        "table2": table2(tables["populations"], tables["parameters"], published, tables["choice"]),
+        "table3": table3(tables["epsilon"], published, tables["choice"]),
+    }
+    tables |= {name: frame.assign(origin=origin) for name, frame in printed.items()}
     for name, frame in tables.items():
         write_csv(frame, Path(folder, f"{name}.csv"))
 

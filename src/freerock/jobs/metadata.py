@@ -68,6 +68,11 @@ def datacite_json(campaign: Campaign, metadata: Metadata) -> str:
         creators.append({"name": name, **personal} | ({"affiliation": at} if at else {}))
     related = [(doi, "References") for doi in _cited(campaign) if doi != metadata.paper]
     related += [(metadata.paper, "IsSupplementTo")] if metadata.paper else []
+    is_spdx = {"rightsIdentifier": campaign.license, "rightsIdentifierScheme": "SPDX"}
+    rights = {"rights": campaign.license} | (is_spdx if SPDX.fullmatch(campaign.license) else {})
+    told = " ".join(
+        filter(None, [campaign.summary, SIMULATED_NOTE if campaign.origin == "simulated" else ""])
+    )
     found: dict[str, Any] = {
         "schemaVersion": SCHEMA,
         "types": {"resourceTypeGeneral": "Dataset", "resourceType": "Free-rocking tests"},
@@ -76,23 +81,15 @@ def datacite_json(campaign: Campaign, metadata: Metadata) -> str:
         "subjects": [{"subject": word} for word in KEYWORDS],
         "language": "en",
         "formats": ["application/zip"],
+        "publicationYear": metadata.year and str(metadata.year),
+        "descriptions": [{"description": told, "descriptionType": "Abstract"}] if told else [],
+        "rightsList": [rights] if campaign.license else [],
+        "relatedIdentifiers": [
+            {"relatedIdentifier": doi, "relatedIdentifierType": "DOI", "relationType": kind}
+            for doi, kind in related
+        ],
     }
-    if metadata.year:
-        found["publicationYear"] = str(metadata.year)
-    if campaign.summary or campaign.origin == "simulated":
-        told = [campaign.summary, SIMULATED_NOTE if campaign.origin == "simulated" else ""]
-        text = " ".join(filter(None, told))
-        found["descriptions"] = [{"description": text, "descriptionType": "Abstract"}]
-    if campaign.license:
-        spdx = {"rightsIdentifier": campaign.license, "rightsIdentifierScheme": "SPDX"}
-        known = spdx if SPDX.fullmatch(campaign.license) else {}
-        found["rightsList"] = [{"rights": campaign.license} | known]
-    if related:
-        of_doi = {"relatedIdentifierType": "DOI"}
-        found["relatedIdentifiers"] = [
-            {"relatedIdentifier": doi, **of_doi, "relationType": kind} for doi, kind in related
-        ]
-    return json.dumps(found, indent=2, ensure_ascii=False) + "\n"
+    return json.dumps({key: each for key, each in found.items() if each}, indent=2, ensure_ascii=False) + "\n"
 
 
 def readme(

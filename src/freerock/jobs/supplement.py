@@ -1,11 +1,11 @@
 """The supplement of a paper: a campaign with records, settings, code and products, for a repository."""
 
-import dataclasses
 import hashlib
 import json
+import shutil
 import zipfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict
 from pathlib import Path, PurePosixPath
 
 from freerock.config.campaign import Campaign
@@ -33,18 +33,10 @@ STATE = ".git_archival.txt"  # as `git archive` writes it, read by `products.pro
 Source = Path | bytes
 
 
-@dataclass(frozen=True)
-class Packed:
-    """A supplement as it was written: path, number of files, bytes and SHA-256."""
-
-    path: Path
-    n_files: int
-    n_bytes: int
-    sha256: str
-
-
-def pack(campaign: Campaign, root: Path, path: Path, metadata: Metadata) -> Packed:
+def pack(campaign: Campaign, root: Path, path: Path, metadata: Metadata) -> int:
     """Write the supplement of a campaign: the same bytes for the same products, records, settings and code.
+
+    Returns the number of files in it.
 
     Parameters
     ----------
@@ -86,7 +78,7 @@ def pack(campaign: Campaign, root: Path, path: Path, metadata: Metadata) -> Pack
     with atomic(path) as partial, zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files):
             _add(archive, str(folder / name), files[name])
-    return Packed(path, len(files), path.stat().st_size, sha256(path))
+    return len(files)
 
 
 def _code(root: Path) -> Iterator[tuple[str, Source]]:
@@ -117,8 +109,7 @@ def _records(campaign: Campaign) -> Iterator[tuple[str, Source]]:
     names = [record.file for record in campaign.records]
     lasers = [campaign.lasers[name] for record in campaign.records for name in record.lasers]
     names += [laser.calibration for laser in lasers if laser.calibration]
-    names += [campaign.truth] if campaign.truth else []
-    names = sorted({PurePosixPath(name).as_posix() for name in names})
+    names = sorted({PurePosixPath(name).as_posix() for name in filter(None, [*names, campaign.truth])})
     for name in names:
         path = folder / name
         if not path.is_file():
@@ -158,8 +149,7 @@ def _products(name: str) -> Iterator[tuple[str, Source]]:
         entry = read_entry(path)
         if entry is None:
             raise FreerockError(path, "can't be read", "run snakemake")
-        plain = dataclasses.replace(entry, looks={})
-        text = json.dumps(dataclasses.asdict(plain), ensure_ascii=False, indent=1) + "\n"
+        text = json.dumps(asdict(entry) | {"looks": {}}, ensure_ascii=False, indent=1) + "\n"
         yield path.as_posix(), text.encode()
         for product, listed in entry.outputs.items():
             if sha256(product) != listed:
@@ -213,5 +203,4 @@ def _add(archive: zipfile.ZipFile, name: str, source: Source) -> None:
             packed.write(source)
             return
         with open(source, "rb") as stream:
-            while part := stream.read(1 << 20):
-                packed.write(part)
+            shutil.copyfileobj(stream, packed, 1 << 20)

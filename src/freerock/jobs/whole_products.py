@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from freerock.jobs.contents import Checksums, Known, known, look, noted
+from freerock.jobs.contents import Checksums, Known, look, noted
 from freerock.jobs.ledger import FOLDER, Entry, as_json, entry_path, read_entry, software
 
 VERIFIED = "verified:"  # comes before what a verification found, below what Snakemake tells
@@ -59,12 +59,17 @@ class Doubt:
 
 
 def known_looks(entries: Iterable[Entry | None]) -> Known:
-    """What jobs and earlier runs saw of files."""
+    """Checksum by path and look, as jobs and earlier runs saw files; nothing of what contradicts itself."""
     seen = noted()
     for entry in filter(None, entries):
         sums = entry.inputs | entry.outputs
-        seen += [(path, sums[path], tuple(each)) for path, each in entry.looks.items() if path in sums]
-    return known(seen)
+        seen += [(path, sums[path], tuple(own)) for path, own in entry.looks.items() if path in sums]
+    found: Known = {}
+    for path, told, each in seen:
+        looks = found.setdefault(path, {})
+        if looks.setdefault(each, told) != told:
+            looks[each] = ""
+    return found
 
 
 class PlanAgainstLedger:
