@@ -77,6 +77,7 @@ class CampaignFile(Section):
     plan: keys.PlanSection | None = key("tests for which `freerock plan` predicts standard errors", None)
 
     @field_validator("figures")
+    @classmethod
     def _in_order(cls, names: Any, info: ValidationInfo) -> Any:
         moved = info.data.get("ground_motions") is not None
         if "overturning" in names and not moved:
@@ -86,6 +87,7 @@ class CampaignFile(Section):
         return tuple(sorted({*names, *(["overturning"] if moved else [])}, key=FIGURES.index))
 
     @field_validator("blocks", "foundations")
+    @classmethod
     def _labelled(cls, sections: Any, info: ValidationInfo) -> Any:
         first: dict[str, str] = {}  # name of each label
         for name, section in sections.items():
@@ -98,12 +100,14 @@ class CampaignFile(Section):
         return {name: s if s.label else s.model_copy(update={"label": name}) for name, s in sections.items()}
 
     @field_validator("truth")
+    @classmethod
     def _truth_is_simulated(cls, truth: Any, info: ValidationInfo) -> Any:
         if truth and info.data.get("origin") == "measured":
             raise Invalid("a measured campaign has no known truth", "remove the key or set origin: simulated")
         return values.check_inside(truth) if truth else truth
 
     @field_validator("published")
+    @classmethod
     def _published_is_configured(cls, published: Any, info: ValidationInfo) -> Any:
         if published is None:
             return published
@@ -117,6 +121,7 @@ class CampaignFile(Section):
         return published
 
     @field_validator("plan")
+    @classmethod
     def _plan_is_configured(cls, plan: Any, info: ValidationInfo) -> Any:
         if plan is None or not {"blocks", "foundations"} <= info.data.keys():
             return plan

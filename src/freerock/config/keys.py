@@ -85,12 +85,14 @@ class BlockSection(Section):
         return Block(**shape)
 
     @field_validator("contact_width_m")
+    @classmethod
     def _within(cls, width: Any, info: ValidationInfo) -> Any:
         if width is not None and width > info.data.get("width_m", math.inf):
             raise Invalid(f"{width:g} is more than the full width", "correct one of the two")
         return width
 
     @field_validator("com_offset_m")
+    @classmethod
     def _over_the_middle_third(cls, offset: Any, info: ValidationInfo) -> Any:
         width = info.data.get("contact_width_m") or info.data.get("width_m", math.inf)
         if offset is not None and abs(offset) >= width / 6:
@@ -98,6 +100,7 @@ class BlockSection(Section):
         return offset
 
     @field_validator("uncertainty")
+    @classmethod
     def _of_what_is_given(cls, uncertainty: BlockUncertainty, info: ValidationInfo) -> BlockUncertainty:
         if uncertainty.contact_width_m is not None and info.data.get("contact_width_m") is None:
             raise Invalid(
@@ -107,6 +110,7 @@ class BlockSection(Section):
         return uncertainty
 
     @field_validator("release_angle_deg")
+    @classmethod
     def _below_critical(cls, angle: Any, info: ValidationInfo) -> Any:
         if angle is not None and {"height_m", "width_m"} <= info.data.keys():
             shape: dict[str, Any] = {each.name: info.data.get(each.name) for each in fields(Block)}
@@ -262,6 +266,7 @@ class FitsSection(Section):
     )
 
     @field_validator("parameters")
+    @classmethod
     def _sound(cls, parameters: Any) -> Any:
         for law, own in parameters.items():
             given = {name: Given(**section.model_dump()) for name, section in own.items()}
@@ -351,6 +356,7 @@ class PlanSection(Section):
     )
 
     @field_validator("durations_s")
+    @classmethod
     def _in_memory(cls, durations: Any, info: ValidationInfo) -> Any:
         n = max(durations, default=0) * max(info.data.get("sampling_rates_hz", (0,)))
         if n > bounds.RUN_SAMPLES:
@@ -358,6 +364,7 @@ class PlanSection(Section):
         return durations
 
     @field_validator("expected")
+    @classmethod
     def _complete(cls, expected: Any) -> Any:
         for foundation, models in expected.items():
             for model, parameters in models.items():
@@ -365,6 +372,7 @@ class PlanSection(Section):
         return expected
 
     @field_validator("spread_fraction")
+    @classmethod
     def _of_parameters(cls, spread: Any) -> Any:
         every = {name for parameters in MODELS.values() for name in parameters}
         for name in {name for parameters in spread.values() for name in parameters}:
@@ -383,6 +391,7 @@ class PublishedSection(Section):
     longest: dict[Name, Name] = key("block: the foundation on which it rocks longest in the publication", {})
 
     @field_validator("values")
+    @classmethod
     def _known_parameters(cls, values: Any) -> Any:
         for foundations in values.values():
             for models in foundations.values():

@@ -80,6 +80,7 @@ class LaserSection(Section):
     uncertainty: LaserUncertainty = key("the standard uncertainties of its keys", LaserUncertainty())
 
     @field_validator("uncertainty")
+    @classmethod
     def _of_what_is_given(cls, uncertainty: LaserUncertainty, info: ValidationInfo) -> LaserUncertainty:
         if uncertainty.position_m is not None and info.data.get("position_m") is None:
             raise Invalid(
@@ -89,6 +90,7 @@ class LaserSection(Section):
         return uncertainty
 
     @field_validator("beam", "position_m")
+    @classmethod
     def _beam_is_placed(cls, value: Any, info: ValidationInfo) -> Any:
         if "units" not in info.data:  # refused: whether there is a beam is not known
             return value
@@ -104,10 +106,12 @@ class LaserSection(Section):
         return value
 
     @field_validator("calibration")
+    @classmethod
     def _table_is_inside(cls, calibration: Any) -> Any:
         return check_inside(calibration) if calibration else None
 
     @field_validator("calibration", "sensitivity_per_mm")
+    @classmethod
     def _scaled_once(cls, value: Any, info: ValidationInfo) -> Any:
         given = [way for way in ("range_m", "sensitivity_per_mm") if info.data.get(way) is not None]
         if value is not None and given:
@@ -115,12 +119,14 @@ class LaserSection(Section):
         return value
 
     @field_validator("position_m")
+    @classmethod
     def _above_the_base(cls, position: Any, info: ValidationInfo) -> Any:
         if position is not None and info.data.get("beam") == "horizontal" and position <= 0:
             raise Invalid(f"{position:g} is not above the base", "give the height of the beam in metres")
         return position
 
     @field_validator("volts_at_end", "milliamps_at_end")
+    @classmethod
     def _rising(cls, end: Any, info: ValidationInfo) -> Any:
         start = str(info.field_name).replace("end", "start")
         if end <= info.data.get(start, -math.inf):

@@ -47,11 +47,13 @@ class Record(Section):
     )
 
     @field_validator("exclude", "override")
+    @classmethod
     def _understood(cls, cell: Any, info: ValidationInfo) -> Any:
         {"exclude": read_exclusions, "override": read_overrides}[str(info.field_name)](cell)
         return cell
 
     @field_validator("position")
+    @classmethod
     def _two_positions(cls, position: Any) -> Any:
         names = [name.strip() for name in position.split(";")]
         if position and (len(names) != 2 or not all(names) or names[0] == names[1]):
@@ -61,12 +63,14 @@ class Record(Section):
         return position
 
     @field_validator("reason")
+    @classmethod
     def _reason_given(cls, reason: Any, info: ValidationInfo) -> Any:
         if not reason and (info.data.get("exclude") or info.data.get("override")):
             raise Invalid("exclude or override is given without a reason", "say why")
         return reason
 
     @field_validator("laser")
+    @classmethod
     def _a_channel_for_each(cls, laser: Any, info: ValidationInfo) -> Any:
         lasers = laser.split(";")
         channels = [name.strip() for name in info.data.get("channel", "").split(";")]

@@ -47,6 +47,7 @@ class GroundSection(Section):
     )
 
     @field_validator("file")
+    @classmethod
     def _one_of_the_two(cls, file: str, info: ValidationInfo) -> str:
         if file and info.data.get("pulse"):
             raise Invalid("has both a pulse and a file", "keep one of the two")
@@ -87,6 +88,7 @@ class Scene(Section):
     )
 
     @field_validator("sampling_rate_hz")
+    @classmethod
     def _in_memory(cls, rate: float, info: ValidationInfo) -> float:
         n = rate * info.data.get("duration_s", 0.0)
         if n > bounds.RUN_SAMPLES:
@@ -94,12 +96,14 @@ class Scene(Section):
         return rate
 
     @field_validator("models")
+    @classmethod
     def _complete(cls, models: dict[Model, dict[str, float]]) -> dict[Model, dict[str, float]]:
         for model, parameters in models.items():
             check_parameters(model, parameters)
         return models
 
     @field_validator("laser")
+    @classmethod
     def _a_record_is_of_one_release(
         cls, laser: VirtualLaser | None, info: ValidationInfo
     ) -> VirtualLaser | None:

@@ -86,6 +86,7 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, str_strip_whitespace=True)
 
     @field_validator("*", mode="before")
+    @classmethod
     def _printed(cls, value: Any) -> Any:
         if isinstance(value, str) and (found := UNPRINTED.search(value)):
             raise Invalid(f"has the character {found[0]!r}", "leave it out")
