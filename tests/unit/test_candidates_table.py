@@ -7,8 +7,8 @@ from evidence import NAMED, ON_ANY_RUN, POSSIBLE, paper, scene
 from fabricated import campaign
 
 from freerock.tables.candidates import COLUMNS, answers, candidates_table
-from freerock.tables.candidates_text import printed_candidates
 from freerock.tables.csvfile import read_csv, write_csv
+from freerock.tables.paper import printed_candidates
 from freerock.tables.tidy import choice_table, parameters_table
 
 RUNS = (

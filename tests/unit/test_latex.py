@@ -15,12 +15,10 @@ from freerock.figures.declared import declared
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.candidates import candidates_table
-from freerock.tables.candidates_text import printed_candidates
 from freerock.tables.latex import figures_tex, latex, numbers_tex, spelt_test
-from freerock.tables.paper import table1_text, table2_text, table3_text
+from freerock.tables.paper import printed_candidates, printed_recovered, table1_text, table2_text, table3_text
 from freerock.tables.populations import populations_table
-from freerock.tables.recovered import recovered_table, recovered_text
-from freerock.tables.summary import table1, table2, table3
+from freerock.tables.summary import recovered_table, table1, table2, table3
 from freerock.tables.tidy import choice_table, epsilon_table, parameters_table, tidy_tables
 
 PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}
@@ -173,7 +171,7 @@ def test_tables_fit_the_columns_of_a_journal(tmp_path, datasets, name):
         "blocks": table1_text(table1(records, blocks), labels),
         "table2": table2_text(second, labels),
         "table3": table3_text(third, labels),
-        "recovered": recovered_text(recovered),
+        "recovered": printed_recovered(recovered).text,
         "candidates": printed_candidates(candidates_table(choice, parameters), "simulated", labels).text,
         "empty": table2_text(second[:0]),
         "long": pd.DataFrame(

@@ -1,7 +1,8 @@
 import pytest
 from fabricated import campaign
 
-from freerock.tables.recovered import printed_recovered, recovered_table
+from freerock.tables.paper import printed_recovered
+from freerock.tables.summary import recovered_table
 from freerock.tables.tidy import parameters_table
 
 

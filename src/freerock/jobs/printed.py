@@ -4,12 +4,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from freerock.files import write_text
-from freerock.tables.candidates_text import printed_candidates
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.latex import latex, numbers_tex
 from freerock.tables.markdown import markdown
-from freerock.tables.paper import Printed, printed_tables
-from freerock.tables.recovered import printed_recovered, recovered_table
+from freerock.tables.paper import Printed, printed_candidates, printed_recovered, printed_tables
+from freerock.tables.summary import recovered_table
 
 
 def print_tables(

@@ -9,9 +9,17 @@ from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS
 from freerock.report.numbers import Sentence, Tables, Where, listed, said
 from freerock.tables.paper import Labels
+from freerock.tables.swings import usable_rows
 
 TENTH = 0.1  # relative difference up to which values are said to agree, as published ones state no error
 KEYS = ("test", "model", "parameter")
+WRONG_LAWS = " These laws are rejected here; parameters of a wrong law depend on how much of a run is fitted."
+
+
+FINAL_TIME = "it depends on the final time, which both must share"
+NOISE_ALONE = (
+    "a simulated record follows one law exactly, so that only noise remains; a laboratory's does not"
+)
 
 
 class Beside(NamedTuple):
@@ -47,38 +55,24 @@ def _parameters(known: Tables, labels: Labels) -> Iterator[Told]:
     """Identified and published parameters; of r, what an impact takes away."""
     frame = known["table2"]
     rows = frame[frame["published"].notna() & frame["success"].astype(bool)]
-    near, far, rejected = list[tuple[str, Sentence]](), list[tuple[str, Sentence]](), list[bool]()
-    for row in rows.itertuples():
-        where = {key: getattr(row, key) for key in KEYS}
-        of = f"{MODEL_LABELS[row.model]} {SYMBOLS[row.parameter]}"
-        on, here = labels.get(row.foundation, row.foundation), known.value("table2", "mean", where, "u_total")
-        text = said("{} on {} {} [{}]", of, on, here, known.value("table2", "published", where))
-        if _differ(row) <= TENTH:
-            near.append((row.parameter, text))
-        else:
-            far.append((row.parameter, text))
-            rejected.append(bool(row.rejected))
-    if near:
-        told = "Within a tenth of the published value{}: {}."
-        yield True, said(told, _in_brackets(near), listed([text for _, text in near]))
-    if far:
-        told = "More than a tenth off the published value{}: {}.{}"
-        why = (
-            " These laws are rejected here; parameters of a wrong law depend on how much of a run is fitted."
-        )
-        why = why if all(rejected) else ""
-        yield False, said(told, _in_brackets(far), listed([text for _, text in far]), why)
+    offset = (rows["parameter"] == "r").astype(float)
+    near = ((rows["mean"] - offset) / (rows["published"] - offset) - 1).abs() <= TENTH
+    for agrees, some in ((True, rows[near]), (False, rows[~near])):
+        if some.empty:
+            continue
+        size = "Within a tenth of" if agrees else "More than a tenth off"
+        of_r = "; r by its difference from one" * bool(offset[some.index].any())
+        why = WRONG_LAWS * (not agrees and bool(some["rejected"].all()))
+        values = listed([_beside(known, row, labels) for row in some.itertuples()])
+        yield agrees, said("{} the published value (in brackets{}): {}.{}", size, of_r, values, why)
 
 
-def _in_brackets(told: Sequence[tuple[str, Sentence]]) -> str:
-    """Where the published values stand, and what is compared of r."""
-    return f" (in brackets{'; r by its difference from one' if 'r' in dict(told) else ''})"
-
-
-def _differ(row: Any) -> float:
-    """Relative difference; of r that of 1 − r."""
-    offset = 1.0 if row.parameter == "r" else 0.0
-    return float(abs((row.mean - offset) / (row.published - offset) - 1))
+def _beside(known: Tables, row: Any, labels: Labels) -> Sentence:
+    """A parameter, and the published one in brackets."""
+    where = {key: getattr(row, key) for key in KEYS}
+    of = f"{MODEL_LABELS[row.model]} {SYMBOLS[row.parameter]}"
+    on, here = labels.get(row.foundation, row.foundation), known.value("table2", "mean", where, "u_total")
+    return said("{} on {} {} [{}]", of, on, here, known.value("table2", "published", where))
 
 
 def _discrepancies(known: Tables, labels: Labels) -> Iterator[Told]:
@@ -91,33 +85,22 @@ def _discrepancies(known: Tables, labels: Labels) -> Iterator[Told]:
         label = labels.get(foundation, foundation)
         as_published = "as published" if here == there else "otherwise than published"
         yield here == there, (f"ε_θ ranks the laws {as_published} on {label}: {order}.",)
-        least: Where = {"test": test, "model": here[0]}
-        values = (known.ends("table3", each, least, 100) for each in ("epsilon_theta", "published"))
-        apart = own["epsilon_theta"].min() / own.set_index("model")["published"][here[0]]
-        if abs(apart - 1) > TENTH:
-            yield False, (*_sized(MODEL_LABELS[here[0]], label, *values), *_noise_alone(known, test, here[0]))
+        where: Where = {"test": test, "model": here[0]}
+        least = own.set_index("model").loc[here[0]]
+        if abs(least["epsilon_theta"] / least["published"] - 1) > TENTH:
+            of = f"{MODEL_LABELS[here[0]]} on {label}"
+            values = (known.ends("table3", each, where, 100) for each in ("epsilon_theta", "published"))
+            why = NOISE_ALONE if least["selected"] and _simulated(known) else FINAL_TIME
+            yield False, said("ε_θ of {} is {} %, published {} %: {}.", of, *values, why)
 
 
-def _sized(law: str, label: str, here: Sentence, there: Sentence) -> Sentence:
-    return f"ε_θ of {law} on {label} is ", *here, " %, published ", *there, " %"
-
-
-def _noise_alone(known: Tables, test: str, model: str) -> Sentence:
-    """Why a simulated record leaves less."""
-    simulated = "simulated" in set(known["runs"]["origin"])
-    row = known.rows("table3", {"test": test, "model": model}).iloc[0]
-    if not (simulated and row["selected"]):
-        return (": it depends on the final time, which both must share.",)
-    return (
-        ": a simulated record follows one law exactly, so that only noise remains; a laboratory's does not.",
-    )
+def _simulated(known: Tables) -> bool:
+    return "simulated" in set(known["runs"]["origin"])
 
 
 def _durations(known: Tables, longest: Mapping[str, str], labels: Labels) -> Iterator[Told]:
     """On which foundation each block rocks longest, here and as published."""
-    runs = known.rows("runs", {"excluded": False})
-    usable = runs[runs["verdict"] != "fail"]
-    means = usable.groupby(["block", "foundation"])["duration_s"].mean()
+    means = usable_rows(known["runs"]).groupby(["block", "foundation"])["duration_s"].mean()
     alike: dict[str, list[Sentence]] = {}
     for block, published in longest.items():
         if block not in means or published not in means[block] or len(means[block]) < 2:
@@ -146,8 +129,7 @@ def _reversed(known: Tables, block: str, foundations: tuple[str, str], labels: L
         *(labels.get(block, block), here, *lasts, there, there),
         *(keeps[0], here, keeps[1], there),
     )
-    simulated = "simulated" in set(known["runs"]["origin"])
-    if simulated and (known["foundations"]["shared"] == True).any():  # noqa: E712
+    if _simulated(known) and (known["foundations"]["shared"] == True).any():  # noqa: E712
         told += (
             " The simulated blocks share k and damping. The published order is the reverse: the blocks of "
             "the laboratory differed, or an effect outside these laws, such as sliding or bouncing, acted "

@@ -12,7 +12,7 @@ from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of
 from freerock.report.limitations import limits
 from freerock.report.numbers import KNOWN, NOT, Number, Sentence, Tables, Where, listed, said
 from freerock.tables.candidates import Answer, answers
-from freerock.tables.paper import Labels
+from freerock.tables.paper import U_NOTE, Labels
 from freerock.tables.quantities import LEAST_P, MOST_P, quantity, unit_text
 
 TABLES = ("runs", "choice", "candidates", "populations", "foundations", "predictions", "table1", "table3")
@@ -217,7 +217,6 @@ def _rejected(known: Tables) -> Iterator[Sentence]:
 
 
 def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:
-    u = "u_total" if "u_total" in known["populations"] else "stderr"
     told, without, of_one = list[Sentence](), list[Sentence](), False
     for foundation, model in list(quoted.items())[:MOST]:
         label = labels.get(foundation, foundation)
@@ -226,13 +225,11 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
             continue
         rows = _best_known(known, foundation, model)
         names, own = CANDIDATES[model].parameters, _of_each_block(known, rows)
-        numbers = listed(
-            [_number(known, u, {**rows, "parameter": name}, labels) for name in names if name not in own]
-        )
+        of_law = [_number(known, {**rows, "parameter": name}, labels) for name in names if name not in own]
         law = said("{}, {}", MODEL_LABELS[model], _over(known, rows))
-        of_foundation = said("{}: {} ({})", label, numbers, law)
+        of_foundation = said("{}: {} ({})", label, listed(of_law), law)
         for name in own:
-            of_records = _of_records(known, u, {**rows, "level": "record", "parameter": name}, labels)
+            of_records = _of_records(known, {**rows, "level": "record", "parameter": name}, labels)
             of_foundation = said("{}; of each block its own {}", of_foundation, of_records)
         told.append(said("{}.", of_foundation))
         of_one |= bool((known.rows("populations", rows)["n_runs"] == 1).any())
@@ -241,12 +238,8 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
     if len(quoted) > MOST:
         told.append(("The other foundations: table of parameters.",))
     if any(quoted.values()):
-        what = (
-            "total standard uncertainty (one standard deviation) of runs, noise, block, sensor, clock and law"
-            if u == "u_total"
-            else "standard error (stderr), of noise and runs"
-        )
-        told.append((f"±: {what}{'; one run does not show the scatter between runs' * of_one}.",))
+        more = "; one run does not show the scatter between runs" * of_one
+        told.append((f"{U_NOTE} runs, noise, block, sensor, clock and law{more}.",))
     return told or [("None, as no run was fitted.",)]
 
 
@@ -268,7 +261,7 @@ def _of_each_block(known: Tables, rows: Where) -> list[str]:
     return [name for name in names if name in OF_RECORD] if several else []
 
 
-def _of_records(known: Tables, u: str, where: Where, labels: Labels) -> Sentence:
+def _of_records(known: Tables, where: Where, labels: Labels) -> Sentence:
     """A parameter of each of a few records, or its range over more."""
     own, symbol = known.rows("populations", where), f"{SYMBOLS[str(where['parameter'])]} = "
     if len(own) > MOST:
@@ -276,12 +269,15 @@ def _of_records(known: Tables, u: str, where: Where, labels: Labels) -> Sentence
         return said("{}{}{}{}", symbol, ends, unit, _of_width(known, where))
     names = own["block"] if own["block"].is_unique else own["test"]
     each = [
-        said(
-            "{} ({})", known.value("populations", "mean", {**where, "test": test}, u), labels.get(name, name)
-        )
+        said("{} ({})", _mean(known, {**where, "test": test}), labels.get(name, name))
         for test, name in zip(own["test"], names, strict=True)
     ]
     return symbol, *listed(each), *_of_width(known, where)
+
+
+def _mean(known: Tables, where: Where) -> Number:
+    """The mean of a parameter with its total uncertainty."""
+    return known.value("populations", "mean", where, "u_total")
 
 
 def _of_width(known: Tables, where: Where) -> Sentence:
@@ -300,15 +296,14 @@ def _of_width(known: Tables, where: Where) -> Sentence:
     return ", ", *apart, " % of the block's width"
 
 
-def _number(known: Tables, u: str, where: Where, labels: Labels) -> Sentence:
+def _number(known: Tables, where: Where, labels: Labels) -> Sentence:
     """A parameter of one record or of a foundation; that of each record where these have their own."""
     own, parameter = known.rows("populations", where), str(where["parameter"])
     if own.empty:
         return (f"{SYMBOLS[parameter]} unknown",)
     if len(own) == 1:
-        symbol = f"{SYMBOLS[parameter]} = "
-        return symbol, known.value("populations", "mean", where, u), *_of_width(known, where)
-    return _of_records(known, u, where, labels)
+        return f"{SYMBOLS[parameter]} = ", _mean(known, where), *_of_width(known, where)
+    return _of_records(known, where, labels)
 
 
 def _over(known: Tables, rows: Where) -> Sentence:

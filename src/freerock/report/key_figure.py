@@ -2,14 +2,11 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 import xarray as xr
-from jinja2 import Environment, FileSystemLoader
-from markupsafe import Markup
 
 from freerock.arrays import Floats, extremes
 from freerock.figures.looks import on_screen
@@ -79,8 +76,8 @@ def key_figure(
     Returns
     -------
     dict or None
-        test, run, sigma_deg (as text), svg, keys (of the lines: source, label, colour, dash); None where no
-        run was fitted.
+        test, run, sigma_deg (as text), drawing, keys (of the lines: source, label, colour, dash), chosen
+        (label of the law that the choice names); None where no run was fitted.
     """
     named = key_run(tables["runs"], tables["choice"], published)
     if named is None:
@@ -103,18 +100,14 @@ def key_figure(
         "test": test,
         "run": number,
         "sigma_deg": quantity(math.degrees(sigma), digits=2),
-        "svg": drawing(theta, residuals),
-        "keys": [looks["measured"], *(_named(looks[model], model == chosen) for model in models)],
+        "chosen": looks[chosen]["label"] if chosen else "",
+        "drawing": drawing(theta, residuals),
+        "keys": [looks["measured"], *(looks[model] for model in models)],
     }
 
 
-def _named(look: Mapping[str, Any], named: bool) -> dict[str, Any]:
-    """The look of a law, with a word where it is the one that the choice names."""
-    return {**look, "label": look["label"] + " (selected)" * named}
-
-
-def drawing(theta: Sequence[Curve], residuals: Sequence[Curve]) -> Markup:
-    """Rotation over time above, residuals over σ below, in one SVG that scales.
+def drawing(theta: Sequence[Curve], residuals: Sequence[Curve]) -> dict[str, Any]:
+    """Rotation over time above, residuals over σ below: what key_figure.svg.j2 draws.
 
     Parameters
     ----------
@@ -138,10 +131,8 @@ def drawing(theta: Sequence[Curve], residuals: Sequence[Curve]) -> Markup:
         for value, text in _steps(end).items()
         if value >= 0
     ]
-    environment = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True)
     sizes = {"width": WIDTH, "height": HEIGHT, "left": LEFT, "right": WIDTH - RIGHT}
-    template = environment.get_template("key_figure.svg.j2")
-    return Markup(template.render(sizes, panels=panels, instants=instants, places=PANELS))
+    return {**sizes, "panels": panels, "instants": instants, "places": PANELS}
 
 
 def _bend(values: Floats) -> Floats:

@@ -23,16 +23,12 @@ def limits(known: Tables, quoted: set[str]) -> list[Sentence]:
     soft = {model for model in quoted if law_of(model).is_foundation}
     shared = known["foundations"][known["foundations"]["model"].isin(soft)]["shared"]
     explained = [each for each in found if each.explained]
+    simulated = "simulated" in set(known["runs"]["origin"])
     rigid_too = any(len({law_of(model).is_foundation for model in each.possible}) == 2 for each in explained)
-    housner = choice[
-        (choice["model"] == "housner") & (choice["status"] != "not_fitted") & ~choice["explains"]
-    ]
+    housner = choice[(choice["model"] == "housner") & (choice["status"] != "not_fitted")]
     single = choice.groupby("test")["run"].nunique() == 1
     told = [
-        (
-            "simulated" in set(known["runs"]["origin"]),
-            "that blocks in a laboratory behave like this: the records are simulated",
-        ),
+        (simulated, "that blocks in a laboratory behave like this: the records are simulated"),
         (
             len(explained) < len(found),
             "that parameters of runs which no law explains are those of block or foundation",
@@ -51,7 +47,7 @@ def limits(known: Tables, quoted: set[str]) -> list[Sentence]:
         ),
         (bool(single.any()), "how much runs scatter, if a record has only one"),
         (
-            len(housner) > 0,
+            not housner["explains"].all(),
             "that r of the fitted Housner law is the restitution of an impact"
             + " where that law is rejected" * ("housner" in quoted)
             + ": the fit also compensates for a base that yields",
@@ -73,12 +69,11 @@ def _sideways_open(choice: pd.DataFrame, model: str) -> bool:
         for name, each in CANDIDATES.items()
         if (each.law, each.width) == (mine.law, mine.width) and each.kinematics != mine.kinematics
     ]
-    named = choice[(choice["model"] == model) & (choice["status"] == "selected") & choice["explains"]]
+    of_run = choice.set_index(["test", "run"])
+    named = of_run[(of_run["model"] == model) & (of_run["status"] == "selected") & of_run["explains"]]
     for twin in twins:
-        of_twin = choice[choice["model"] == twin]
-        mine_of_runs, of_run = named[["test", "run", "n_freed"]], ["test", "run"]
-        beside = mine_of_runs.merge(of_twin, "left", of_run, suffixes=("_named", ""))
-        screened = (beside["status"] == "not_fitted") & (beside["n_freed"] <= beside["n_freed_named"])
+        beside = of_run[of_run["model"] == twin].reindex(named.index)
+        screened = (beside["status"] == "not_fitted") & (beside["n_freed"] <= named["n_freed"])
         if not ((beside["status"] == "rejected") | screened.fillna(False)).all():
             return True
     return False

@@ -12,7 +12,7 @@ import xarray as xr
 from freerock.arrays import Floats
 from freerock.models.free_parameters import symbol_of
 from freerock.models.laws import MODEL_LABELS, law_of
-from freerock.products.choices import GROUP
+from freerock.products.choices import choices_of
 from freerock.products.groups import fits_of, impacts_of, reasons_in, release_angle_of, runs_of
 from freerock.report.charts import run_curves
 from freerock.runs.verdict import VERDICTS, in_one_line
@@ -121,22 +121,15 @@ def sections_of(
         record, fits = opened(test, test in drawn)
         time = record.dataset["time"].values if "time" in record.dataset else np.empty(0)
         fitted, groups = runs_of(fits), _fits(fits)
-        found = [
-            _run(number, run, verdicts[test, str(number)], time)
-            | {
-                "fits": groups.get(number, []),
-                "curves": run_curves(record, number, fitted.get(number))
-                if (test, number) in wanted
-                else None,
-            }
-            for number, run in runs_of(record).items()
-        ]
+        found = []
+        for number, run in runs_of(record).items():
+            drawn_here = (test, number) in wanted
+            curves = run_curves(record, number, fitted.get(number)) if drawn_here else None
+            told = _run(number, run, verdicts[test, str(number)], time)
+            found.append(told | {"fits": groups.get(number, []), "curves": curves})
         worst = max((verdicts[key][0] for key in verdicts if key[0] == test), key=VERDICTS.index)
-        sections.append(
-            _section(record, line, provenance)
-            | {"verdict": worst, "samples": len(time), "page": pages.get(test, "")}
-            | {"runs": found}
-        )
+        own = {"verdict": worst, "samples": len(time), "page": pages.get(test, ""), "runs": found}
+        sections.append(_section(record, line, provenance) | own)
     return sections
 
 
@@ -178,14 +171,10 @@ def _run(number: int, run: xr.DataTree, found: tuple[str, str], time: Floats) ->
 def _fits(fits: xr.DataTree) -> dict[int, list[dict[str, Any]]]:
     """The fits of each run."""
     groups, rejected = dict[int, list[dict[str, Any]]](), dict[int, set[str]]()
-    for run, group in runs_of(fits).items():
-        rejected[run] = set()
-        if GROUP in group.children:
-            choice = group.children[GROUP].dataset
-            statuses = zip(choice["candidate"].values.tolist(), choice["status"].values.tolist(), strict=True)
-            rejected[run] = {model for model, status in statuses if status == "rejected"}
+    for run, choice in choices_of(fits):
+        rejected[run] = set(choice["candidate"].values[choice["status"].values == "rejected"].tolist())
     for run, model, fit in fits_of(fits):
-        groups.setdefault(run, []).append(_fit(model, fit) | {"rejected": model in rejected[run]})
+        groups.setdefault(run, []).append(_fit(model, fit) | {"rejected": model in rejected.get(run, ())})
     return groups
 
 

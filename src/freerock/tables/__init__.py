@@ -2,7 +2,6 @@
 
 __all__ = [
     "candidates",
-    "candidates_text",
     "csvfile",
     "latex",
     "markdown",
@@ -10,7 +9,6 @@ __all__ = [
     "plan_text",
     "populations",
     "quantities",
-    "recovered",
     "restitution_comparison",
     "restitution_law",
     "summary",

@@ -225,21 +225,18 @@ def figures_tex(captions: Mapping[str, tuple[str, str]]) -> str:
         A figure environment for each, labelled `fig:NAME`; the document needs graphicx, and
         `\graphicspath` where the figures lie elsewhere.
     """
-    environments = [
-        "\n".join(
-            [
-                r"\begin{figure}",
-                r"\centering",
-                rf"\includegraphics[width=\linewidth]{{{name}}}",
-                rf"\caption{{\textbf{{{_tex(title)}}} {_tex(text)}}}",
-                rf"\label{{fig:{name}}}",
-                r"\end{figure}",
-                "",
-            ]
-        )
-        for name, (title, text) in captions.items()
-    ]
-    return "\n".join(environments)
+    lines = list[str]()
+    for name, (title, text) in captions.items():
+        lines += [
+            r"\begin{figure}",
+            r"\centering",
+            rf"\includegraphics[width=\linewidth]{{{name}}}",
+            rf"\caption{{\textbf{{{_tex(title)}}} {_tex(text)}}}",
+            rf"\label{{fig:{name}}}",
+            r"\end{figure}",
+            "",
+        ]
+    return "\n".join(lines)
 
 
 def _fit_name(row: Any) -> list[str]:

@@ -1,4 +1,5 @@
-"""Tables 1 to 3 of Spanos et al. 2017 for any campaign, as a reader sees them.
+"""Tables 1 to 3 of Spanos et al. 2017 for any campaign, and those of candidates and recovered values, as a
+reader sees them.
 
 Each table has one definition of its columns: Markdown, LaTeX and the report take their cells from it.
 """
@@ -10,8 +11,10 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from freerock.models.free_parameters import SYMBOLS
+from freerock.identification.levels import NORMAL_95
+from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import MODEL_LABELS
+from freerock.tables.candidates import MEDIANS
 from freerock.tables.quantities import SIMULATED_NOTE as SIMULATED_NOTE
 from freerock.tables.quantities import between, fixed, quantity, with_unit
 
@@ -53,6 +56,12 @@ PUBLISHED_NOTE = "Published values: doi:{doi}, from the laboratory's own records
 
 SEEN_NOTE = "θ₀: as the sensor shows it, a sinking corner included."
 ANGLE_NOTE = "θ₀ recorded: mean; ±: standard deviation between the runs."
+
+CANDIDATES_NOTE = (
+    "Number of runs in which a candidate is selected, also possible, rejected, or not fitted. Selected: the "
+    "one with the fewest parameters whose residual agrees with the noise; otherwise the nearest. Parameters: "
+    f"medians of the runs in which it is selected or possible. {EPSILON_NOTE}"
+)
 
 SCATTERS = 0.05  # chance of noise to scatter runs as much, above which their spread is but bounded
 
@@ -196,6 +205,43 @@ TABLE3 = (
 )
 
 
+def _median_head(name: str) -> str:
+    return with_unit(SYMBOLS[MEDIANS[name]], PARAMETERS[MEDIANS[name]].unit)
+
+
+CANDIDATES = (
+    Column("Candidate", lambda row: Cell(MODEL_LABELS[row.model])),
+    numbers("Freed", "n_freed"),
+    numbers("Selected", "n_selected"),
+    numbers("Also possible", "n_also_possible"),
+    numbers("Rejected", "n_rejected"),
+    numbers("Not fitted", "n_not_fitted"),
+    Column("ε_θ / %", lambda row: number(quantity(100 * row.epsilon_theta), row.epsilon_theta)),
+    *(numbers(_median_head(name), name, quantity) for name in MEDIANS),
+)
+
+
+RECOVERED = (
+    Column("Record", lambda row: Cell(row.test)),
+    Column("Run", lambda row: Cell(str(row.run))),
+    PARAMETER,
+    numbers("Truth", "truth", partial(quantity, digits=5)),
+    Column("Identified", lambda row: number(quantity(row.value, row.u_total), row.value)),
+    numbers("Error / %", "error_percent", decimals(3)),
+    Column("In 1.96 u", lambda row: Cell("yes" if _inside(row) else "no")),
+)
+
+
+def _inside(row: Any) -> bool:
+    return bool(abs(row.value - row.truth) <= NORMAL_95 * row.u_total)
+
+
+def texts(columns: Sequence[Column], frame: pd.DataFrame) -> pd.DataFrame:
+    """A frame as text: the cells of each row below the heads of the columns."""
+    rows = [[column.cell(row).text for column in columns] for row in frame.itertuples()]
+    return pd.DataFrame(rows, columns=[column.head for column in columns])
+
+
 def printed_tables(
     frames: Mapping[str, pd.DataFrame], origin: str, *, doi: str = "", labels: Labels | None = None
 ) -> dict[str, Printed]:
@@ -232,12 +278,44 @@ def printed_tables(
         "table2": _parameters(second, "Identified parameters, record by record", notes, labels),
         "table3": Printed(
             third,
-            table3_columns(third),
+            _beside(TABLE3, third),
             table3_text(third, labels),
             f"Discrepancy ε_θ between {seen} and modelled rotation up to t_f, median and range of the runs",
             [*_marked_notes(third), *_given_notes(third), f"{EPSILON_NOTE} t_f: of the longest run.", *notes],
         ),
     }
+
+
+def printed_candidates(frame: pd.DataFrame, origin: str, labels: Labels | None = None) -> Printed:
+    """The table candidates as printed: a row per candidate that was fitted, below its block and foundation.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        The numbers.
+    origin : str
+        Of the records, "measured" or "simulated".
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+    """
+    notes = [CANDIDATES_NOTE, SIMULATED_NOTE] if "simulated" in origin else [CANDIDATES_NOTE]
+    fitted = frame[frame["n_not_fitted"] < frame["n_runs"]]
+    without = [name for name in MEDIANS if name not in fitted or fitted[name].isna().all()]
+    columns = [each for each in CANDIDATES if each.head not in map(_median_head, without)]
+    labels, text = labels or {}, list[dict[str, str]]()
+    for (block, foundation), own in fitted.groupby(["block", "foundation"], sort=False):
+        scene = f"{labels.get(block, block)}, {labels.get(foundation, foundation)}"
+        text += [{"Candidate": scene}, *texts(columns, own).to_dict("records")]
+    printed = pd.DataFrame(text, columns=[column.head for column in columns]).fillna("")
+    return Printed(fitted, columns, printed, "Candidates that explain the runs", notes)
+
+
+def printed_recovered(frame: pd.DataFrame) -> Printed:
+    """Cells of `summary.recovered_table`, with caption and notes."""
+    caption = "Identified values and those the records were simulated with"
+    n = sum(map(_inside, frame.itertuples()))
+    note = f"{U_NOTE} noise, block, sensor, clock and law. {n} of {len(frame)} inside 1.96 u."
+    return Printed(frame, RECOVERED, texts(RECOVERED, frame), caption, [note, SIMULATED_NOTE])
 
 
 def named(table: Printed) -> Printed:
@@ -274,23 +352,14 @@ def _parameters(frame: pd.DataFrame, caption: str, notes: Sequence[str], labels:
 
 def table1_columns(frame: pd.DataFrame) -> tuple[Column, ...]:
     """Columns of `summary.table1` as printed, without those that no block has."""
-    rows = [*frame.itertuples()]
-    return tuple(column for column in TABLE1 if any(column.cell(row).text != "–" for row in rows))
+    return tuple(column for column in TABLE1 if (texts([column], frame) != "–").any(axis=None))
 
 
 def table1_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFrame:
     """Cells of `summary.table1` as printed: a column per block, named by its label; a row each of many."""
-    columns = table1_columns(frame)
-    if len(frame) > MOST_BESIDE:
-        rows = [
-            [(labels or {}).get(row.block, row.block), *(column.cell(row).text for column in columns)]
-            for row in frame.itertuples()
-        ]
-        return pd.DataFrame(rows, columns=["Block", *(column.head for column in columns)])
-    text = {"": [column.head for column in columns]}
-    for row in frame.itertuples():
-        text[(labels or {}).get(row.block, row.block)] = [column.cell(row).text for column in columns]
-    return pd.DataFrame(text)
+    block = Column("Block", lambda row: Cell((labels or {}).get(row.block, row.block)))
+    text = texts([block, *table1_columns(frame)], frame)
+    return text if len(frame) > MOST_BESIDE else text.set_index("Block").T.reset_index(names="")
 
 
 def angle_notes(frame: pd.DataFrame, labels: Labels | None = None) -> list[str]:
@@ -313,11 +382,6 @@ def table2_columns(frame: pd.DataFrame) -> Sequence[Column]:
     return [column for column in _beside(TABLE2, frame) if several or column not in _BETWEEN_RUNS]
 
 
-def table3_columns(frame: pd.DataFrame) -> Sequence[Column]:
-    """Columns of `summary.table3`."""
-    return _beside(TABLE3, frame)
-
-
 def _beside(columns: Sequence[Column], frame: pd.DataFrame) -> Sequence[Column]:
     """Columns without that of the published values, where there are none."""
     known = frame["published"].notna().any()
@@ -331,7 +395,7 @@ def table2_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFra
 
 def table3_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFrame:
     """Cells of `summary.table3` as printed: a row per foundation and model, grouped by block."""
-    return _grouped(frame, labels, table3_columns(frame))
+    return _grouped(frame, labels, _beside(TABLE3, frame))
 
 
 def _marked_notes(frame: pd.DataFrame) -> list[str]:
@@ -349,7 +413,7 @@ def _given_notes(frame: pd.DataFrame) -> list[str]:
 def _runs_note(frame: pd.DataFrame) -> list[str]:
     numbers = frame["n_runs"].tolist()
     without = frame["success"].astype(bool) & frame["mean"].notna() & frame["u_total"].isna()
-    without &= (frame["given"].isna() | frame["given"].eq("")) if "given" in frame else True
+    without &= frame["given"].isna() | frame["given"].eq("")
     notes = [RUNS_NOTE] * any(n > 1 for n in numbers) + [ONE_RUN_NOTE] * (1 in numbers)
     return notes + [NO_U_NOTE] * bool(without.any())
 
@@ -366,10 +430,7 @@ def _grouped(frame: pd.DataFrame, labels: Labels | None, columns: Sequence[Colum
             for test, fits in own.groupby("test", sort=False):
                 name = labels.get(foundation, foundation)
                 name += f" ({test})" if several else ""
-                printed = pd.DataFrame(
-                    [[name, *(column.cell(row).text for column in columns)] for row in fits.itertuples()],
-                    columns=heads,
-                )
+                printed = texts(columns, fits).assign(Foundation=name)
                 for head in ("Model", "Foundation"):
                     printed[head] = printed[head].mask(printed[head].duplicated(), "")
                 text += printed.to_dict("records")

@@ -145,16 +145,14 @@ def best_known(frame: pd.DataFrame) -> pd.DataFrame:
 
 def _sentence(pair: str, rows: pd.DataFrame) -> str:
     """How a rival fares against an expected model, over all cases that can be measured."""
+    rows = rows.sort_values(["epsilon_theta", "bic_difference"])
     apart, missed = rows[rows["told_apart"]], rows[~rows["told_apart"]]
     text = f"{pair}: told apart in {len(apart)} of {len(rows)}"
     if len(apart):
-        best = apart.sort_values(["epsilon_theta", "bic_difference"]).iloc[-1]
-        text += f", best by {_case(best)}"
+        text += f", best by {_case(apart.iloc[-1])}"
     if len(missed):
-        worst = missed.sort_values(["epsilon_theta", "bic_difference"]).iloc[0]
-        return f"{text}; least by {_case(worst)}"
-    worst = apart.sort_values(["epsilon_theta", "bic_difference"]).iloc[0]
-    return f"{text}, barely by {_case(worst)}"
+        return f"{text}; least by {_case(missed.iloc[0])}"
+    return f"{text}, barely by {_case(apart.iloc[0])}"
 
 
 def _case(row: pd.Series) -> str:

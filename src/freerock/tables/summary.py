@@ -1,4 +1,4 @@
-"""What a campaign found, as numbers: tables 1 to 3.
+"""What a campaign found, as numbers: tables 1 to 3, and recovered values.
 
 The numbering is that of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024).
 """
@@ -145,6 +145,36 @@ def table3(
     frame = frame.assign(**{status: _mostly(status, frame, choice) for status in STATUSES})
     numbers = ["n_runs", "epsilon_theta", "epsilon_low", "epsilon_high", "published", "final_time_s"]
     return frame[[*named, *numbers, "in_phase", "success", *STATUSES]]
+
+
+def recovered_table(
+    parameters: pd.DataFrame, truth: Mapping[tuple[str, int, str, str], float]
+) -> pd.DataFrame:
+    """Values identified in a simulated campaign beside those it was simulated with.
+
+    Parameters
+    ----------
+    parameters : pandas.DataFrame
+        Tidy table.
+    truth : mapping of (str, int, str, str) to float
+        True value by test, run, model and parameter, SI units; other models are left out.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns test, run, parameter, unit, truth, value, ci95_low, ci95_high, u_total, error_percent, inside
+        (the truth lies in the 95 % interval by noise).
+    """
+    keys = parameters[["test", "run", "model", "parameter"]].astype(str).itertuples(index=False, name=None)
+    known = {(test, str(run), model, name): value for (test, run, model, name), value in truth.items()}
+    true = pd.Series([known.get(key, math.nan) for key in keys], parameters.index, float)
+    frame = parameters[true.notna()].assign(
+        truth=true,
+        error_percent=100 * (parameters["value"] / true - 1),
+        inside=(parameters["ci95_low"] <= true) & (true <= parameters["ci95_high"]),
+    )
+    columns = ["test", "run", "parameter", "unit", "truth", "value", "ci95_low", "ci95_high", "u_total"]
+    return frame[[*columns, "error_percent", "inside"]].reset_index(drop=True)
 
 
 def largest_shift_m(runs: pd.DataFrame, blocks: Mapping[str, Block]) -> float:

@@ -12,7 +12,7 @@ import xarray as xr
 from freerock.arrays import Floats
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import MODELS
-from freerock.products.choices import NUMBERS, TESTS, choices_of
+from freerock.products.choices import NUMBERS, TESTS, choices_of, named_in
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
 from freerock.rotation.total_uncertainty import LAW
@@ -43,11 +43,22 @@ RESTITUTION = ["campaign", "test", "run", "source", "impact", "time_s", "r", "r_
 RESTITUTION += ["block", "foundation", "peak_before_deg", "peak_before_u_deg", "r_energy", "r_energy_stderr"]
 RESTITUTION += ["r_energy_u", "impact_speed_m_s", "r_block", "r_block_u", "peak_before_block_deg"]
 
-ENERGIES = {
+# Of impacts: columns, and their variables in the datasets, which not all of them have.
+OF_IMPACTS = {
+    "r": "restitution",
+    "r_stderr": "restitution_stderr",
+    "r_u": "restitution_u",
+    "r_block": "restitution_block",
+    "r_block_u": "restitution_block_u",
     "r_energy": "restitution_energy",
     "r_energy_stderr": "restitution_energy_stderr",
     "r_energy_u": "restitution_energy_u",
     "impact_speed_m_s": "impact_speed",
+}
+PEAKS = {
+    "peak_before_deg": "peak_before",
+    "peak_before_u_deg": "peak_before_u",
+    "peak_before_block_deg": "peak_before_block",
 }
 BLOCK = ("restitution_block", "restitution_block_u", "peak_before_block")
 NUMBERS_OF_FIT = ("value", "stderr", "ci95_low", "ci95_high", "discrepancy")
@@ -73,35 +84,26 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
         reasons.
     """
     rows = []
-    none = {"n_impacts": 0, "n_restitution": 0}
-    by_test = {tree.attrs["test"]: tree for tree in fits}
-    for tree in records:
-        runs = runs_of(tree)
-        for number, run in runs.items():
+    for tree, number, run, verdict, reasons in _judged(records, fits):
+        if run is None:
+            left_out = verdict != "fail"  # by hand, the whole record
+            of_run: dict[str, Any] = {"n_impacts": 0, "n_restitution": 0, "excluded": left_out}
+        else:
             release = run["release"].item()
-            verdict = verdict_of_run(number, run, by_test.get(tree.attrs["test"]))
-            rows.append(
-                {
-                    **_identity(tree, number),
-                    "origin": tree.attrs["origin"],
-                    "theta0_deg": math.degrees(run["theta0"].item()),
-                    "theta0_u_deg": math.degrees(run["theta0_u"].item()) if "theta0_u" in run else math.nan,
-                    "release_s": release,
-                    "duration_s": run["end"].item() - release,
-                    "n_impacts": run["n_impacts"].item(),
-                    "n_restitution": n_restitutions(run),
-                    "sigma_theta_deg": math.degrees(run["sigma_theta"].item()),
-                    "verdict": verdict.level,
-                    "reasons": in_one_line(verdict.reasons),
-                    "excluded": bool(run.attrs["excluded"]),
-                }
-            )
-        if not runs:
-            outcome = {key: tree.attrs[key] for key in ("origin", "verdict")}
-            outcome["reasons"] = in_one_line(reasons_in(tree.attrs))
-            left_out = tree.attrs["verdict"] != "fail"  # by hand, the whole record
-            rows.append({**_identity(tree, pd.NA), **outcome, **none, "excluded": left_out})
-    return pd.DataFrame(rows, columns=RUNS).astype(dict.fromkeys(["run", *none], "Int64"))
+            of_run = {
+                "theta0_deg": math.degrees(run["theta0"].item()),
+                "theta0_u_deg": math.degrees(run["theta0_u"].item()) if "theta0_u" in run else math.nan,
+                "release_s": release,
+                "duration_s": run["end"].item() - release,
+                "n_impacts": run["n_impacts"].item(),
+                "n_restitution": n_restitutions(run),
+                "sigma_theta_deg": math.degrees(run["sigma_theta"].item()),
+                "excluded": bool(run.attrs["excluded"]),
+            }
+        told = {"origin": tree.attrs["origin"], "verdict": verdict, "reasons": in_one_line(reasons)}
+        rows.append({**_identity(tree, number), **told, **of_run})
+    whole = dict.fromkeys(["run", "n_impacts", "n_restitution"], "Int64")
+    return pd.DataFrame(rows, columns=RUNS).astype(whole)
 
 
 def reasons_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
@@ -120,19 +122,27 @@ def reasons_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
         Columns `REASONS`: verdict is what this reason alone would make of the run; value and limit are in
         unit, NaN of what is no number; key is the limit's in the configuration, empty where no key sets it.
     """
-    rows: list[tuple[Any, ...]] = []
-    by_test = {tree.attrs["test"]: tree for tree in fits}
-    for tree in records:
-        of_runs: list[tuple[Any, Iterable[Reason]]] = [
-            (number, verdict_of_run(number, run, by_test.get(tree.attrs["test"])).reasons)
-            for number, run in runs_of(tree).items()
-        ]
-        for number, reasons in of_runs or [(pd.NA, reasons_in(tree.attrs))]:
-            of_run = [*_identity(tree, number).values()]
-            for verdict, name, text, value, limit, unit, key in reasons:
-                rows.append((*of_run, verdict, name, value, limit, unit, key, text))
+    rows = [
+        (*_identity(tree, number).values(), verdict, name, value, limit, unit, key, text)
+        for tree, number, _, _, reasons in _judged(records, fits)
+        for verdict, name, text, value, limit, unit, key in reasons
+    ]
     frame = pd.DataFrame(rows, columns=REASONS)
     return frame.astype({"run": "Int64", "value": float, "limit": float})
+
+
+def _judged(
+    records: Trees, fits: Trees
+) -> Iterator[tuple[xr.DataTree, Any, xr.DataTree | None, str, Sequence[Reason]]]:
+    """Each run with its record, number, verdict and reasons; of a record without runs those of its own."""
+    by_test = {tree.attrs["test"]: tree for tree in fits}
+    for tree in records:
+        runs = runs_of(tree)
+        for number, run in runs.items():
+            verdict = verdict_of_run(number, run, by_test.get(tree.attrs["test"]))
+            yield tree, number, run, verdict.level, verdict.reasons
+        if not runs:
+            yield tree, pd.NA, None, tree.attrs["verdict"], reasons_in(tree.attrs)
 
 
 def parameters_table(fits: Trees) -> pd.DataFrame:
@@ -289,19 +299,18 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
         block that stops rocking at the minimum, is that of the local one that keeps the phase.
     """
     rows = []
+    named = {tree.attrs["test"]: {run: named_in(own) for run, own in runs_of(tree).items()} for tree in fits}
     for of_fit, fit in _each_fit(fits):
         scalars = ("epsilon_theta", "final_time", "aic", "bic", "n_parameters")
         row = {key: fit[key].item() for key in scalars}
         row["final_time_s"] = row.pop("final_time")
         row["epsilon_holdout"] = fit["epsilon_holdout"].item() if "epsilon_holdout" in fit else math.nan
         row["epsilon_in_phase"] = fit.attrs.get("in_phase_epsilon_theta", math.nan)
+        row["selected"] = of_fit["model"] == named[of_fit["test"]][of_fit["run"]]
         row["success"] = bool(fit["success"].item())
         rows.append(of_fit | row)
-    columns = [column for column in EPSILON if column != "selected"]
-    frame = pd.DataFrame(rows, columns=columns).astype({"n_parameters": "Int64", "success": bool})
-    choice = choice_table(fits)
-    chosen = set(_keys(choice[choice["status"] == "selected"]))
-    return frame.assign(selected=[key in chosen for key in _keys(frame)]).astype({"selected": bool})[EPSILON]
+    frame = pd.DataFrame(rows, columns=EPSILON)
+    return frame.astype({"n_parameters": "Int64", "selected": bool, "success": bool})
 
 
 def choice_table(fits: Trees) -> pd.DataFrame:
@@ -353,18 +362,12 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
         corner sinks under the law that explains the run.
     """
     fits, parts = list(fits), list[tuple[xr.DataTree, int, str, xr.Dataset, float]]()
-    of_block = {
-        (tree.attrs["test"], run): choice
-        for tree in fits
-        for run, choice in choices_of(tree)
-        if "restitution_block" in choice
-    }
+    choices = {(tree.attrs["test"], run): choice for tree in fits for run, choice in choices_of(tree)}
     for tree in records:
         for number, group in runs_of(tree).items():
             measured = group.dataset
-            known = of_block.get((tree.attrs["test"], number))
-            if known is not None:
-                measured = measured.assign(known[[*BLOCK]])
+            choice = choices.get((tree.attrs["test"], number), xr.Dataset())
+            measured = measured.assign({name: choice[name] for name in BLOCK if name in choice})
             parts.append((tree, number, "experiment", measured, measured["release"].item()))
     for tree in fits:
         parts += [(tree, run, model, fit, 0.0) for run, model, fit in fits_of(tree)]
@@ -375,15 +378,8 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
                 "source": source,
                 "impact": np.arange(1, node.sizes["impact"] + 1),
                 "time_s": node["impact_time"].values - release,
-                "r": node["restitution"].values,
-                "r_stderr": node["restitution_stderr"].values,
-                "r_u": _of_impacts(node, "restitution_u"),
-                "peak_before_deg": np.degrees(np.abs(node["peak_before"].values)),
-                "peak_before_u_deg": np.degrees(_of_impacts(node, "peak_before_u")),
-                **{column: _of_impacts(node, name) for column, name in ENERGIES.items()},
-                "r_block": _of_impacts(node, "restitution_block"),
-                "r_block_u": _of_impacts(node, "restitution_block_u"),
-                "peak_before_block_deg": np.degrees(np.abs(_of_impacts(node, "peak_before_block"))),
+                **{column: _of_impacts(node, name) for column, name in OF_IMPACTS.items()},
+                **{column: np.degrees(np.abs(_of_impacts(node, name))) for column, name in PEAKS.items()},
             }
         )
         for tree, run, source, node, release in parts
@@ -455,10 +451,6 @@ def tidy_tables(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> 
         Record and fit datasets.
     """
     return joined([rows_of(records, fits)])
-
-
-def _keys(frame: pd.DataFrame) -> Iterable[tuple[str, object, str]]:
-    return zip(frame["test"], frame["run"], frame["model"], strict=True)
 
 
 def _each_fit(fits: Trees) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
