@@ -7,8 +7,7 @@ from fabricated import campaign, fits, record
 from reported import make, settings
 
 from freerock.identification.levels import REJECTS
-from freerock.report.methods import Paragraph, bib, methods_markdown
-from freerock.report.references import REFERENCES, bibtex
+from freerock.report.methods import REFERENCES, Paragraph, bib, methods_markdown
 
 ENTRY = re.compile(r"@(?:article|book)\{(\w+),\n(?:  \w+ = \{.+\},\n)+\}\n")
 
@@ -34,7 +33,7 @@ def test_what_is_cited_has_its_entry_and_no_more(written):
 
 def test_every_reference_is_an_entry_with_a_doi():
     for key, known in REFERENCES.items():
-        entry = bibtex([key])
+        entry = known.entry
         assert ENTRY.fullmatch(entry), key
         assert entry.count("{") == entry.count("}")
         assert re.fullmatch(r"10\.\d{4,9}/\S+", known.doi)

@@ -63,7 +63,7 @@ class Law:
         Whether its corners may leave the ground after an impact (`bouncing`). It is fitted only to runs that
         bounced, and where a campaign lists it.
     cites : str
-        Its sources, as the methods of a report cite them (`report.references`).
+        Its sources, as the methods of a report cite them (`report.methods`).
     note : str
         What it is, as the reference of the configuration and the report say it.
     """

@@ -1,7 +1,7 @@
 """The figure of the first screen: a run as measured and as modelled, and residuals over the noise, as SVG."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,7 +32,7 @@ class Curve(NamedTuple):
 
 
 def key_run(
-    runs: pd.DataFrame, choice: pd.DataFrame, published: Sequence[tuple[str, str]] = ()
+    runs: pd.DataFrame, choice: pd.DataFrame, published: Mapping[str, Collection[str]]
 ) -> tuple[str, str] | None:
     """The run that is drawn: the first one without a warning that was fitted, of a published scene if any is.
 
@@ -40,8 +40,8 @@ def key_run(
     ----------
     runs, choice : pandas.DataFrame
         Tidy tables.
-    published : sequence of (str, str)
-        Blocks and foundations with published values.
+    published : mapping of str to collection of str
+        Foundations with published values, by block.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def key_run(
     """
     fitted = set(choice[["test", "run"]].astype(str).itertuples(index=False, name=None))
     ranked = [
-        (row.verdict != "ok", (row.block, row.foundation) not in published, i, (row.test, str(row.run)))
+        (row.verdict != "ok", row.foundation not in published.get(row.block, ()), i, (row.test, str(row.run)))
         for i, row in enumerate(runs.itertuples())
         if (row.test, str(row.run)) in fitted
     ]
@@ -60,7 +60,7 @@ def key_run(
 def key_figure(
     tables: Mapping[str, pd.DataFrame],
     opened: Callable[[str, bool], tuple[xr.DataTree, xr.DataTree]],
-    published: Sequence[tuple[str, str]] = (),
+    published: Mapping[str, Collection[str]],
 ) -> dict[str, Any] | None:
     """The run that `key_run` names, drawn.
 
@@ -70,8 +70,8 @@ def key_figure(
         runs and choice.
     opened : callable
         As for `freerock.report.page.write_report`.
-    published : sequence of (str, str)
-        Blocks and foundations with published values.
+    published : mapping of str to collection of str
+        Foundations with published values, by block.
 
     Returns
     -------

@@ -11,13 +11,31 @@ from markupsafe import Markup, escape
 from freerock.identification.levels import REJECTS, TELLS, TRACE
 from freerock.models.laws import LAWS
 from freerock.report.facts import Pairs
-from freerock.report.references import REFERENCES, bibtex
 from freerock.tables.markdown import SIGNS
 
+HERE = Path(__file__).parent
+_ENTRY = re.compile(r"^Cited as (.+)\n(@(?:article|book)\{(\w+),\n(?:  .+\n)+\}\n)", re.M)
+
+
+class Reference(NamedTuple):
+    """A publication: how a text calls it, by authors and year, and its entry in BibTeX."""
+
+    short: str
+    entry: str
+
+    @property
+    def doi(self) -> str:
+        """Its DOI."""
+        return self.entry.partition("  doi = {")[2].partition("}")[0]
+
+
+_FILE = (HERE / "references.bib").read_text(encoding="utf-8")
+REFERENCES = {key: Reference(short, entry) for short, entry, key in _ENTRY.findall(_FILE)}
+assert len(REFERENCES) == _FILE.count("\n@"), "references.bib: an entry was passed over"
 _KEY = f"@(?:{'|'.join(REFERENCES)})"
 CITED = re.compile(rf"\[({_KEY}(?:; {_KEY})*)\]")
 PLAIN = SIGNS | {ord("@"): "\\@"}  # in Markdown, where @ begins a citation
-_TEMPLATES = Environment(loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined)
+_TEMPLATES = Environment(loader=FileSystemLoader(HERE), undefined=StrictUndefined)
 _HEAD = re.compile(r"^## (.+)$", re.M)  # of methods.j2
 
 
@@ -97,4 +115,4 @@ def html(paragraph: Paragraph) -> Markup:
 
 def bib(paragraphs: Sequence[Paragraph]) -> str:
     """BibTeX of what paragraphs cite."""
-    return bibtex(cited(paragraphs))
+    return "\n".join(REFERENCES[key].entry for key in cited(paragraphs))

@@ -24,7 +24,7 @@ from freerock.report.beside_published import beside_published
 from freerock.report.facts import counts, facts, free_besides, settings
 from freerock.report.findings import findings, laws_of_foundations
 from freerock.report.key_figure import key_figure
-from freerock.report.methods import bib, methods, methods_markdown
+from freerock.report.methods import HERE, bib, methods, methods_markdown
 from freerock.report.methods import html as html_of
 from freerock.report.numbers import plain
 from freerock.report.records import Listed, charted, listed_records, sections_of
@@ -52,7 +52,6 @@ COLOURS = 64  # of a figure in the page: lines, text and their smooth edges need
 INDEXED = re.compile(r"(?<![A-Za-z0-9_])(ε|t|θ)_(θ|f|th|ex)(?![A-Za-z0-9_])")  # in no name, as mat_foam
 SPOKEN = {"ε_θ": "discrepancy", "t_f": "final time"}  # where no index can be
 
-HERE = Path(__file__).parent
 BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
 IMPACTS = ("impact_time", "restitution", "restitution_stderr")
 RELEASE = ("release", "theta0", "theta0_stderr", "theta0_u", "sigma_theta")
@@ -119,7 +118,7 @@ def write_report(
     html = environment.get_template("report.html.j2").render(
         content,
         methods=paragraphs,
-        key=key_figure(tables, opened, published_scenes(provenance["config"])),
+        key=key_figure(tables, opened, content["published"]["values"]),
         figures=_figures(figures, folder),
         sections=[each for each in sections if each["test"] in shown.tests],
         n_charted=len(wanted),
@@ -145,9 +144,11 @@ def _content(
     config, runs = provenance["config"], tables["runs"]
     labels = {name: each["label"] for name, each in (config["blocks"] | config["foundations"]).items()}
     simulated = config["origin"] == "simulated"
-    doi = config["published"]["doi"] if config["published"] else ""
+    published = config["published"] or {"doi": "", "values": {}, "longest": {}}
+    excluded = runs["excluded"].astype(bool)
+    counted = runs["verdict"][~excluded].value_counts()
     rows = {name: shown.rows(table) for name, table in tables.items()}
-    printed = printed_tables(rows, config["origin"], doi=doi, labels=labels)
+    printed = printed_tables(rows, config["origin"], doi=published["doi"], labels=labels)
     doubtful = [row for row in runs.itertuples() if row.verdict != "ok" and not row.excluded]
     to_look_at = sorted(doubtful, key=lambda row: -VERDICTS.index(row.verdict))
     table_1 = made.of_blocks(printed["table1"], runs, labels, shown.tests)
@@ -170,25 +171,21 @@ def _content(
     fitted = tables["choice"]["model"][tables["choice"]["status"] != "not_fitted"]
     laws = {CANDIDATES[model].law for model in fitted}
     rigid = {name: bool(law) and not law_of(law).is_foundation for name, law in named_on.items()}
+    yielding = [name for name in rigid if not rigid[name]]
     looks = {name: look for name, look in on_screen().items() if name not in rare}
     return {
         "config": config,
-        "rigid": bool(rigid) and all(rigid.values()),
-        "yielding": {name: labels.get(name, name) for name in rigid if not rigid[name]}
-        if any(rigid.values())
-        else {},
+        "rigid": bool(rigid) and not yielding,
+        "yielding": {name: labels.get(name, name) for name in yielding if any(rigid.values())},
         "simulated": simulated,
         "simulated_note": SIMULATED_NOTE,
         "seen_note": SEEN_NOTE,
         "origin_word": config["origin"],
         "laws": [law for name, law in LAWS.items() if law.published or name in laws],
-        "findings": findings(tables, labels, config["published"]["longest"] if config["published"] else {}),
-        "verdicts": [
-            (each, n)
-            for each in VERDICTS
-            if (n := int((runs["verdict"][~runs["excluded"].astype(bool)] == each).sum()))
-        ],
-        "n_excluded": int(runs["excluded"].astype(bool).sum()),
+        "published": published,
+        "findings": findings(tables, labels, published["longest"]),
+        "verdicts": [(each, counted[each]) for each in VERDICTS if each in counted],
+        "n_excluded": excluded.sum(),
         "n_to_look_at": len(to_look_at),
         "to_look_at": [row for row in to_look_at if row.test in shown.tests],
         "noted": [
@@ -196,9 +193,7 @@ def _content(
         ],
         "listed": shown,
         "counts": counts(runs),
-        "beside": beside_published(tables, config["published"]["longest"], labels)
-        if config["published"]
-        else None,
+        "beside": beside_published(tables, published["longest"], labels) if config["published"] else None,
         "table1": table_1._replace(notes=_own(table_1.notes, "table1")),
         "listings": {
             name: each._replace(notes=[*_own(each.notes, name), *shown.notes(name)])
@@ -241,20 +236,12 @@ def _spoken(text: str) -> str:
     return said.replace("Discrepancy discrepancy", "Discrepancy")
 
 
-def published_scenes(config: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Blocks and foundations of a campaign's section for which there are published values."""
-    values = config["published"]["values"] if config["published"] else {}
-    return [(block, foundation) for block, found in values.items() for foundation in found]
-
-
 def _figures(figures: Sequence[tuple[str, str | Path]], folder: Path) -> list[dict[str, Any]]:
     """The figures, in the order of their chapters."""
-    shown = sorted(((_chapter(Path(file)), caption, Path(file)) for caption, file in figures), key=_rank)
+    chapters = [*dict.fromkeys(CHAPTERS.values()), FURTHER]
+    shown = [(_chapter(Path(file)), caption, Path(file)) for caption, file in figures]
+    shown.sort(key=lambda figure: chapters.index(figure[0]))
     return [_figure(*each, folder, n) for n, each in enumerate(shown, 1)]
-
-
-def _rank(figure: tuple[str, str, Path]) -> int:
-    return [*dict.fromkeys(CHAPTERS.values()), FURTHER].index(figure[0])
 
 
 def _chapter(file: Path) -> str:
@@ -277,5 +264,5 @@ def _figure(chapter: str, caption: str, file: Path, folder: Path, n: int) -> dic
         return image
     with Image.open(file) as opened, io.BytesIO() as small:
         opened.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(small, "png", compress_level=7)
-        size = dict(zip(("width", "height"), opened.size, strict=True))
-        return image | size | {"data": base64.b64encode(small.getvalue()).decode()}
+        data = base64.b64encode(small.getvalue()).decode()
+        return image | {"width": opened.width, "height": opened.height, "data": data}

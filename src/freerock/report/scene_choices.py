@@ -49,15 +49,17 @@ class SceneChoices:
         found = {model for each in self.explained for model in each.possible}
         return [model for model in CANDIDATES if model in found]
 
+    def possible_on(self, foundation: bool) -> list[str]:
+        """Candidates that explain a run with a compliant foundation, or with a rigid one."""
+        return [model for model in self.possible if law_of(model).is_foundation == foundation]
+
     @cached_property
     def asked(self) -> frozenset[str]:
         """Candidates that were fitted to any run, if only by a quick fit: no smaller one explained it."""
-        explaining = self.choice[(self.choice["status"] == "selected") & self.choice["explains"]]
-        enough = self.choice.merge(
-            explaining[["test", "run", "n_freed"]], "left", ["test", "run"], suffixes=("", "_enough")
-        )
-        larger = (enough["n_freed"] > enough["n_freed_enough"]).fillna(False)
-        return frozenset(enough["model"][(enough["status"] != "not_fitted") | ~larger])
+        rows = self.choice.set_index(["test", "run"])
+        enough = rows["n_freed"][(rows["status"] == "selected") & rows["explains"]].reindex(rows.index)
+        larger = (rows["n_freed"] > enough).fillna(False)
+        return frozenset(rows["model"][(rows["status"] != "not_fitted") | ~larger])
 
     def frees_width(self, model: str) -> bool:
         """Whether a candidate's contact width was fitted in runs for which it is possible."""
@@ -139,8 +141,7 @@ def _others(scene: SceneChoices) -> list[str]:
 
 def _rigid_or_compliant(scene: SceneChoices) -> list[str]:
     """A rigid block, with worn corners or without, against a compliant foundation."""
-    rigid = [model for model in scene.possible if not law_of(model).is_foundation]
-    soft = [model for model in scene.possible if law_of(model).is_foundation]
+    rigid, soft = scene.possible_on(False), scene.possible_on(True)
     both = [each for each in scene.explained if len({law_of(m).is_foundation for m in each.possible}) == 2]
     if both:
         corners = " with worn corners" if scene.frees_width(rigid[-1]) else ""
@@ -199,9 +200,8 @@ def _neither(scene: SceneChoices) -> list[str]:
 
 def _guided_or_pivoting(scene: SceneChoices) -> list[str]:
     """What k means: guided against pivoting."""
-    soft = [model for model in scene.possible if law_of(model).is_foundation]
-    pivoting = [model for model in soft if model in PIVOTING]
-    guided = [model for model in soft if model not in PIVOTING]
+    pivoting = [model for model in scene.possible_on(True) if model in PIVOTING]
+    guided = [model for model in scene.possible_on(True) if model not in PIVOTING]
     if guided and pivoting:
         return [
             "These data don't tell whether the base's centre moves up and down only (guided) or the block "

@@ -209,7 +209,7 @@ def _median_head(name: str) -> str:
     return with_unit(SYMBOLS[MEDIANS[name]], PARAMETERS[MEDIANS[name]].unit)
 
 
-CANDIDATES = (
+CANDIDATE_COLUMNS = (
     Column("Candidate", lambda row: Cell(MODEL_LABELS[row.model])),
     numbers("Freed", "n_freed"),
     numbers("Selected", "n_selected"),
@@ -301,7 +301,7 @@ def printed_candidates(frame: pd.DataFrame, origin: str, labels: Labels | None =
     notes = [CANDIDATES_NOTE, SIMULATED_NOTE] if "simulated" in origin else [CANDIDATES_NOTE]
     fitted = frame[frame["n_not_fitted"] < frame["n_runs"]]
     without = [name for name in MEDIANS if name not in fitted or fitted[name].isna().all()]
-    columns = [each for each in CANDIDATES if each.head not in map(_median_head, without)]
+    columns = [each for each in CANDIDATE_COLUMNS if each.head not in map(_median_head, without)]
     labels, text = labels or {}, list[dict[str, str]]()
     for (block, foundation), own in fitted.groupby(["block", "foundation"], sort=False):
         scene = f"{labels.get(block, block)}, {labels.get(foundation, foundation)}"
