@@ -257,16 +257,15 @@ def budget(frame: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortabl
 
 def _largest(parts: pd.DataFrame, labels: Labels) -> str:
     """The largest contributions of a mean, in words."""
-    largest = parts[parts["share_percent"] >= SHOWN].sort_values(
-        "share_percent", ascending=False, kind="stable"
-    )
-    return "; ".join(
-        f"{INPUT_LABELS[row.input]}"
-        + ("" if row.input in ("runs", LAW) else f" of {labels.get(row.input_owner, row.input_owner)}")
-        + f" {row.share_percent:.0f} %"
-        + (" (d)" if row.input not in ("runs", LAW) and row.input_stated == 0 else "")
-        for row in largest.head(4).itertuples()
-    )
+    shown = parts[parts["share_percent"] >= SHOWN]
+    told = []
+    for row in shown.sort_values("share_percent", ascending=False, kind="stable").head(4).itertuples():
+        share, name = f"{row.share_percent:.0f} %", INPUT_LABELS[row.input]
+        if row.input not in ("runs", LAW):
+            name += f" of {labels.get(row.input_owner, row.input_owner)}"
+            share += " (d)" * (row.input_stated == 0)
+        told.append(f"{name} {share}")
+    return "; ".join(told)
 
 
 def _named(answer: Answer | None) -> Cell:

@@ -341,13 +341,12 @@ def of_other_laws(table: Printed) -> Printed:
 
 def _further(table: Printed) -> list[str]:
     """Notes of table 2 but those that depend on its rows."""
-    marks = [*_marked_notes(table.frame), *_given_notes(table.frame), *_runs_note(table.frame)]
-    return [note for note in table.notes if note not in marks]
+    return [note for note in table.notes if note not in _notes_on_rows(table.frame)]
 
 
 def _parameters(frame: pd.DataFrame, caption: str, notes: Sequence[str], labels: Labels | None) -> Printed:
-    marks = [*_marked_notes(frame), *_given_notes(frame), *_runs_note(frame)]
-    return Printed(frame, table2_columns(frame), table2_text(frame, labels), caption, [*marks, *notes])
+    told = [*_notes_on_rows(frame), *notes]
+    return Printed(frame, table2_columns(frame), table2_text(frame, labels), caption, told)
 
 
 def table1_columns(frame: pd.DataFrame) -> tuple[Column, ...]:
@@ -410,11 +409,13 @@ def _given_notes(frame: pd.DataFrame) -> list[str]:
     return notes + [UNDETERMINED_NOTE] * ("undetermined" in given)
 
 
-def _runs_note(frame: pd.DataFrame) -> list[str]:
+def _notes_on_rows(frame: pd.DataFrame) -> list[str]:
+    """Notes of table 2 that depend on its rows."""
     numbers = frame["n_runs"].tolist()
     without = frame["success"].astype(bool) & frame["mean"].notna() & frame["u_total"].isna()
     without &= frame["given"].isna() | frame["given"].eq("")
-    notes = [RUNS_NOTE] * any(n > 1 for n in numbers) + [ONE_RUN_NOTE] * (1 in numbers)
+    notes = [*_marked_notes(frame), *_given_notes(frame)]
+    notes += [RUNS_NOTE] * any(n > 1 for n in numbers) + [ONE_RUN_NOTE] * (1 in numbers)
     return notes + [NO_U_NOTE] * bool(without.any())
 
 

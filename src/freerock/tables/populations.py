@@ -190,10 +190,7 @@ def _foundations(members: Mapping[tuple[str, ...], list[Mean]]) -> Iterator[tupl
 def _inputs_by_key(contributions: pd.DataFrame) -> dict[Key, dict[str, object]]:
     """Uncertainty, unit and origin of each input in a table of contributions."""
     first = contributions.drop_duplicates(["input_owner", "input"])
-    return {
-        (row["input_owner"], row["input"]): {name: row[name] for name in OF_INPUT}
-        for row in first[OF_INPUT].to_dict("records")
-    }
+    return {(row["input_owner"], row["input"]): row for row in first[OF_INPUT].to_dict("records")}
 
 
 def _campaign(members: Mapping[tuple[str, ...], list[Mean]]) -> Iterator[dict[str, Any]]:

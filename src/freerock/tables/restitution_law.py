@@ -1,6 +1,5 @@
 """Restitution against impact speed: a straight line, where the impacts show that it is not a constant."""
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -59,26 +58,22 @@ def restitution_law(swings: pd.DataFrame, epsilon: pd.DataFrame) -> pd.DataFrame
     own = [named.get((row.test, str(row.run))) == row.source for row in swings.itertuples()]
     seen = swings[swings["source"] == "experiment"]
     kinds = {
-        PEAKS: seen.assign(speed=seen["rigid_speed_m_s"], value=seen["r"]),
-        ENERGY: swings[own].assign(
-            speed=swings[own].get("impact_speed_m_s", math.nan), value=swings[own].get("r_energy", math.nan)
-        ),
+        PEAKS: (seen, ["rigid_speed_m_s", "r"]),
+        ENERGY: (swings[own], ["impact_speed_m_s", "r_energy"]),
     }
     rows = []
     for scene, _ in seen.groupby(SCENE, sort=False):
-        for quantity, frame in kinds.items():
-            here = (frame[SCENE] == list(scene)).all(axis=1)
-            known = frame[here].dropna(subset=["speed", "value"])
-            runs = [run[["speed", "value"]].to_numpy(float).T for _, run in known.groupby(["test", "run"])]
+        for quantity, (frame, numbers) in kinds.items():
+            known = frame[(frame[SCENE] == list(scene)).all(axis=1)].dropna(subset=numbers)
+            runs = [run[numbers].to_numpy(float).T for _, run in known.groupby(["test", "run"])]
             runs = [run for run in runs if run.shape[1] >= LEAST and np.ptp(run[0]) > 0]
             if not runs:
                 continue
             speed = np.concatenate([run[0] for run in runs])
             at = float(np.median(speed))
             line = line_of(runs, at)
-            span = float(speed.min()), float(speed.max())
-            numbers = (*line, not line.low <= 0 <= line.high)
-            rows.append((*scene, quantity, len(runs), len(speed), *span, at, *numbers))
+            span, trend = (float(speed.min()), float(speed.max())), not line.low <= 0 <= line.high
+            rows.append((*scene, quantity, len(runs), len(speed), *span, at, *line, trend))
     return pd.DataFrame(rows, columns=LAW)
 
 

@@ -12,7 +12,7 @@ import pandas as pd
 import xarray as xr
 
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, LAWS, MODELS
+from freerock.models.laws import CANDIDATES, LAWS
 from freerock.products.groups import usable_runs
 
 STATUSES = ["selected", "rejected"]  # of a model in the choice, which the tables mark
@@ -94,7 +94,7 @@ def table2(
         parameters, the mean of the runs), success, selected and rejected (by the choice of most of the fitted
         runs); SI units. A law of which no fit may be used has n_runs 0 and the mean of what these gave.
     """
-    of_model = [row.parameter in _numbers_of(row.model) for row in parameters.itertuples()]
+    of_model = [row.parameter in CANDIDATES[row.model].parameters for row in parameters.itertuples()]
     of_laws = parameters[_shown(parameters, choice) & np.array(of_model, bool)]
     named = ["test", "block", "foundation", "model", "parameter", "unit"]
     of_records = populations[populations["level"] == "record"]
@@ -190,11 +190,6 @@ def largest_shift_m(runs: pd.DataFrame, blocks: Mapping[str, Block]) -> float:
     released = runs.dropna(subset=["theta0_deg"]).itertuples()
     shifts = (blocks[run.block].b * (1 - math.cos(math.radians(run.theta0_deg))) for run in released)
     return max(shifts, default=math.nan)
-
-
-def _numbers_of(model: str) -> tuple[str, ...]:
-    """Parameters of a candidate's law, and the contact width where it frees that."""
-    return (*MODELS[model], *["width"] * CANDIDATES[model].width)
 
 
 def _shown(rows: pd.DataFrame, choice: pd.DataFrame | None) -> "pd.Series[bool]":
