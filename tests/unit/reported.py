@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from fabricated import tidy_tables
 from matplotlib.image import imsave
 
 from freerock.config.campaign import load_campaign
@@ -16,7 +17,6 @@ from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.restitution_comparison import restitution_comparison
 from freerock.tables.summary import table1, table2, table3
-from freerock.tables.tidy import tidy_tables
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
 VOID = {"img", "meta", "br", "hr", "link", "input"}

@@ -3,13 +3,12 @@
 import json
 
 import pytest
-from fabricated import campaign
+from fabricated import campaign, tidy_tables
 
 from freerock.cli import subcommands as cli
 from freerock.cli.compare_command import compare_results, comparison_text
 from freerock.errors import FreerockError
 from freerock.tables.csvfile import write_csv
-from freerock.tables.tidy import tidy_tables
 
 RECORDS = [{"test": test, "file": f"{test}.tdms"} for test in ("b1_marble", "b1_mat", "b2_marble", "b2_mat")]
 

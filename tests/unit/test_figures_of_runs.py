@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from fabricated import RATE_HZ, campaign, failed_record, fits, record
+from fabricated import RATE_HZ, campaign, failed_record, fits, record, tidy_tables
 from overlaps import assert_nothing_overlaps
 from test_figures import BLOCKS, LABELS, texts
 
@@ -41,7 +41,6 @@ from freerock.products.misfit_maps import record_map
 from freerock.response.motions import INTENSITIES
 from freerock.tables.csvfile import write_csv
 from freerock.tables.latex import figures_tex
-from freerock.tables.tidy import tidy_tables
 
 ROOT = Path(__file__).parents[2]
 

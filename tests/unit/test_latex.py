@@ -5,7 +5,7 @@ import subprocess
 import numpy as np
 import pandas as pd
 import pytest
-from fabricated import campaign
+from fabricated import campaign, tidy_tables
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.image import imsave
@@ -19,7 +19,7 @@ from freerock.tables.latex import figures_tex, latex, numbers_tex, spelt_test
 from freerock.tables.paper import printed_candidates, printed_recovered, table1_text, table2_text, table3_text
 from freerock.tables.populations import populations_table
 from freerock.tables.summary import recovered_table, table1, table2, table3
-from freerock.tables.tidy import choice_table, epsilon_table, parameters_table, tidy_tables
+from freerock.tables.tidy import choice_table, epsilon_table, parameters_table
 
 PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}
 

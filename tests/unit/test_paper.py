@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from fabricated import campaign, fits, record
+from fabricated import campaign, fits, record, tidy_tables
 
 from freerock.models.block import Block
 from freerock.models.laws import PAPER_MODELS
@@ -12,7 +12,7 @@ from freerock.tables.paper import angle_notes, printed_tables, table1_text, tabl
 from freerock.tables.populations import populations_table
 from freerock.tables.restitution_comparison import restitution_comparison
 from freerock.tables.summary import table1, table2, table3
-from freerock.tables.tidy import epsilon_table, parameters_table, tidy_tables
+from freerock.tables.tidy import epsilon_table, parameters_table
 
 PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}
 

@@ -1,7 +1,7 @@
 """Tables printed from the CSV files say what the datasets say: ten digits are enough."""
 
 import pytest
-from fabricated import campaign
+from fabricated import campaign, tidy_tables
 
 from freerock.jobs.printed import print_recovered, print_tables
 from freerock.models.block import Block
@@ -10,7 +10,6 @@ from freerock.tables.latex import numbers_tex
 from freerock.tables.markdown import markdown
 from freerock.tables.paper import printed_recovered, printed_tables
 from freerock.tables.summary import recovered_table, table1, table2, table3
-from freerock.tables.tidy import tidy_tables
 
 LABELS = {"b1": "Slender", "mat": "Soft mat"}
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from fabricated import campaign, failed_record, fits, record
+from fabricated import campaign, failed_record, fits, record, tidy_tables
 
 from freerock.populations import population, predict
 from freerock.runs.verdict import Reason, Verdict, in_one_line
@@ -165,7 +165,7 @@ def test_tables_joined_of_each_record_are_those_of_all_at_once(datasets, odd):
     records, fitted = datasets
     records = [*odd, *records]
     fitted = [*(fits(tree, failed=["winkler"]) for tree in odd), *fitted]
-    whole = tables.tidy_tables(records, fitted)
+    whole = tidy_tables(records, fitted)
     apart = tables.joined([tables.rows_of([one], [its]) for one, its in zip(records, fitted, strict=True)])
     assert list(apart) == list(whole)
     for name, frame in whole.items():

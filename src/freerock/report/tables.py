@@ -14,8 +14,8 @@ from freerock.response.motions import INTENSITIES
 from freerock.rotation.total_uncertainty import LAW
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
-from freerock.tables.paper import SEEN_NOTE, Cell, Column, Labels, Printed, decimals, number, numbers
-from freerock.tables.quantities import INPUT_LABELS, fixed, quantity, with_unit
+from freerock.tables.paper import Cell, Column, Labels, Printed, decimals, number, numbers, with_error
+from freerock.tables.quantities import INPUT_LABELS, SEEN_NOTE, fixed, quantity, with_unit
 
 SHOWN = 1.0  # per cent of a square of a total uncertainty, from which a contribution is shown
 
@@ -191,18 +191,11 @@ def choices(choice: pd.DataFrame, labels: Labels) -> Sortable:
 
 def compared_restitution(compared: pd.DataFrame) -> Sortable:
     """Fitted and per-impact restitution of each record, from the table restitution_comparison."""
-
-    def with_u(head: str, name: str) -> Column:
-        u = f"{name}_u"
-        return Column(
-            head, lambda row: number(quantity(getattr(row, name), getattr(row, u)), getattr(row, name))
-        )
-
     columns = [
         _RECORD,
-        with_u("Housner r, fitted", "r_fitted"),
-        with_u("r, first impact", "r_first"),
-        with_u("r, median of impacts", "r_median"),
+        with_error("Housner r, fitted", "r_fitted", "r_fitted_u"),
+        with_error("r, first impact", "r_first", "r_first_u"),
+        with_error("r, median of impacts", "r_median", "r_median_u"),
         Column("Range", lambda row: Cell(f"{row.r_low:.3f} to {row.r_high:.3f}")),
         numbers("First impact / s", "first_impact_s", decimals(4)),
         numbers("First impact, rigid / s", "rigid_s", decimals(4)),

@@ -15,8 +15,7 @@ from freerock.identification.levels import NORMAL_95
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.candidates import MEDIANS
-from freerock.tables.quantities import SIMULATED_NOTE as SIMULATED_NOTE
-from freerock.tables.quantities import between, fixed, quantity, with_unit
+from freerock.tables.quantities import SEEN_NOTE, SIMULATED_NOTE, between, fixed, quantity, with_unit
 
 U_NOTE = "±: total standard uncertainty (one standard deviation) of"
 RUNS_NOTE = (
@@ -54,7 +53,6 @@ UNDETERMINED_NOTE = (
 NO_U_NOTE = "Without ±: the law does not explain the run, and the error of the parameter is not known."
 PUBLISHED_NOTE = "Published values: doi:{doi}, from the laboratory's own records."
 
-SEEN_NOTE = "θ₀: as the sensor shows it, a sinking corner included."
 ANGLE_NOTE = "θ₀ recorded: mean; ±: standard deviation between the runs."
 
 CANDIDATES_NOTE = (
@@ -110,6 +108,16 @@ def number(text: str, value: float) -> Cell:
 def numbers(head: str, name: str, text: Callable[[Any], str] = str) -> Column:
     """The column of a head and of the numbers of this name in a frame, each as the text makes it."""
     return Column(head, lambda row: number(text(getattr(row, name)), getattr(row, name)))
+
+
+def with_error(head: str, name: str, error: str) -> Column:
+    """The column of a head and of the numbers of this name in a frame, each with its error."""
+
+    def cell(row: Any) -> Cell:
+        value = getattr(row, name)
+        return number(quantity(value, getattr(row, error)), value)
+
+    return Column(head, cell)
 
 
 def decimals(n: int) -> Callable[[float], str]:
@@ -178,10 +186,7 @@ TABLE1 = (
     numbers("p / (rad s⁻¹)", "p_rad_s", _FOUR_DIGITS),
     numbers("r (Housner)", "r_housner", _FOUR_DIGITS),
     numbers("θ₀ nominal / °", "release_angle_nominal_deg", _stated),
-    Column(
-        "θ₀ recorded / °",
-        lambda row: number(quantity(row.release_angle_deg, row.release_angle_std_deg), row.release_angle_deg),
-    ),
+    with_error("θ₀ recorded / °", "release_angle_deg", "release_angle_std_deg"),
 )
 _PUBLISHED = "Published"
 TABLE2 = (
@@ -226,7 +231,7 @@ RECOVERED = (
     Column("Run", lambda row: Cell(str(row.run))),
     PARAMETER,
     numbers("Truth", "truth", partial(quantity, digits=5)),
-    Column("Identified", lambda row: number(quantity(row.value, row.u_total), row.value)),
+    with_error("Identified", "value", "u_total"),
     numbers("Error / %", "error_percent", decimals(3)),
     Column("In 1.96 u", lambda row: Cell("yes" if _inside(row) else "no")),
 )

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from freerock.rotation.total_uncertainty import LAW
 
+SEEN_NOTE = "θ₀: as the sensor shows it, a sinking corner included."
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 CLOSE = 1e-9  # relative difference of two values that are one
 LEAST_P, MOST_P = 1e-9, 0.99  # beyond them a chance is told as a bound

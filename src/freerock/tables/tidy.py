@@ -442,17 +442,6 @@ def joined(parts: Sequence[Mapping[str, pd.DataFrame]]) -> dict[str, pd.DataFram
     return tables
 
 
-def tidy_tables(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict[str, pd.DataFrame]:
-    """The tidy tables by name: runs, parameters, epsilon, choice, candidates, populations and the rest.
-
-    Parameters
-    ----------
-    records, fits : sequence of xarray.DataTree
-        Record and fit datasets.
-    """
-    return joined([rows_of(records, fits)])
-
-
 def _each_fit(fits: Trees) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
     """What each fit is of, and the fit."""
     for tree in fits:
