@@ -17,7 +17,6 @@ from freerock.products.names import VARIABLES
 from freerock.tables import (
     candidates,
     populations,
-    recovered,
     restitution_comparison,
     restitution_law,
     summary,
@@ -54,7 +53,7 @@ def columns():
         summary.table1([], {"block": Block(height_m=0.28, width_m=0.07, mass_kg=5.84)}),
         summary.table2(populations.populations_table(parameters), parameters),
         summary.table3(epsilon),
-        recovered.recovered_table(parameters, {}),
+        summary.recovered_table(parameters, {}),
     ]
     lists = [
         tidy.RUNS,

@@ -18,6 +18,7 @@ from freerock.tables.quantities import LEAST_P, MOST_P, quantity, unit_text
 TABLES = ("runs", "choice", "candidates", "populations", "foundations", "predictions", "table1", "table3")
 """The tables that the findings are made from."""
 OTHER_RUNS = "other runs"  # of the record, as the table predictions says
+BASES = {OTHER_RUNS: "the other runs of a record", f"{NOT}{OTHER_RUNS}": "another block"}
 MOST = 4  # names, laws or foundations that are listed
 NAMED = {"status": "selected", "explains": True}
 USABLE: Where = {"excluded": False, "verdict": f"{NOT}fail", "run": KNOWN}
@@ -130,21 +131,18 @@ def _predicted(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list
     under the law quoted, with the number of runs that were averaged."""
     told: list[Sentence] = []
     for foundation, model in list(quoted.items())[:MOST]:
-        scene = {"foundation": foundation, "model": model}
-        from_runs, from_blocks = scene | {"basis": OTHER_RUNS}, scene | {"basis": NOT + OTHER_RUNS}
-        label = labels.get(foundation, foundation)
-        if len(known.rows("predictions", from_runs)):
-            most, n = _at_most(known, from_runs), known.ends("predictions", "n_runs", from_runs)
-            told.append(said("{}, from the other runs of a record ({} averaged): ε_θ ≤ {}.", label, n, most))
-        blocks = list(known.rows("predictions", from_blocks)["block"].unique())
-        if blocks:
-            most = _at_most(known, from_blocks)
-            if len(blocks) <= MOST:
-                each_most = [_at_most(known, from_blocks | {"block": each}) for each in blocks]
+        for basis, others in BASES.items():
+            where: Where = {"foundation": foundation, "model": model, "basis": basis}
+            blocks = list(known.rows("predictions", where)["block"].unique())
+            if not blocks:
+                continue
+            label, most = labels.get(foundation, foundation), _at_most(known, where)
+            if basis != OTHER_RUNS and len(blocks) <= MOST:
+                each_most = [_at_most(known, {**where, "block": each}) for each in blocks]
                 names = [labels.get(each, each) for each in blocks]
                 most = listed([said("{} for {}", *pair) for pair in zip(each_most, names, strict=True)])
-            n = known.ends("predictions", "n_runs", from_blocks)
-            told.append(said("{}, from another block ({} averaged): ε_θ ≤ {}.", label, n, most))
+            n = known.ends("predictions", "n_runs", where)
+            told.append(said("{}, from {} ({} averaged): ε_θ ≤ {}.", label, others, n, most))
     return told
 
 
