@@ -49,16 +49,16 @@ def findings(
     """
     known = Tables(tables)
     quoted = laws_of_foundations(known["choice"])
-    foundation, predicted = _durations(known, labels, longest), _predicted(known, quoted, labels)
-    return [
+    told = [
         Finding("Tested", _tested(known, labels)),
-        *([Finding("Foundation", foundation, True)] if foundation else []),
+        Finding("Foundation", _durations(known, labels, longest), True),
         Finding("Explained by", _explained(known)),
         Finding("Parameters", _parameters(known, quoted, labels), True),
-        *([Finding("Predicted", predicted, True)] if predicted else []),
+        Finding("Predicted", _predicted(known, quoted, labels), True),
         Finding("Shared by blocks", _shared(known, quoted, labels), True),
         Finding("Not to be concluded", limits(known, set(filter(None, quoted.values())))),
     ]
+    return [each for each in told if each.sentences]
 
 
 def laws_of_foundations(choice: pd.DataFrame) -> dict[str, str]:

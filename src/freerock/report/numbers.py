@@ -83,24 +83,15 @@ def listed(items: Sequence[Sentence], word: str = "and") -> Sentence:
     return tuple(parts)
 
 
-class Tables:
-    """The tables of a campaign, which give numbers with their sources.
+class Tables(dict[str, pd.DataFrame]):
+    """The tables of a campaign by name, which give numbers with their sources.
 
-    Parameters
-    ----------
-    tables : mapping of str to pandas.DataFrame
-        By name, as `freerock.tables.csvfile.read_csv` gives them.
+    They are as `freerock.tables.csvfile.read_csv` gives them.
     """
-
-    def __init__(self, tables: Mapping[str, pd.DataFrame]) -> None:
-        self._tables = tables
-
-    def __getitem__(self, table: str) -> pd.DataFrame:
-        return self._tables[table]
 
     def rows(self, table: str, where: Where) -> pd.DataFrame:
         """The rows of a table that hold something."""
-        frame = self._tables[table]
+        frame = self[table]
         for column, value in where.items():
             own = frame[column]
             if str(value).startswith(NOT):

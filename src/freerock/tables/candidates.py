@@ -74,10 +74,10 @@ def answers(choice: pd.DataFrame) -> list[Answer]:
         of_run.setdefault((test, str(run)), []).append(tuple(rest))
     found = []
     for (test, run), rows in of_run.items():
-        named = [row for row in rows if row[0] == "selected"]
-        _, model, _, reason = named[0] if named else ("", "", False, "")
+        named = (row for row in rows if row[0] == "selected")
+        _, model, explains, reason = next(named, ("", "", False, ""))
         others = tuple(model for status, model, *_ in rows if status == "also_possible")
-        found.append(Answer(test, run, model, any(explains for _, _, explains, _ in named), others, reason))
+        found.append(Answer(test, run, model, bool(explains), others, reason))
     return found
 
 

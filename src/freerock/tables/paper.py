@@ -271,6 +271,7 @@ def printed_tables(
     first, second, third = (frames[name] for name in ("table1", "table2", "table3"))
     simulated = [SIMULATED_NOTE] if "simulated" in origin else []
     seen = "simulated" if simulated else "measured"
+    scatter = [ANGLE_NOTE] * bool(first["release_angle_std_deg"].notna().any())
     notes = [*simulated, PUBLISHED_NOTE.format(doi=doi)] if doi else simulated
     return {
         "table1": Printed(
@@ -278,7 +279,7 @@ def printed_tables(
             table1_columns(first),
             table1_text(first, labels),
             "Block configurations",
-            [SEEN_NOTE, *_scatter_note(first), *angle_notes(first, labels), *simulated],
+            [SEEN_NOTE, *scatter, *angle_notes(first, labels), *simulated],
         ),
         "table2": _parameters(second, "Identified parameters, record by record", notes, labels),
         "table3": Printed(
@@ -374,10 +375,6 @@ def angle_notes(frame: pd.DataFrame, labels: Labels | None = None) -> list[str]:
         for row in frame.itertuples()
         if abs(row.release_angle_deg / row.release_angle_nominal_deg - 1) > NOMINAL_DIFFERS
     ]
-
-
-def _scatter_note(frame: pd.DataFrame) -> list[str]:
-    return [ANGLE_NOTE] * any(math.isfinite(row.release_angle_std_deg) for row in frame.itertuples())
 
 
 def table2_columns(frame: pd.DataFrame) -> Sequence[Column]:
