@@ -103,23 +103,14 @@ def totals_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) ->
         value by the number of runs; the input that most of the least u owes to, and u were it exact.
     """
     best = _named(best_known(frame), labels)
-    best["number"] = best["model"].map(MODEL_LABELS) + " " + best["parameter"].map(SYMBOLS)
+    keys = ["foundation", "", "block"]
+    best[""] = best["model"].map(MODEL_LABELS) + " " + best["parameter"].map(SYMBOLS)
     rows = []
-    for (foundation, number, block), own in best.groupby(["foundation", "number", "block"], sort=False):
-        last = own.loc[own["n_runs"].idxmax()]
-        rows.append(
-            {
-                "foundation": foundation,
-                "": number,
-                "block": block,
-                **{
-                    f"n = {row.n_runs}": _percent(row.u_total, row.value)
-                    for row in own.sort_values("n_runs").itertuples()
-                },
-                **_first(last),
-            }
-        )
-    table = pd.DataFrame(rows).set_index(["foundation", "", "block"])
+    for key, own in best.groupby(keys, sort=False):
+        own = own.sort_values("n_runs")
+        by_n = {f"n = {row.n_runs}": _percent(row.u_total, row.value) for row in own.itertuples()}
+        rows.append({**dict(zip(keys, key, strict=True)), **by_n, **_first(own.iloc[-1])})
+    table = pd.DataFrame(rows).set_index(keys)
     lines = ["Total uncertainty u (k = 1) of the mean of n runs of each block in %", table.to_string()]
     if (best["spread_fraction"] == 0).any():
         lines.append("the spread between runs is 0 where plan.spread_fraction gives none")
