@@ -65,7 +65,7 @@ def measured(
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
     time_s, theta, sigma, _ = signal
     step = converter_step(volts, theta)
-    run, impacts = judged_runs(signal, block, signal_quality(record), step=step)[0]
+    run, impacts = judged_runs(signal, block, signal_quality(record))[0]
     if run.verdict.level == "fail":
         return Measured(run, impacts, None, record.attrs["noise_v"])
     rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])

@@ -21,7 +21,6 @@ from freerock.rotation.calibration import read_calibration
 from freerock.rotation.faults import listed_faults, signal_quality
 from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.rotation.laboratory import Laboratory
-from freerock.rotation.lattice import converter_step
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.begun_in_motion import Position
@@ -31,7 +30,7 @@ from freerock.runs.judged import judged_runs
 from freerock.runs.measured_total import MeasuredTotal, measured_total
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
-from freerock.units import BASE, in_base_units
+from freerock.units import in_base_units
 
 log = logging.getLogger("freerock")
 
@@ -116,10 +115,8 @@ def _process(
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
     of_runs = RunLimits(**settings["runs"], start=settings.get("start", "hold"))
     limits = of_runs, ImpactLimits(**settings["impacts"])
-    recorded = next(record[name].values for name in BASE if name in record)
-    step = converter_step(recorded, record["theta"].values)
     where = Position(*(record[name].values for name in POSITIONS)) if POSITIONS[0] in record else None
-    judged = judged_runs(signal, block, signal_quality(record), by_hand, *limits, step, where)
+    judged = judged_runs(signal, block, signal_quality(record), by_hand, *limits, where)
     laboratory = Laboratory.of(settings["laboratory"])
     totals = [measured_total(run.theta0, run.theta0_stderr, found, laboratory) for run, found in judged]
     return record, judged, totals

@@ -33,19 +33,18 @@ def judged_runs(
     by_hand: ByHand = NOTHING,
     of_runs: RunLimits = RUNS,
     of_impacts: ImpactLimits = IMPACTS,
-    step: float = 0.0,
     position: Position | None = None,
 ) -> list[tuple[Run, Impacts]]:
     """Each run of a record and its impacts.
 
     `signal` is time [s], rotation and the standard deviation of its noise [rad], and flags, of shape
-    (n_time,) each, `step` that of the converter [rad], `position` that of the centre; all else, and the
-    errors, as in `segment.find_runs` and `impacts.find_impacts`.
+    (n_time,) each, `position` that of the centre; all else, and the errors, as in `segment.find_runs` and
+    `impacts.find_impacts`.
     """
     time_s, theta, sigma, flags = signal
     phases = stationary_phases(time_s, theta, window_s=of_runs.window_s)
-    noise = sensor_noise(time_s, theta, sigma, step, of_runs.window_s, phases)
-    found, judged = [], []
+    noise = sensor_noise(time_s, theta, sigma, quality.converter_step, of_runs.window_s, phases)
+    judged = []
     for run in find_runs(
         time_s, theta, sigma, flags, block, quality, by_hand, of_runs, noise, phases, position
     ):
@@ -69,13 +68,9 @@ def judged_runs(
         uneven = doubt_about_evenness(used.impacts, block, peaks)
         verdict = _as_of_a_tilt(run.verdict) if any(each.name == TILTS for each in uneven) else run.verdict
         doubts = doubt_about(used.impacts, of_impacts) + uneven + used.notes
-        found.append(used)
-        judged.append(replace(run, verdict=verdict.adding(doubts)))
-    vain = missed(by_hand, found)
-    return [
-        (replace(run, verdict=run.verdict.adding(vain)), used.impacts)
-        for run, used in zip(judged, found, strict=True)
-    ]
+        judged.append((replace(run, verdict=verdict.adding(doubts)), used.impacts))
+    vain = missed(by_hand, judged)
+    return [(replace(run, verdict=run.verdict.adding(vain)), impacts) for run, impacts in judged]
 
 
 def _of_peaks(time_s: Floats, theta: Floats, run: Run, converter_step: float) -> float:

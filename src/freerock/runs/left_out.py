@@ -20,11 +20,10 @@ Find = Callable[[float, float, bool], Impacts]  # from when to when [s]; whether
 
 
 class Used(NamedTuple):
-    """Impacts of a run, notes of what it lacks, and from when to when it lasts, hold included [s]."""
+    """Impacts of a run, and notes of what it lacks."""
 
     impacts: Impacts
     notes: list[Reason]
-    lasts_s: tuple[float, float]
 
 
 def impacts_used(find: Find, run: Run, block: Block, by_hand: ByHand) -> Used:
@@ -61,12 +60,13 @@ def impacts_used(find: Find, run: Run, block: Block, by_hand: ByHand) -> Used:
                 values[named] = np.nan
             text = f"impact {named + 1} at {impacts.time_s[named]:.3f} s left out: {why}"
             impacts, notes = replace(impacts, **kept), [*notes, Reason("ok", "left_out", text)]
-    return Used(impacts, notes, (hold_s, end_s))
+    return Used(impacts, notes)
 
 
-def missed(by_hand: ByHand, runs: Sequence[Used]) -> list[Reason]:
+def missed(by_hand: ByHand, judged: Sequence[tuple[Run, Impacts]]) -> list[Reason]:
     """What was left out and is not there."""
-    passages = np.concatenate([np.empty(0), *(run.impacts.time_s for run in runs)])
+    lasts_s = [(run.hold_start_s, run.end_s) for run, _ in judged]
+    passages = np.concatenate([np.empty(0), *(impacts.time_s for _, impacts in judged)])
     passages = passages[np.isfinite(passages)]
     doubts = []
     for from_s, to_s, _ in by_hand.stretches:
@@ -75,8 +75,8 @@ def missed(by_hand: ByHand, runs: Sequence[Used]) -> list[Reason]:
             if passages.size:
                 text += f": the nearest is at {passages[np.argmin(np.abs(passages - from_s))]:.3f} s"
             doubts.append(Reason("warn", "by_hand", text))
-        elif from_s < to_s and not any(from_s < end_s and to_s > begin_s for *_, (begin_s, end_s) in runs):
-            lasts = ", ".join(f"{begin_s:.3f} s to {end_s:.3f} s" for *_, (begin_s, end_s) in runs)
+        elif from_s < to_s and not any(from_s < end_s and to_s > begin_s for begin_s, end_s in lasts_s):
+            lasts = ", ".join(f"{begin_s:.3f} s to {end_s:.3f} s" for begin_s, end_s in lasts_s)
             text = f"exclude: {from_s:g} s to {to_s:g} s meets no run: they last from {lasts}"
             doubts.append(Reason("warn", "by_hand", text))
     return doubts
