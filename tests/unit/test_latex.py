@@ -16,8 +16,14 @@ from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.candidates import candidates_table
 from freerock.tables.latex import figures_tex, latex, numbers_tex, spelt_test
-from freerock.tables.paper import printed_candidates, printed_recovered, table1_text, table2_text, table3_text
 from freerock.tables.populations import populations_table
+from freerock.tables.printed_tables import (
+    printed_candidates,
+    printed_recovered,
+    table1_text,
+    table2_text,
+    table3_text,
+)
 from freerock.tables.summary import recovered_table, table1, table2, table3
 from freerock.tables.tidy import choice_table, epsilon_table, parameters_table
 

@@ -8,7 +8,7 @@ from freerock.models.block import Block
 from freerock.tables.csvfile import write_csv
 from freerock.tables.latex import numbers_tex
 from freerock.tables.markdown import markdown
-from freerock.tables.paper import printed_recovered, printed_tables
+from freerock.tables.printed_tables import printed_recovered, printed_tables
 from freerock.tables.summary import recovered_table, table1, table2, table3
 
 LABELS = {"b1": "Slender", "mat": "Soft mat"}

@@ -1,7 +1,7 @@
 import pytest
 from fabricated import campaign
 
-from freerock.tables.paper import printed_recovered
+from freerock.tables.printed_tables import printed_recovered
 from freerock.tables.summary import recovered_table
 from freerock.tables.tidy import parameters_table
 

@@ -12,8 +12,8 @@ from freerock.populations import population, predict
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 from freerock.tables import candidates, restitution_comparison
 from freerock.tables import tidy as tables
-from freerock.tables.paper import table2_text, table3_text
 from freerock.tables.populations import populations_table
+from freerock.tables.printed_tables import table2_text, table3_text
 from freerock.tables.summary import table2, table3
 from freerock.tables.tidy import (
     REASONS,

@@ -12,7 +12,7 @@ from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, MODELS, law_of
 from freerock.tables.candidates import named_by
-from freerock.tables.paper import spread
+from freerock.tables.printed_tables import spread
 
 FIGURE = {
     "title": "Identified parameters, run by run",

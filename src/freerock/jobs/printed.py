@@ -7,7 +7,7 @@ from freerock.files import write_text
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.latex import latex, numbers_tex
 from freerock.tables.markdown import markdown
-from freerock.tables.paper import Printed, printed_candidates, printed_recovered, printed_tables
+from freerock.tables.printed_tables import Printed, printed_candidates, printed_recovered, printed_tables
 from freerock.tables.summary import recovered_table
 
 
@@ -28,7 +28,7 @@ def print_tables(
     folder : path
         Where they are written.
     origin, doi, labels
-        As of `freerock.tables.paper.printed_tables`.
+        As of `freerock.tables.printed_tables.printed_tables`.
     """
     tables = {name: read_csv(path) for name, path in files.items()}
     for name, table in printed_tables(tables, origin, doi=doi, labels=labels).items():

@@ -8,7 +8,7 @@ import pandas as pd
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS
 from freerock.report.numbers import Sentence, Tables, Where, listed, said
-from freerock.tables.paper import Labels
+from freerock.tables.printed_tables import Labels
 from freerock.tables.swings import usable_rows
 
 TENTH = 0.1  # relative difference up to which values are said to agree, as published ones state no error

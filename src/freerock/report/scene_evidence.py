@@ -12,7 +12,7 @@ from freerock.models.laws import MODEL_LABELS
 from freerock.report.scene_choices import SceneChoices, sentences
 from freerock.report.tables import Sortable
 from freerock.tables.candidates import STATUS_WORDS, answers
-from freerock.tables.paper import Cell, Labels, number
+from freerock.tables.printed_tables import Cell, Labels, number
 from freerock.tables.quantities import chance, fixed, quantity
 
 HEADS = ["Candidate", "Runs", "Freed", "ε_θ / %", "Held out / %", "Other runs / %", "ΔBIC"]

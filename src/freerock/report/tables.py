@@ -14,7 +14,16 @@ from freerock.response.motions import INTENSITIES
 from freerock.rotation.total_uncertainty import LAW
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
-from freerock.tables.paper import Cell, Column, Labels, Printed, decimals, number, numbers, with_error
+from freerock.tables.printed_tables import (
+    Cell,
+    Column,
+    Labels,
+    Printed,
+    decimals,
+    number,
+    numbers,
+    with_error,
+)
 from freerock.tables.quantities import INPUT_LABELS, SEEN_NOTE, fixed, quantity, with_unit
 
 SHOWN = 1.0  # per cent of a square of a total uncertainty, from which a contribution is shown

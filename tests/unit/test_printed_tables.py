@@ -8,8 +8,8 @@ from fabricated import campaign, fits, record, tidy_tables
 from freerock.models.block import Block
 from freerock.models.laws import PAPER_MODELS
 from freerock.tables.latex import latex
-from freerock.tables.paper import angle_notes, printed_tables, table1_text, table2_text, table3_text
 from freerock.tables.populations import populations_table
+from freerock.tables.printed_tables import angle_notes, printed_tables, table1_text, table2_text, table3_text
 from freerock.tables.restitution_comparison import restitution_comparison
 from freerock.tables.summary import table1, table2, table3
 from freerock.tables.tidy import epsilon_table, parameters_table
