@@ -19,6 +19,7 @@ from freerock.models.contact import (
     State,
     accelerations,
     contact_force,
+    energy,
     static_depth,
 )
 from freerock.models.laws import GEOMETRIC, Rules
@@ -194,6 +195,17 @@ def test_motion_is_that_of_an_independent_integration(configuration, foundation,
     freed = {**law, "theta0": angle, "edge_radius": radius}
     as_fits = simulate_fitted("hunt_crossley", sharp, freed, TIME, rules=rules)
     np.testing.assert_allclose(as_fits, expected, atol=5e-6)
+
+
+@pytest.mark.parametrize("kinematics", ["guided", "pivoting"])
+def test_without_damping_the_energy_is_kept(kinematics):
+    block, bed, rules = rounded(2e-3), {"k": 6.77e6, "c": 0.0}, Rules(kinematics=kinematics)
+    found = simulate("winkler", block, bed, TIME, theta0=0.15, rules=rules, solver=Solver(1e-11))
+    motion = found.z_cb, found.z_cb_rate, found.theta, found.theta_rate
+    kept = energy(block, Foundation.of(bed), *motion, rules)
+    assert np.abs(kept / kept[0] - 1).max() < 1e-7
+    sunk = static_depth(block, Foundation.of(bed), 0.0)
+    assert energy(block, Foundation.of(bed), sunk, 0.0, 0.0, 0.0, rules) == pytest.approx(0, abs=1e-15)
 
 
 @pytest.mark.parametrize("law", [("hunt_crossley", MARBLE), ("winkler", {"k": 6.77e6, "c": 2.17e4})])

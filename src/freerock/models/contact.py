@@ -280,7 +280,7 @@ def energy(
     """
     import numpy as np
 
-    m, h, b, k = block.mass_kg, block.h, block.b, foundation.k
+    m, h, b, k = block.mass_kg, block.h, block.flat, foundation.k
     s = np.sin(theta)
     along, above = h * s + block.e * np.cos(theta), h * np.cos(theta) - block.e * s
     right, left = z_cb + b * s, z_cb - b * s
@@ -289,16 +289,37 @@ def energy(
     partial = k / 6 * (np.maximum(right, 0) ** 3 - np.maximum(left, 0) ** 3) / slope
     full = k * (b * np.maximum(z_cb, 0) ** 2 + (b**3 / 3) * s**2)
     elastic = np.where(flat | (np.minimum(right, left) >= 0), full, partial)
-    lever = above + (block.flat * np.abs(s) if rules.kinematics == "pivoting" else 0.0)
+    lever = above + (b * np.abs(s) if rules.kinematics == "pivoting" else 0.0)
     sinking = z_cb_rate + along * theta_rate
     kinetic = 0.5 * m * ((lever * theta_rate) ** 2 + sinking**2) + 0.5 * block.inertia_cm * theta_rate**2
     at_rest = static_depth(block, foundation, 0.0)
     weight = m * GRAVITY * (-2 * h * np.sin(0.5 * theta) ** 2 - block.e * s - (z_cb - at_rest))
+    rest = np.full(1, at_rest)
     if foundation.kappa:
         elastic = elastic + _stored_beyond(foundation, left, right, s, b)
-        rest = np.full(1, at_rest)
         kinetic = kinetic - _stored_beyond(foundation, rest, rest, np.zeros(1), b)[0]
+    if block.edge_radius:
+        elastic = elastic + _stored_by_edges(block, foundation, z_cb, s)
+        kinetic = kinetic - _stored_by_edges(block, foundation, rest, 0.0)[0]
     return kinetic + weight + elastic - k * b * at_rest**2
+
+
+def _stored_by_edges(
+    block: Block, foundation: Foundation, z_cb: "float | Floats", s: "float | Floats"
+) -> "Floats":
+    """Elastic energy k/2 ∫ z² dv of the bed below both rounded edges [J], by the nodes of `_edge_force`."""
+    import numpy as np
+
+    radius, total = block.edge_radius, np.zeros(np.broadcast(z_cb, s).shape)
+    for side in (1, -1):
+        depth, slope = z_cb + side * block.flat * s, side * np.asarray(s)
+        ends = np.vectorize(_edge_ends, [float, float])(depth, slope, radius)
+        first, last = (np.arcsin(each / radius) for each in ends)
+        for node, weight in _gauss(12):
+            phi = 0.5 * (first + last) + 0.5 * (last - first) * node
+            z = depth + slope * radius * np.sin(phi) - radius * (1 - np.cos(phi))
+            total = total + 0.5 * (last - first) * weight * radius * np.cos(phi) * z**2
+    return np.asarray(0.5 * foundation.k * total)
 
 
 def _stored_beyond(
