@@ -271,7 +271,7 @@ def printed_tables(
     first, second, third = (frames[name] for name in ("table1", "table2", "table3"))
     simulated = [SIMULATED_NOTE] if "simulated" in origin else []
     seen = "simulated" if simulated else "measured"
-    scatter = [ANGLE_NOTE] * bool(first["release_angle_std_deg"].notna().any())
+    scatter = [ANGLE_NOTE] * any(math.isfinite(row.release_angle_std_deg) for row in first.itertuples())
     notes = [*simulated, PUBLISHED_NOTE.format(doi=doi)] if doi else simulated
     return {
         "table1": Printed(
