@@ -30,6 +30,7 @@ from freerock.figures import (
     set_up,
     style,
 )
+from freerock.figures.looks import MODEL_STYLES
 from freerock.jobs.make_misfit_maps import make_misfit_maps
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
@@ -487,10 +488,8 @@ def test_panels_are_lettered_beyond_z():
 
 
 def test_every_candidate_is_told_from_the_others_in_grey():
-    grey = [np.dot(to_rgb(each["color"]), (0.299, 0.587, 0.114)) for each in style.MODEL_STYLES.values()]
-    looks = list(
-        zip(grey, map(str, (each["linestyle"] for each in style.MODEL_STYLES.values())), strict=True)
-    )
+    grey = [np.dot(to_rgb(each["color"]), (0.299, 0.587, 0.114)) for each in MODEL_STYLES.values()]
+    looks = list(zip(grey, map(str, (each["linestyle"] for each in MODEL_STYLES.values())), strict=True))
     for i, (shade, line) in enumerate(looks):
         assert all(abs(shade - other) > 0.1 or line != dashes for other, dashes in looks[i + 1 :])
 

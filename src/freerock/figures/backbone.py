@@ -2,7 +2,6 @@
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
 from freerock.figures.by_block import Shown, by_block, caption_of
@@ -31,15 +30,9 @@ def _rigid(block: Block, seen: pd.DataFrame) -> tuple[Floats, Floats]:
     return amplitude, 4 * np.array(quarter)
 
 
-def _from_zero(figure: Figure, data: pd.DataFrame) -> None:
-    for ax in figure.axes:
-        ax.set_xlim(left=0)
-        ax.set_ylim(bottom=0)
-
-
 draw = by_block(
     Shown("amplitude", "period_s", "amplitude |θ|/α", "period / s", _rigid),
     lambda swings: swings[swings["period_s"].notna()],
-    _from_zero,
+    lambda ax, own: ax.set(xlim=(0, None), ylim=(0, None)),
 )
 caption = caption_of

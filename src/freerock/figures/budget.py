@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
 from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, printed
@@ -72,23 +71,21 @@ def draw(budget: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels
     largest = shares.groupby("input").max()
     named = [name for name in LOOKS if largest.get(name, 0.0) >= SHOWN]
     beside = len(names) if style.size(1)[0] > NARROWEST_IN * (1 + len(names)) else 1
-    below = len(names) // beside
-    figure = Figure(figsize=style.size(0.4 + below * (0.6 + 0.22 * max(3, len(keys)))))
-    axes = figure.subplots(below, beside, squeeze=False, sharey=True, sharex=True)
+    high = 0.6 + 0.22 * max(3, len(keys))
+    figure, axes = style.panels_in_rows(len(names), beside, high, 0.4, sharey=True, sharex=True)
     parts = []
-    for i, (ax, name) in enumerate(zip(axes.ravel(), names, strict=True)):
+    for i, (ax, name) in enumerate(zip(axes, names, strict=True)):
         ax.set_title(style.panel(i, len(names), f"{SYMBOLS[name]}, {MODEL_LABELS[models[0]]}"), loc="left")
+        of_number = data[data["parameter"] == name]
         for place, key in enumerate(keys):
-            row = data[(data["parameter"] == name)]
-            row = row[(row[OF_MEAN].fillna("") == key).all(axis=1)]
-            parts.append(row)
-            _bar(ax, place, row, named)
+            parts.append(of_number[(of_number[OF_MEAN].fillna("") == key).all(axis=1)])
+            _bar(ax, place, parts[-1], named)
         ax.grid(axis="y", visible=False)
         ax.set_xlim(0, 100)
-    for ax in axes[-1]:
+    for ax in axes[-beside:]:
         ax.set_xlabel("share of u² / %")
-    axes[0, 0].set_yticks(range(len(keys)), _names(labels, keys))
-    axes[0, 0].set_ylim(len(keys) - 0.4, -0.6)
+    axes[0].set_yticks(range(len(keys)), _names(labels, keys))
+    axes[0].set_ylim(len(keys) - 0.4, -0.6)
     style.finish(figure, origin)
     return figure, style.gathered(parts, budget.columns).assign(named_by=named_by(models[0], choice))
 
@@ -109,9 +106,9 @@ def _bar(ax: Axes, place: int, rows: pd.DataFrame, named: list[str]) -> None:
     shares = rows.groupby("input", sort=False)["share_percent"].sum()
     parts = [(INPUT_LABELS.get(name, name), LOOKS[name], float(shares.get(name, 0.0))) for name in named]
     parts.append(("others", OTHERS, float(shares.drop(named, errors="ignore").sum())))
+    edge = {"edgecolor": "black", "linewidth": 0.4}
     for text, look, share in parts:
         if share > 0:
-            edge = {"edgecolor": "black", "linewidth": 0.4}
             ax.barh(place, share, left=left, height=0.7, **look | edge, label=text)
             left += share
     if len(rows):

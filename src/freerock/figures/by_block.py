@@ -5,7 +5,6 @@ from itertools import cycle
 from typing import NamedTuple
 
 import pandas as pd
-from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
 from freerock.figures import style
@@ -40,7 +39,7 @@ def foundation_looks(table: pd.DataFrame) -> dict[str, Style]:
 def by_block(
     shown: Shown,
     rows: Callable[[pd.DataFrame], pd.DataFrame] = lambda swings: swings,
-    finish: Callable[[Figure, pd.DataFrame], None] = lambda figure, data: None,
+    finish: Callable[[Axes, pd.DataFrame], object] = lambda ax, own: None,
 ) -> Callable[..., Drawing]:
     """The function `draw` of a figure of impacts: all runs, and the law of the first of each scene.
 
@@ -50,7 +49,7 @@ def by_block(
     rows : callable
         The swings (`freerock.tables.swings.named_swings`) that are drawn, which become the figure's numbers.
     finish : callable
-        Limits and scales of the axes, by figure and numbers.
+        Sets limits and scales of a panel, by its axes and numbers.
     """
 
     @printed
@@ -78,28 +77,21 @@ def by_block(
         """
         data = rows(named_swings(runs, restitution, epsilon, blocks))
         names = list(dict.fromkeys(runs["block"]))
-        looks = foundation_looks(runs)
-        beside = max(1, min(len(names), int(style.size(1)[0] / NARROWEST_IN)))
-        below = -(-len(names) // beside)
-        figure = Figure(figsize=style.size(0.5 + HIGH_IN * below))
-        axes = figure.subplots(below, beside, squeeze=False)
-        for i, (name, ax) in enumerate(zip(names, axes.ravel(), strict=False)):
+        beside = style.fit_beside(len(names), NARROWEST_IN)
+        figure, axes = style.panels_in_rows(len(names), beside, HIGH_IN, 0.5)
+        panels = dict(zip(names, axes, strict=True))
+        for i, (name, ax) in enumerate(panels.items()):
             own = data[data["block"] == name]
             x, y = shown.rigid(blocks[name], own[own["source"] == "experiment"])
             ax.plot(x, y, color="0.45", linestyle=":", label="rigid block (Housner 1963)")
-            for foundation, look in looks.items():
+            for foundation, look in foundation_looks(runs).items():
                 scene = style.of_scene(own, name, foundation)
                 _draw(ax, shown, scene, look, style.label(labels, foundation), origin)
             style.entitle(ax, i, len(names), style.label(labels, name), 0.8 / beside)
             ax.margins(x=0.04)
-            if i + beside >= len(names):
-                ax.set_xlabel(style.wrapped(shown.x_label, 0.9 / beside))
-            if i % beside == 0:
-                ax.set_ylabel(shown.y_label)
-        for ax in axes.ravel()[len(names) :]:
-            ax.set_axis_off()
+            finish(ax, own)
+        style.outer_labels(panels, shown.x_label, shown.y_label, 0.9)
         style.finish(figure, origin)
-        finish(figure, data)
         return figure, data
 
     return draw
@@ -110,24 +102,27 @@ def caption_of(data: pd.DataFrame, labels: Labels = None) -> str:
     seen = data[data["source"] == "experiment"]
     n = len(seen[["test", "run"]].drop_duplicates())
     told = f"{style.number_of(len(seen), 'impact').capitalize()} of {style.number_of(n, 'run')}."
+    laws = laws_told(data)
+    return f"{told} Lines: the law fitted to the first run, {laws}." if laws else told
+
+
+def laws_told(data: pd.DataFrame) -> str:
+    """The laws among some swings, each with its records where there are several laws."""
     models = data[data["source"] != "experiment"].drop_duplicates("test")
     of_law = {MODEL_LABELS[model]: ", ".join(own["test"]) for model, own in models.groupby("source")}
-    if not of_law:
-        return told
-    lines = [law if len(of_law) == 1 else f"{law} ({tests})" for law, tests in of_law.items()]
-    return f"{told} Lines: the law fitted to the first run, {'; '.join(lines)}."
+    return "; ".join(law if len(of_law) == 1 else f"{law} ({tests})" for law, tests in of_law.items())
 
 
 def _draw(ax: Axes, shown: Shown, scene: pd.DataFrame, look: Style, name: str, origin: str) -> None:
     """A foundation: signs of what was recorded, a line of the law."""
     seen, law = (scene[(scene["source"] == "experiment") == own] for own in (True, False))
-    points = look | {"linestyle": "", "markerfacecolor": "none", "markersize": style.scaled(3.5)}
-    points |= {"markeredgewidth": style.scaled(0.8), "label": f"{name}, {style.recorded(origin)['label']}"}
     if len(seen):
-        ax.plot(seen[shown.x], seen[shown.y], **points)
+        points = {"linestyle": "", "markerfacecolor": "none", "markersize": 3.5, "markeredgewidth": 0.8}
+        recorded = f"{name}, {style.recorded(origin)['label']}"
+        ax.plot(seen[shown.x], seen[shown.y], **style.sized(look | points), label=recorded)
         if shown.y_stderr:
-            bars = {"fmt": "none", "ecolor": look["color"], "elinewidth": style.scaled(0.8)}
+            bars = style.sized({"fmt": "none", "ecolor": look["color"], "elinewidth": 0.8})
             ax.errorbar(seen[shown.x], seen[shown.y], yerr=seen[shown.y_stderr], **bars)
     if len(law):
-        line = look | {"marker": "", "linewidth": style.scaled(1.1), "label": f"{name}, selected law"}
-        ax.plot(law[shown.x], law[shown.y], **line)
+        line = style.sized(look | {"marker": "", "linewidth": 1.1})
+        ax.plot(law[shown.x], law[shown.y], **line, label=f"{name}, selected law")

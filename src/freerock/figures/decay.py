@@ -2,11 +2,11 @@
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
 from freerock.figures import style
 from freerock.figures.by_block import Shown, by_block, caption_of
+from freerock.figures.style import Axes
 from freerock.models.block import Block
 
 FIGURE = {
@@ -32,8 +32,8 @@ def _rigid(block: Block, seen: pd.DataFrame) -> tuple[Floats, Floats]:
     return swing, 1 - np.arccos(energy + np.cos(critical)) / critical
 
 
-def _logarithmic(figure: Figure, data: pd.DataFrame) -> None:
-    for ax, (_, own) in zip(figure.axes, data.groupby("block", sort=False), strict=False):
+def _logarithmic(ax: Axes, own: pd.DataFrame) -> None:
+    if len(own):
         ax.set(yscale="log", ylim=(0.7 * own["amplitude"].min(), 1.0))
         style.whole_decades(ax.yaxis)
 

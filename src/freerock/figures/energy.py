@@ -7,10 +7,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from freerock.figures import style
-from freerock.figures.by_block import foundation_looks
+from freerock.figures.by_block import foundation_looks, laws_told
 from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.block import Block
-from freerock.models.laws import MODEL_LABELS
 from freerock.tables.swings import first_runs, named_swings
 
 FIGURE = {
@@ -68,19 +67,16 @@ def draw(
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """Which runs are drawn, and the model beside each."""
-    models = data[data["source"] != "experiment"].drop_duplicates(["test", "run"])
-    told = [f"{MODEL_LABELS[model]} ({', '.join(own['test'])})" for model, own in models.groupby("source")]
-    if len(told) == 1:
-        told = [MODEL_LABELS[models["source"].iloc[0]]]
-    return " ".join([style.drawn_runs(data), f"Model: {'; '.join(told)}." if told else ""]).rstrip()
+    told, laws = style.drawn_runs(data), laws_told(data)
+    return f"{told} Model: {laws}." if laws else told
 
 
 def _curves(axes: Axes, scene: pd.DataFrame, look: dict[str, object], name: str, record: str) -> None:
     """Energy and loss of a run and its model, in the look of its foundation."""
     seen, modelled = (scene[(scene["source"] == "experiment") == own] for own in (True, False))
-    points = look | {"linestyle": "", "markersize": style.scaled(4), "markerfacecolor": "none"}
+    points = style.sized(look | {"linestyle": "", "markersize": 4, "markerfacecolor": "none"})
     if len(modelled):
-        line = look | {"marker": "", "linewidth": style.scaled(0.9)}
+        line = style.sized(look | {"marker": "", "linewidth": 0.9})
         axes[0].plot(modelled["time_s"], modelled["energy_j"], drawstyle="steps-pre", **line)
         axes[1].plot(modelled["impact"], 100 * modelled["loss"], **line, label=f"{name}, model")
     if len(seen):

@@ -1,13 +1,11 @@
 """Figure of the misfit maps: how far ε_θ rises around the parameters identified on each record."""
 
-import math
 from collections.abc import Iterator, Sequence
 
 import matplotlib
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures import style
@@ -27,15 +25,12 @@ FIGURE = {
 
 NARROWEST_IN = 2.5  # of a panel
 LEVELS_PERCENT = (2.0, 5.0, 10.0, 30.0)
-OF_DRAWN: Style = {"marker": "o", "color": "black", "linestyle": ""}
+OF_DRAWN: Style = {"marker": "o", "color": "black", "linestyle": "", "markersize": 4}
 OF_OTHERS: Style = OF_DRAWN | {"markerfacecolor": "white"}
 COLUMNS = ["test", "block", "foundation", "run", "quantity", "k", "lambda", "epsilon_theta", "correlation"]
 COLUMNS += ["model", "c"]
 
-
-def read(path: str) -> list[xr.Dataset]:
-    """The misfit maps of a campaign, see `freerock.products.misfit_maps`."""
-    return open_misfit_maps(path)
+read = open_misfit_maps
 
 
 @printed
@@ -59,11 +54,9 @@ def draw(maps: Sequence[xr.Dataset], choice: pd.DataFrame, origin: str, labels: 
         correlation of ln k and ln λ; SI units.
     """
     accepted = accepted_fits(choice)
-    beside = 2 if len(maps) > 1 and style.size(1)[0] > 2 * NARROWEST_IN else 1
-    rows = max(1, math.ceil(len(maps) / beside))
-    figure = Figure(figsize=style.size(2.5 * rows + 0.4))
-    axes = figure.subplots(rows, beside, squeeze=False).ravel()
-    for i, (ax, each) in enumerate(zip(axes, maps, strict=False)):
+    beside = style.fit_beside(min(2, len(maps)), NARROWEST_IN)
+    figure, axes = style.panels_in_rows(len(maps), beside, 2.5, 0.4)
+    for i, (ax, each) in enumerate(zip(axes, maps, strict=True)):
         _panel(ax, each)
         model = each.attrs["model"]
         if (each.attrs["test"], str(each["identified_run"].values[0]), model) not in accepted:
@@ -74,13 +67,7 @@ def draw(maps: Sequence[xr.Dataset], choice: pd.DataFrame, origin: str, labels: 
         style.entitle(ax, i, len(maps), f"{scene}: {MODEL_LABELS[model]}", 0.8 / beside)
         first, second = MODELS[model]
         ax.set(xlabel=style.axis_of(first), ylabel=style.axis_of(second))
-    for ax in axes[len(maps) :]:
-        ax.set_axis_off()
-    handles = _handles(maps)
-    names = [str(handle.get_label()) for handle in handles]
-    figure.legend(handles=handles, loc="outside upper right", ncols=style.legend_columns(names))
-    if maps:
-        style.footer(figure, origin)
+    style.finish_with(figure, origin if maps else "", _handles(maps))
     return figure, style.gathered((part for each in maps for part in _numbers(each)), COLUMNS)
 
 
@@ -90,13 +77,11 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
 
 
 def _handles(maps: Sequence[xr.Dataset]) -> list[Line2D]:
-    handles = [
-        Line2D([], [], color="0.4", linewidth=style.scaled(0.8), label="$ε_θ$ / %"),
-        Line2D([], [], **OF_DRAWN, markersize=style.scaled(4), label="identified on that run: the minimum"),
-    ]
+    looks = [{"color": "0.4", "linewidth": 0.8, "label": "$ε_θ$ / %"}]
+    looks += [OF_DRAWN | {"label": "identified on that run: the minimum"}]
     if any(each.sizes["identified"] > 1 for each in maps):
-        handles.append(Line2D([], [], **OF_OTHERS, markersize=style.scaled(4), label="on the other runs"))
-    return handles
+        looks += [OF_OTHERS | {"label": "on the other runs"}]
+    return [Line2D([], [], **style.sized(look)) for look in looks]
 
 
 def _panel(ax: Axes, record: xr.Dataset) -> None:
@@ -113,7 +98,7 @@ def _panel(ax: Axes, record: xr.Dataset) -> None:
     texts = ax.clabel(lines, fmt=percent, fontsize=matplotlib.rcParams["legend.fontsize"], inline=False)
     for look, found in ((OF_OTHERS, identified[1:]), (OF_DRAWN, identified[:1])):
         for each in found:
-            ax.plot(*each, markersize=style.scaled(4), zorder=3, **look)
+            ax.plot(*each, zorder=3, **style.sized(look))
     ax.set(xscale="log", yscale="log", xlim=(k[0], k[-1]), ylim=(damping[0], damping[-1]))
     ax.minorticks_off()
     for axis, values in ((ax.xaxis, k), (ax.yaxis, damping)):

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from freerock.figures import style
+from freerock.figures import looks, style
 from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.choices import explained_in, named_in
@@ -102,7 +102,7 @@ def _plot(motion: Axes, residual: Axes, own: pd.DataFrame, model: str, origin: s
     measured, modelled = (own[own["source"] == source] for source in ("measured", model))
     motion.plot(measured["time_s"], measured["theta_deg"], **style.recorded(origin))
     if len(modelled):
-        look = style.MODEL_STYLES[model]
+        look = looks.MODEL_STYLES[model]
         motion.plot(modelled["time_s"], modelled["theta_deg"], **look | {"linewidth": style.scaled(0.8)})
         thin = {"linewidth": style.scaled(0.4), "linestyle": "-", "color": look["color"]}
         residual.plot(modelled["time_s"], modelled["residual_over_sigma"], **thin)

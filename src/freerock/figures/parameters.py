@@ -1,6 +1,6 @@
 """Parameters run by run, with the mean of each record and of each foundation, and where the next will lie."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from itertools import groupby
 from typing import Any, NamedTuple
 
@@ -100,7 +100,9 @@ def draw(
         for text, row in zip(line[0].get_yticklabels(), own, strict=True):
             text.set_fontweight("normal" if row.numbers["level"].iloc[0] == "run" else "bold")
     style.finish(figure, origin)
-    return figure, style.gathered((row.numbers for row in rows), COLUMNS)
+    data, chosen = style.gathered((row.numbers for row in rows), COLUMNS)[COLUMNS], _of_laws(choice, laws)
+    named = {law: named_by(law, chosen[chosen["model"] == law]) for law in set(laws.values())}
+    return figure, data.assign(named_by=data["model"].map(named))
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
@@ -124,10 +126,12 @@ def _laws(parameters: pd.DataFrame, choice: pd.DataFrame) -> dict[str, str]:
     for foundation, own in parameters[parameters["success"].astype(bool)].groupby("foundation", sort=False):
         here = choice[(choice["foundation"] == foundation) & (choice["status"] == "selected")]
         named = here["model"].value_counts()
-        usable = sorted(set(own["model"]), key=order)
-        found[str(foundation)] = min(
-            usable, key=lambda model: (-named.get(model, 0), not law_of(model).is_foundation)
-        )
+        ranks = {
+            model: (-named.get(model, 0), not law_of(model).is_foundation)
+            for model in CANDIDATES
+            if model in set(own["model"])
+        }
+        found[str(foundation)] = min(ranks, key=ranks.__getitem__)
     return found
 
 
@@ -135,11 +139,6 @@ def _names(rows: list[_Row]) -> list[str]:
     """The parameters of the law of some rows, as far as they are known."""
     numbers = pd.concat([row.numbers for row in rows])
     return [name for name in MODELS[numbers["model"].iloc[0]] if name in set(numbers["parameter"])]
-
-
-def order(model: str) -> int:
-    """Place of a candidate among all."""
-    return list(CANDIDATES).index(model)
 
 
 def _rows(
@@ -151,13 +150,16 @@ def _rows(
 ) -> list[_Row]:
     """Rows downwards: of each foundation the records that name its law, each below its runs where there are
     several, and last the foundation."""
-    runs, found = (_of_laws(table, laws) for table in (parameters, populations))
-    runs, named = runs[runs["success"].astype(bool)], _of_laws(choice, laws)
-    rejected = named[named["status"] == "rejected"]
+    chosen, runs, found = (_of_laws(table, laws) for table in (choice, parameters, populations))
+    rejected = chosen[chosen["status"] == "rejected"]
     no = set(zip(rejected["test"], rejected["run"].astype(str), strict=True))
-    tests = set(named[named["status"] == "selected"]["test"]) or set(found["test"])
-    records = found[(found["level"] == "record") & found["test"].isin(tests)]
-    runs = runs[runs["test"].isin(tests)]
+    tests = set(chosen[chosen["status"] == "selected"]["test"]) or set(found["test"])
+    runs = runs[runs["success"].astype(bool) & runs["test"].isin(tests)]
+    is_rejected = [each in no for each in zip(runs["test"], runs["run"].astype(str), strict=True)]
+    runs = runs.rename(columns={"ci95_low": "low", "ci95_high": "high"})
+    runs = runs.assign(level="run", rejected=is_rejected).reindex(columns=COLUMNS)
+    records = _of_means(found[(found["level"] == "record") & found["test"].isin(tests)])
+    foundations = _of_means(found[found["level"] == "foundation"])
     with_runs = len(runs[["test", "run"]].drop_duplicates()) + records["test"].nunique() <= MOST_ROWS
     rows: list[_Row] = []
     for foundation, of_foundation in records.groupby("foundation", sort=False):
@@ -169,14 +171,12 @@ def _rows(
             name = f"{scene}: {test}" if several[record["block"].iloc[0]] > 1 else scene
             own = runs[runs["test"] == test]
             if with_runs and (own["run"].nunique() > 1 or str(test) in {each for each, _ in no}):
-                rows += _of_runs(own, no)
-            rows.append(_Row(name, _numbers("record", record)))
-        of_records = found[(found["level"] == "foundation") & (found["foundation"] == foundation)]
+                rows += [_Row(f"run {run}", numbers) for run, numbers in own.groupby("run", sort=False)]
+            rows.append(_Row(name, record))
+        of_records = foundations[foundations["foundation"] == foundation]
         if len(of_records):
             name = f"{style.label(labels, str(foundation))}, {of_records['n_records'].iloc[0]} records"
-            rows.append(_Row(name, _numbers("foundation", of_records)))
-    by = {law: named_by(law, named[named["model"] == law]) for law in set(laws.values())}
-    rows = [_Row(row.name, row.numbers.assign(named_by=row.numbers["model"].map(by))) for row in rows]
+            rows.append(_Row(name, of_records))
     return rows
 
 
@@ -195,18 +195,12 @@ def _of_laws(table: pd.DataFrame, laws: Mapping[str, str]) -> pd.DataFrame:
     return own[[each in MODELS[law] for law, each in zip(own["model"], own["parameter"], strict=True)]]
 
 
-def _of_runs(runs: pd.DataFrame, rejected: set[tuple[str, str]]) -> Iterator[_Row]:
-    for (test, run), own in runs.groupby(["test", "run"], sort=False):
-        numbers = own.rename(columns={"ci95_low": "low", "ci95_high": "high"})
-        numbers = numbers.assign(level="run", rejected=(test, str(run)) in rejected)
-        yield _Row(f"run {run}", numbers.reindex(columns=COLUMNS))
-
-
-def _numbers(level: str, found: pd.DataFrame) -> pd.DataFrame:
+def _of_means(found: pd.DataFrame) -> pd.DataFrame:
+    """Means of records or foundations as drawn, and of how many records they are."""
     ends = {end: found[f"total95_{end}"].fillna(found[f"ci95_{end}"]) for end in ("low", "high")}
     texts = [_spread(row) for row in found.itertuples()]
-    named = found.rename(columns={"mean": "value"}).assign(level=level, tau_text=texts, **ends)
-    return named.reindex(columns=COLUMNS)
+    drawn = found.rename(columns={"mean": "value"}).assign(tau_text=texts, **ends)
+    return drawn.reindex(columns=[*COLUMNS, "n_records"])
 
 
 def _spread(row: Any) -> str:
@@ -236,9 +230,9 @@ def _mark(ax: Axes, kind: str, marked: list[tuple[int, Any]]) -> None:
     look, text = LOOKS[kind]
     places = np.array([place for place, _ in marked], float)
     value, low, high = np.array([(row.value, row.low, row.high) for _, row in marked], float).T
-    sized = look | {"markersize": style.scaled(look["markersize"]), "elinewidth": style.scaled(1.2)}
     bars = np.abs([value - low, high - value])
-    ax.errorbar(value, places, xerr=bars, capsize=0, zorder=3, **sized, label=text)
+    look = style.sized(look | {"elinewidth": 1.2})
+    ax.errorbar(value, places, xerr=bars, capsize=0, zorder=3, **look, label=text)
     if kind not in NEXT:
         return
     spans = np.array([(row.next_low, row.next_high, np.nan) for _, row in marked], float)

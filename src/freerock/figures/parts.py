@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from freerock.figures import style
+from freerock.figures import looks, style
 from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.identification.levels import NORMAL_95
 from freerock.models.free_parameters import SYMBOLS
@@ -59,7 +59,7 @@ caption = style.runs_counted
 
 def _panel(ax: Axes, scene: pd.DataFrame) -> None:
     ax.axhline(0, color="0.3", linestyle=":")
-    for parameter, look in style.PARAMETER_STYLES.items():
+    for parameter, look in looks.PARAMETER_STYLES.items():
         own = scene[scene["parameter"] == parameter]
         if own.empty:
             continue

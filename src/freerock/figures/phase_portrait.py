@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from freerock.arrays import Floats
-from freerock.figures import style
+from freerock.figures import looks, style
 from freerock.figures.style import Drawing, Labels, printed
 from freerock.products.groups import runs_of
 from freerock.runs.angular_rate import angular_rate
@@ -56,7 +56,7 @@ def draw(fits: Sequence[xr.DataTree], epsilon: pd.DataFrame, origin: str, labels
             curves[model] = run.children[model].dataset["theta_model"].values
         for source, theta in curves.items():
             own = _curve(time_s, theta).assign(test=tree.attrs["test"], run=number, source=source)
-            look = style.recorded(origin) if source == "measured" else style.MODEL_STYLES[source]
+            look = style.recorded(origin) if source == "measured" else looks.MODEL_STYLES[source]
             width = {"linewidth": style.scaled(2.2 if source == "measured" else 0.8)}
             panels[scene].plot(own["theta_deg"], own["rate_deg_s"], **look | width)
             parts.append(own[COLUMNS])

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 import matplotlib
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures import style
@@ -25,10 +24,12 @@ FIGURE = {
 
 OWN = "fitted to the run itself"
 OTHER_RUNS = "other runs"  # the basis, as in the table
+ANOTHER = "another block"  # whichever it is
 MARKERS: dict[str, Style] = {
-    OWN: {"marker": "|", "color": "black", "markersize": 7},
-    OTHER_RUNS: {"marker": "o", "color": "#0072b2", "markersize": 4, "markerfacecolor": "none"},
-    "another block": {"marker": "x", "color": "#d55e00", "markersize": 4},
+    OWN: {"marker": "|", "color": "black", "markersize": 7, "label": OWN},
+    OTHER_RUNS: {"marker": "o", "color": "#0072b2", "markersize": 4, "markerfacecolor": "none"}
+    | {"label": "predicted from the other runs"},
+    ANOTHER: {"marker": "x", "color": "#d55e00", "markersize": 4, "label": "predicted from another block"},
 }
 SCENE = ["block", "foundation", "model"]
 NARROWEST_IN = 2.2  # of a panel
@@ -59,29 +60,20 @@ def draw(predictions: pd.DataFrame, epsilon: pd.DataFrame, origin: str, labels: 
         return style.nothing_drawn("nothing to predict: no run has a fit that may be used", origin), data
     shown = [model for model in MODELS if model in laws]
     scenes = list(dict.fromkeys(zip(epsilon["block"], epsilon["foundation"], strict=True)))
-    beside = max(1, min(len(shown), int(style.size(1)[0] / NARROWEST_IN)))
-    below = -(-len(shown) // beside)
-    figure = Figure(figsize=style.size(below * (0.8 + 0.33 * max(5, len(scenes)))))
-    axes = figure.subplots(below, beside, squeeze=False, sharex=True, sharey=True)
+    beside, high = style.fit_beside(len(shown), NARROWEST_IN), 0.8 + 0.33 * max(5, len(scenes))
+    figure, axes = style.panels_in_rows(len(shown), beside, high, sharex=True, sharey=True)
     kinds = {kind: look for kind, look in MARKERS.items() if kind in set(data["basis"].map(_kind))}
-    for i, (ax, model) in enumerate(zip(axes.ravel(), shown, strict=False)):
+    for i, (ax, model) in enumerate(zip(axes, shown, strict=True)):
         ax.set_title(style.panel(i, len(shown), MODEL_LABELS[model]), loc="left")
         _panel(ax, data[data["model"] == model], scenes, kinds)
         _mark_failed(ax, epsilon[epsilon["model"] == model], scenes)
-    for ax in axes.ravel()[len(shown) :]:
-        ax.set_axis_off()
-    axes[0, 0].set(xscale="log", ylim=(max(1, len(scenes)) - 0.5, -0.5))
-    axes[0, 0].set_yticks(range(len(scenes)), [style.label(labels, *scene) for scene in scenes])
-    for i, ax in enumerate(axes.ravel()[: len(shown)]):
-        ax.tick_params(labelbottom=True)  # of all panels, also above an empty place
-        if i + beside >= len(shown):
-            ax.set_xlabel("$ε_θ$ / %")
-    texts = {OTHER_RUNS: "predicted from the other runs", "another block": "predicted from another block"}
-    named = [texts.get(kind, kind) for kind in kinds]
-    looks = zip(named, kinds.values(), strict=True)
-    handles = [Line2D([], [], linestyle="", **_sized(look), label=text) for text, look in looks]
-    figure.legend(handles=handles, loc="outside upper right", ncols=style.legend_columns(named))
-    style.footer(figure, origin)
+        ax.tick_params(labelbottom=True)  # also above an empty place
+    axes[0].set(xscale="log", ylim=(max(1, len(scenes)) - 0.5, -0.5))
+    axes[0].set_yticks(range(len(scenes)), [style.label(labels, *scene) for scene in scenes])
+    for ax in axes[-beside:]:
+        ax.set_xlabel("$ε_θ$ / %")
+    handles = [Line2D([], [], linestyle="", **style.sized(look)) for look in kinds.values()]
+    style.finish_with(figure, origin, handles)
     return figure, data
 
 
@@ -94,11 +86,8 @@ def _panel(ax: Axes, data: pd.DataFrame, scenes: list[tuple[str, str]], kinds: M
         rows = data[data["basis"].map(_kind) == basis]
         level = [scenes.index(scene) for scene in zip(rows["block"], rows["foundation"], strict=True)]
         shift = 0.22 * (list(MARKERS).index(basis) - 1)
-        ax.plot(100 * rows["epsilon_theta"], np.array(level, float) + shift, linestyle="", **_sized(look))
-
-
-def _sized(look: Style) -> Style:
-    return look | {"markersize": style.scaled(look["markersize"])}
+        places = np.array(level, float) + shift
+        ax.plot(100 * rows["epsilon_theta"], places, linestyle="", **style.sized(look))
 
 
 def _mark_failed(ax: Axes, fits: pd.DataFrame, scenes: list[tuple[str, str]]) -> None:
@@ -111,4 +100,4 @@ def _mark_failed(ax: Axes, fits: pd.DataFrame, scenes: list[tuple[str, str]]) ->
 
 
 def _kind(basis: str) -> str:
-    return basis if basis in MARKERS else "another block"
+    return basis if basis in MARKERS else ANOTHER

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures import style
+from freerock.figures import looks, style
 from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.free_parameters import SYMBOLS
 from freerock.tables.quantities import INPUT_LABELS
@@ -22,6 +22,7 @@ FIT = ["test", "run", "model"]
 OF_INPUT = ["input_owner", "input"]
 MOST_ROWS = 40
 SPREAD = 0.6  # of a row, over which its runs are drawn
+PANELS = {"inputs": "shift by the fit / u of the input", "impacts": "impact on the parameter / %"}
 SHADES = ((2.0, "0.94"), (1.0, "0.86"))
 
 
@@ -43,35 +44,28 @@ def draw(pulls: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels 
     data = pulls.astype({"run": str}).merge(named, on=FIT)
     if data.empty:
         return style.nothing_drawn("no run moved its inputs", origin), data
-    names = [name for name in style.HATCHES if _impact(name) in data and data[_impact(name)].notna().any()]
+    names = [name for name in looks.HATCHES if _impact(name) in data and data[_impact(name)].notna().any()]
     largest = data[[_impact(name) for name in names]].abs().max(axis=1)
     order = largest.groupby([data[name] for name in OF_INPUT]).max().sort_values(ascending=False)
-    rows = list(order.index)[:MOST_ROWS]
-    places = {row: place for place, row in enumerate(rows)}
-    data = data[[each in places for each in zip(*(data[name] for name in OF_INPUT), strict=True)]]
-    of_row = [places[each] for each in zip(*(data[name] for name in OF_INPUT), strict=True)]
-    data = data.iloc[np.argsort(of_row, kind="stable")].reset_index(drop=True)
+    of_input = dict(iter(data.groupby(OF_INPUT)))
+    rows = {row: of_input[row] for row in order.index[:MOST_ROWS]}
     figure = Figure(figsize=style.size(0.9 + 0.26 * max(3, len(rows))))
     left, right = figure.subplots(1, 2, sharey=True)
-    for row, place in places.items():
-        own = data[(data[OF_INPUT[0]] == row[0]) & (data[OF_INPUT[1]] == row[1])]
+    for place, own in enumerate(rows.values()):
         _pulls(left, place, own)
         _impacts(right, place, own, names)
     for limit, grey in SHADES:
         left.axvspan(-limit, limit, color=grey, zorder=0)
-    left.axvline(0.0, color="0.4", linewidth=0.6)
-    right.axvline(0.0, color="0.4", linewidth=0.6)
-    left.set_xlabel("shift by the fit / u of the input")
-    right.set_xlabel("impact on the parameter / %")
+    for i, (ax, (title, x)) in enumerate(zip((left, right), PANELS.items(), strict=True)):
+        ax.axvline(0.0, color="0.4", linewidth=0.6)
+        ax.set_title(style.panel(i, 2, title), loc="left")
+        ax.set_xlabel(x)
+        ax.grid(axis="y", visible=False)
     right.locator_params(axis="x", nbins=5)
-    left.set_title(style.panel(0, 2, "inputs"), loc="left")
-    right.set_title(style.panel(1, 2, "impacts"), loc="left")
     left.set_yticks(range(len(rows)), [_name(row, labels) for row in rows])
     left.set_ylim(len(rows) - 0.4, -0.6)
-    for ax in (left, right):
-        ax.grid(axis="y", visible=False)
     style.finish(figure, origin)
-    return figure, data
+    return figure, pd.concat(rows.values(), ignore_index=True)
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
@@ -109,7 +103,7 @@ def _impacts(ax: Axes, place: int, rows: pd.DataFrame, names: list[str]) -> None
         median = float(rows[_impact(name)].median())
         if np.isfinite(median):
             middle = place + (i - (len(names) - 1) / 2) * height
-            look = {"color": f"{0.35 + 0.15 * i:.2f}", "hatch": style.HATCHES[name], "edgecolor": "black"}
+            look = {"color": f"{0.35 + 0.15 * i:.2f}", "hatch": looks.HATCHES[name], "edgecolor": "black"}
             ax.barh(middle, median, height=0.9 * height, linewidth=0.4, label=SYMBOLS[name], **look)
 
 

@@ -1,6 +1,7 @@
 """One page per run for quality control: findings, doubts, fit and record."""
 
 import textwrap
+from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,15 +12,15 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 
 from freerock.arrays import Floats, extremes
-from freerock.figures import style
+from freerock.figures import looks, style
 from freerock.figures.style import Axes, Labels, Style, styled
 from freerock.figures.ticks import lighten
 from freerock.models.free_parameters import OF_RECORD, SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS
-from freerock.products.choices import choices_of
+from freerock.products.choices import explained_in, named_in
 from freerock.products.groups import Attrs, impacts_of, reasons_in, release_angle_of, runs_of
 from freerock.products.verdicts import verdict_of_run
-from freerock.rotation.faults import Fault, listed_faults
+from freerock.rotation.faults import listed_faults
 from freerock.runs.verdict import in_one_line
 from freerock.tables.quantities import number_of, quantity, unit_text
 from freerock.units import BASE
@@ -60,17 +61,13 @@ def draw(record: xr.DataTree, fits: xr.DataTree, labels: Labels = None) -> Pages
     if not runs:
         reasons = in_one_line(reasons_in(record.attrs))
         return failed(record, labels, reasons, record.attrs["verdict"])
-    title = _title(record, labels)
-    whole = _record_series(record)
-    fitted = runs_of(fits)
+    title, fitted, whole = _title(record, labels), runs_of(fits), _record_series(record)
     pages, parts = [], [whole]
     for number, run in runs.items():
-        own = _run_series(record, number, run, fitted.get(number))
-        judged = verdict_of_run(number, run, fits)
-        reasons = in_one_line(judged.reasons)
-        attrs = run.attrs | {"verdict": judged.level, "reasons": reasons}
-        attrs["found"] = _found(number, fits)
-        pages.append(_page(record, f"{title}, run {number}", attrs, run, whole, own))
+        judged, fit = verdict_of_run(number, run, fits), fitted.get(number)
+        told = {"verdict": judged.level, "reasons": in_one_line(judged.reasons), "found": _found(fit)}
+        own = _run_series(record, number, run, fit)
+        pages.append(_page(record, f"{title}, run {number}", run.attrs | told, run, whole, own))
         parts.append(own)
     return pages, pd.concat(parts, ignore_index=True)
 
@@ -99,21 +96,17 @@ def _recorded(record: xr.DataTree) -> dict[str, str]:
 
 
 def _record_series(record: xr.DataTree) -> pd.DataFrame:
-    time, flags = record.dataset["time"].values, record.dataset["flags"].values
-    channels = _recorded(record)
-    theta = np.degrees(record.dataset["theta"].values)
-    angles = extremes(theta)
-    masks = np.atleast_1d(record.dataset["flags"].attrs["flag_masks"])
-    meanings = record.dataset["flags"].attrs["flag_meanings"].split()
-    parts = [_series(pd.NA, "theta", time[angles], theta[angles], "degree")]
-    for name, unit in channels.items():
-        values = record.dataset[name].values
+    time, flags = record.dataset["time"].values, record.dataset["flags"]
+    signals = {"theta": (np.degrees(record.dataset["theta"].values), "degree")}
+    signals |= {name: (record.dataset[name].values, unit) for name, unit in _recorded(record).items()}
+    parts = []
+    for name, (values, unit) in signals.items():
         drawn = extremes(values)
         parts.append(_series(pd.NA, name, time[drawn], values[drawn], unit))
-    first, unit = next(iter(channels.items()))
-    values = record.dataset[first].values
-    for mask, meaning in zip(masks, meanings, strict=True):
-        flagged = np.flatnonzero(flags & mask)
+    values, unit = signals[next(iter(_recorded(record)))]
+    masks = np.atleast_1d(flags.attrs["flag_masks"])
+    for mask, meaning in zip(masks, flags.attrs["flag_meanings"].split(), strict=True):
+        flagged = np.flatnonzero(flags.values & mask)
         flagged = flagged[style.thin(len(flagged), 300)]
         parts.append(_series(pd.NA, meaning, time[flagged], values[flagged], unit))
     return pd.concat(parts)
@@ -146,8 +139,7 @@ def _page(
     band = _header(figure, title, attrs, _facts(run, sigma_deg), _faults(record))
     sides = {"left": 0.6 / WIDTH_IN, "right": 1 - 0.12 / WIDTH_IN, "bottom": 0.55 / HEIGHT_IN, "hspace": 0.45}
     sides["top"] = 1 - (band + 0.25) / HEIGHT_IN
-    heights = [1.5, 1.2, 1, 1]
-    motion, residual, angle, volts = figure.subplots(4, height_ratios=heights, gridspec_kw=sides)
+    motion, residual, angle, volts = figure.subplots(4, height_ratios=[1.5, 1.2, 1, 1], gridspec_kw=sides)
     for ax in (volts, angle, motion):
         ax.locator_params(axis="y", nbins=5)  # half of the time to draw a page goes into ticks
     for ax in (volts, angle, motion, residual):
@@ -159,8 +151,7 @@ def _page(
     else:
         residual.text(0.5, 0.5, "not fitted", transform=residual.transAxes, ha="center", va="center")
         residual.set(yticks=[], ylabel="residual / σ")
-    residual.set_xlabel("time since release / s")
-    residual.set_xlim(motion.get_xlim())
+    residual.set(xlabel="time since release / s", xlim=motion.get_xlim())
     _draw_record(volts, angle, record, whole, (run.dataset["release"].item(), run.dataset["end"].item()))
     for ax in figure.axes:
         ax.yaxis.set_label_coords(-0.45 / WIDTH_IN / (1 - 0.72 / WIDTH_IN), 0.5)
@@ -188,9 +179,9 @@ def _draw_record(
         ax.axvspan(*span, color="#0a5bd3", alpha=0.12, linewidth=0)
         ax.set_xlim(record.dataset["time"].values[[0, -1]])
     angle.tick_params(labelbottom=False)
-    volts.set_xlabel("time of the record / s")
     channel, unit = next(iter(channels.items()))
-    volts.set_ylabel(f"laser / {unit}" if channel != "rotation" else "sensor / rad")
+    sensor = "sensor" if channel == "rotation" else "laser"
+    volts.set(xlabel="time of the record / s", ylabel=f"{sensor} / {unit}")
     angle.set_ylabel("θ / °")
     for instant, text, align in zip(span, ("release ", " rest"), ("right", "left"), strict=True):
         angle.axvline(instant, color="#0a5bd3", linewidth=0.8)
@@ -209,7 +200,7 @@ def _draw_run(motion: Axes, residual: Axes, own: pd.DataFrame, sigma_deg: float,
             motion.plot(part["time_s"], part["value"], "o", color="#d55e00", markersize=4, label="impact")
         else:
             model = str(series).removeprefix("residual_")
-            residual.plot(part["time_s"], part["value"] / (sigma_deg or 1.0), **style.MODEL_STYLES[model])
+            residual.plot(part["time_s"], part["value"] / (sigma_deg or 1.0), **looks.MODEL_STYLES[model])
     style.legend_above(motion)
     motion.set_ylabel("θ / °")
     motion.tick_params(labelbottom=False)  # as of the residuals below; texts take most of the time
@@ -230,46 +221,41 @@ def _draw_noise(residual: Axes, sigma_deg: float) -> None:
         residual.axhline(edge, color="#f0c000", linewidth=0.8, zorder=3)
 
 
-def _found(number: int, fits: xr.DataTree) -> str:
-    """Which candidate explains a run or comes nearest, with its parameters."""
-    for run, choice in choices_of(fits):
-        if run == number and choice.attrs["selected"]:
-            model = choice.attrs["selected"]
-            fit = runs_of(fits)[number].children[model].dataset
-            sure = "u_total" if "u_total" in fit else "stderr"
-            columns = (fit[key].values.tolist() for key in ("parameter", "value", sure, "unit"))
-            told = [
-                f"{SYMBOLS[name]} = {quantity(value, u)} {unit_text(unit)}".rstrip()
-                for name, value, u, unit in zip(*columns, strict=True)
-                if name in MODELS[model] or name in OF_RECORD
-            ]
-            what = "explains the run" if choice.attrs["explained"] else "comes nearest, none explains the run"
-            told.append(f"ε_θ = {quantity(100 * fit['epsilon_theta'].item())} %")
-            told.append("± total uncertainty" if sure == "u_total" else "± noise alone")
-            whole = ", ".join(each.replace(" ", "\N{NO-BREAK SPACE}") for each in told)
-            return f"Found: {MODEL_LABELS[model]} {what}: {whole}"
-    return "Found: no model that may be named" if number in runs_of(fits) else "Found: not fitted"
+def _found(run: xr.DataTree | None) -> str:
+    """Which candidate explains a run, by its fits, or comes nearest, with its parameters."""
+    if run is None:
+        return "Found: not fitted"
+    model = named_in(run)
+    if not model:
+        return "Found: no model that may be named"
+    fit = run.children[model].dataset
+    sure = "u_total" if "u_total" in fit else "stderr"
+    columns = (fit[key].values.tolist() for key in ("parameter", "value", sure, "unit"))
+    told = [
+        f"{SYMBOLS[name]} = {quantity(value, u)} {unit_text(unit)}".rstrip()
+        for name, value, u, unit in zip(*columns, strict=True)
+        if name in MODELS[model] or name in OF_RECORD
+    ]
+    told.append(f"ε_θ = {quantity(100 * fit['epsilon_theta'].item())} %")
+    told.append("± total uncertainty" if sure == "u_total" else "± noise alone")
+    what = "explains the run" if explained_in(run) else "comes nearest, none explains the run"
+    whole = ", ".join(each.replace(" ", "\N{NO-BREAK SPACE}") for each in told)
+    return f"Found: {MODEL_LABELS[model]} {what}: {whole}"
 
 
 def _facts(run: xr.DataTree, sigma_deg: float) -> str:
-    facts = [
-        f"θ₀ = {quantity(*release_angle_of(run))} °",
-        f"σ = {quantity(sigma_deg, digits=2)} °",
-        f"release at {quantity(run['release'].item(), run['release_stderr'].item())} s",
-        impacts_of(run),
-    ]
-    return "; ".join(facts)
+    release = quantity(run["release"].item(), run["release_stderr"].item())
+    angle, sigma = quantity(*release_angle_of(run)), quantity(sigma_deg, digits=2)
+    return f"θ₀ = {angle} °; σ = {sigma} °; release at {release} s; {impacts_of(run)}"
 
 
 def _faults(record: xr.DataTree) -> str:
     """What is wrong with the signal of the record, each fault with the first time it occurs."""
-    found: dict[str, list[Fault]] = {}
-    for fault in listed_faults(record):
-        found.setdefault(fault.name, []).append(fault)
-    texts = []
-    for name, each in found.items():
-        first = each[0]
-        more = f", {number_of(len(each) - 1, 'more time')}" if len(each) > 1 else ""
+    faults = listed_faults(record)
+    counts, texts = Counter(each.name for each in faults), []
+    for name, n in counts.items():
+        first = next(each for each in faults if each.name == name)
+        more = f", {number_of(n - 1, 'more time')}" if n > 1 else ""
         when = f"{first.start_s:.2f} to {first.end_s:.2f} s"
         texts.append(f"{name.replace('_', ' ')} {when} ({first.note}){more}")
     return "Signal: " + "; ".join(texts) if texts else ""

@@ -7,13 +7,13 @@ import pandas as pd
 import xarray as xr
 
 from freerock.arrays import Floats
-from freerock.figures import style
+from freerock.figures import looks, style
 from freerock.figures.style import Drawing, Labels, Style, printed
 from freerock.products.choices import named_in
 from freerock.products.groups import runs_of
 from freerock.products.runs import OVER_TIME, measured_in
 from freerock.rotation.tapers import frequencies, tapered_power
-from freerock.runs.noise import Noise, averaged, expected_power, samples_averaged
+from freerock.runs.noise import averaged, expected_power, samples_averaged
 
 FIGURE = {
     "title": "Residuals against the noise at rest",
@@ -62,9 +62,8 @@ def draw(
         parts.append(own)
         for (source, _), rows in own.groupby(["source", "run"], sort=False):
             of_law = {"linewidth": 0.8, "linestyle": "-"}
-            look = OF_REST if source == REST else style.MODEL_STYLES[source] | of_law
-            look = look | {"linewidth": style.scaled(look["linewidth"])}
-            ax.plot(rows["frequency_hz"], rows["density_deg2_hz"], **look)
+            look = OF_REST if source == REST else looks.MODEL_STYLES[source] | of_law
+            ax.plot(rows["frequency_hz"], rows["density_deg2_hz"], **style.sized(look))
         ax.set(xscale="log", yscale="log")
         style.whole_decades(ax.yaxis)
     style.outer_labels(panels, "frequency / Hz", "density / (deg²/Hz)")
@@ -88,22 +87,13 @@ def _of_record(record: xr.DataTree | None, runs: dict[int, xr.DataTree]) -> pd.D
         m = noise.averaged if noise else samples_averaged(rate_hz)
         n = len(averaged(np.asarray(run.dataset["theta"].values), m))
         if noise and not parts:
-            parts.append(_series(REST, *_means(*_at_rest(noise, n, rate_hz))).assign(run=number))
+            at, power = frequencies(n) * noise.rate_hz, expected_power(noise, n)
+            parts.append(_spectrum(REST, number, at, power, rate_hz))
         if model := named_in(run):
             residual = averaged(_residual(run, model), m)
             at = frequencies(len(residual)) * rate_hz / m
-            power = _density(tapered_power(residual), rate_hz)
-            parts.append(_series(model, *_means(at, power)).assign(run=number))
+            parts.append(_spectrum(model, number, at, tapered_power(residual), rate_hz))
     return style.gathered(parts, COLUMNS[1:])
-
-
-def _at_rest(noise: Noise, n: int, rate_hz: float) -> tuple[Floats, Floats]:
-    return frequencies(n) * noise.rate_hz, _density(expected_power(noise, n), rate_hz)
-
-
-def _density(power: Floats, rate_hz: float) -> Floats:
-    """Density of one side [deg²/Hz] of the power of samples [rad²], whose sum is their variance."""
-    return np.asarray(2 * np.degrees(1.0) ** 2 * power / rate_hz)
 
 
 def _residual(run: xr.DataTree, model: str) -> Floats:
@@ -119,13 +109,15 @@ def _rate_hz(run: xr.DataTree) -> float:
     return (len(time_s) - 1) / float(np.ptp(time_s))
 
 
-def _means(at: Floats, power: Floats) -> tuple[Floats, Floats]:
-    """Means over parts of an octave."""
+def _spectrum(source: str, run: int, at: Floats, power: Floats, rate_hz: float) -> pd.DataFrame:
+    """Density of one side of the power of samples [rad²], whose sum is their variance; means over parts of
+    an octave."""
+    density = 2 * np.degrees(1.0) ** 2 * power / rate_hz
     part = np.floor(PER_OCTAVE * np.log2(at / at[0])).astype(int)
     count = np.bincount(part)
     some = count > 0
-    return tuple(np.bincount(part, values)[some] / count[some] for values in (at, power))  # type: ignore[return-value]
-
-
-def _series(source: str, at: Floats, value: Floats) -> pd.DataFrame:
-    return pd.DataFrame({"source": source, "frequency_hz": at, "density_deg2_hz": value})
+    means = {
+        name: np.bincount(part, values)[some] / count[some]
+        for name, values in (("frequency_hz", at), ("density_deg2_hz", density))
+    }
+    return pd.DataFrame({"source": source, "run": run, **means})

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
 from freerock.figures.by_block import Shown, by_block, caption_of
@@ -26,13 +25,8 @@ def _rigid(block: Block, seen: pd.DataFrame) -> tuple[Floats, Floats]:
     return np.array([0.0, highest]), np.full(2, block.restitution_housner)
 
 
-def _from_zero(figure: Figure, data: pd.DataFrame) -> None:
-    for ax in figure.axes:
-        ax.set_xlim(left=0)
-
-
 draw = by_block(
     Shown("amplitude", "r", "amplitude |θ|/α before the impact", "restitution $r$", _rigid, "r_stderr"),
-    finish=_from_zero,
+    finish=lambda ax, own: ax.set(xlim=(0, None)),
 )
 caption = caption_of

@@ -25,7 +25,7 @@ FIGURE = {
 
 COLUMNS = ["block", "height_m", "width_m", "R_m", "alpha_deg", "laser", "beam", "position_m", "foundations"]
 BEAM: Style = {"color": "#b34700", "arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0}
-MOST_BESIDE = 4
+MOST_BESIDE, NARROWEST_IN = 4, 1.7  # panels, and each of them
 
 
 @printed
@@ -47,8 +47,7 @@ def draw(
     figure, data : Figure, pandas.DataFrame
         Columns `COLUMNS`, a row per block and laser.
     """
-    most = max(1, min(len(set_ups), MOST_BESIDE, int(style.size(1)[0] / 1.7)))
-    rows = -(-len(set_ups) // most)
+    rows = -(-len(set_ups) // style.fit_beside(min(len(set_ups), MOST_BESIDE), NARROWEST_IN))
     beside = -(-len(set_ups) // rows)
     shown = {name: blocks[name] for name in set_ups}
     heights = [each.height_m for each in shown.values()]
@@ -85,10 +84,9 @@ def _panel(ax: Axes, block: Block, set_up: Mapping[str, Any], labels: Labels) ->
     outline: Style = {"facecolor": "0.93", "edgecolor": "black", "linewidth": style.scaled(0.9)}
     ax.add_patch(Rectangle((-b, 0), 2 * b, height, **outline))
     ground: Style = {"facecolor": "none", "edgecolor": "0.55", "hatch": "////", "linewidth": 0}
-    left, right = -2.4 * b, 2.4 * b
-    depth = 0.25 * b + 0.02 * height
-    ax.add_patch(Rectangle((left, -depth), right - left, depth, **ground))
-    ax.plot([left, right], [0, 0], color="black", linewidth=style.scaled(0.9))
+    half, depth = 2.4 * b, 0.25 * b + 0.02 * height
+    ax.add_patch(Rectangle((-half, -depth), 2 * half, depth, **ground))
+    ax.plot([-half, half], [0, 0], color="black", linewidth=style.scaled(0.9))
     ax.plot(block.e, h, "+", color="black", markersize=style.scaled(6))
     side = -1 if block.e < 0 else 1  # of the corner nearer to the centre of mass
     corner = side * block.b
@@ -111,17 +109,16 @@ def _beam(ax: Axes, block: Block, laser: Mapping[str, Any]) -> None:
     """The beam of a sensor with its place; a sensor of the rotation itself has none."""
     if laser["beam"] is None:
         return
-    at, b = laser["position_m"], block.width_m / 2
-    text = f"{1e3 * at:.4g} mm"
+    at, b, top = laser["position_m"], block.width_m / 2, block.height_m
     if laser["beam"] == "horizontal":
-        side = -1 if laser["face"] == "left" else 1
-        ax.annotate("", (side * b, at), (side * 2.6 * b, at), arrowprops=BEAM)
-        towards = "right" if side < 0 else "left"
-        ax.text(side * 1.2 * b, at + 0.1 * b, text, va="bottom", ha=towards, fontsize="small")
+        side, towards = (-1, "right") if laser["face"] == "left" else (1, "left")
+        head, tail = (side * b, at), (side * 2.6 * b, at)
+        place: Style = {"x": side * 1.2 * b, "y": at + 0.1 * b, "va": "bottom", "ha": towards}
     else:
-        top = block.height_m
-        ax.annotate("", (at, top), (at, 1.1 * top), arrowprops=BEAM)
-        ax.text(at + 0.1 * b, 1.1 * top, text, va="top", fontsize="small")
+        head, tail = (at, top), (at, 1.1 * top)
+        place = {"x": at + 0.1 * b, "y": 1.1 * top, "va": "top"}
+    ax.annotate("", head, tail, arrowprops=BEAM)
+    ax.text(s=f"{1e3 * at:.4g} mm", fontsize="small", **place)
 
 
 def _rows(blocks: Mapping[str, Block], set_ups: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:

@@ -5,7 +5,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures import style
+from freerock.figures import looks, style
 from freerock.figures.style import Drawing, styled
 
 DIRECTIONS = {"ground_x_m_s2": "horizontal", "ground_z_m_s2": "vertical"}
@@ -20,7 +20,7 @@ def draw(frame: pd.DataFrame) -> Drawing:
     frame : pandas.DataFrame
         From `freerock.virtual_lab.simulate_scene.simulate_scene`.
     """
-    styles: Any = style.MODEL_STYLES
+    styles: Any = looks.MODEL_STYLES
     ground = [name for name in frame if name in DIRECTIONS and frame[name].any()]
     figure = Figure(figsize=(7.0, 2.6 + 1.4 * bool(ground)), layout="constrained")
     axes = figure.subplots(1 + bool(ground), 1, squeeze=False, sharex=True)[:, 0]

@@ -4,8 +4,9 @@ import functools
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import product
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import matplotlib
 import numpy as np
@@ -21,11 +22,7 @@ from matplotlib.ticker import MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 from PIL import Image
 
-from freerock.figures.looks import HATCHES as HATCHES
-from freerock.figures.looks import MEASURED as MEASURED
-from freerock.figures.looks import MODEL_MARKERS as MODEL_MARKERS
-from freerock.figures.looks import MODEL_STYLES as MODEL_STYLES
-from freerock.figures.looks import PARAMETER_STYLES as PARAMETER_STYLES
+from freerock.figures.looks import MEASURED
 from freerock.figures.looks import Style as Style
 from freerock.files import atomic
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS, unit_of
@@ -39,21 +36,16 @@ Labels = Mapping[str, str] | None
 """Printed names of blocks and foundations, where they have any."""
 Drawing = tuple[Figure, pd.DataFrame]
 """A figure and the numbers drawn."""
-Drawn = TypeVar("Drawn", covariant=True)
+Drawn = TypeVar("Drawn")
 
 FAILED = "#b00020"  # colour of what is said of failed fits
+WIDTHS = ("linewidth", "elinewidth", "markeredgewidth")  # of a look
 HERE = Path(__file__).parent
 styled = functools.partial(matplotlib.rc_context, fname=HERE / "freerock.mplstyle")
 """Context manager and decorator that draws in the style sheet, whatever the user's own settings are."""
 
 
-class _ForTarget(Protocol[Drawn]):
-    """What draws or writes a figure for a target."""
-
-    def __call__(self, *arguments: Any, target: str = "double_column", **options: Any) -> Drawn: ...
-
-
-def printed(draw: Callable[..., Drawn]) -> _ForTarget[Drawn]:
+def printed(draw: Callable[..., Drawn]) -> Callable[..., Drawn]:
     """Decorator of what draws or writes a figure of a paper: `target` names the style file it is drawn for.
 
     "double_column", "single_column" or "slide": width, fonts and lines, on top of the common style sheet.
@@ -78,6 +70,11 @@ def size(height_in: float) -> tuple[float, float]:
 def scaled(points: float) -> float:
     """Width of a line or size of a marker, given for the double column."""
     return points * float(matplotlib.rcParams["lines.linewidth"])
+
+
+def sized(look: Style) -> Style:
+    """A look given for the double column, with widths of lines and sizes of markers of the target."""
+    return look | {name: scaled(look[name]) for name in ("markersize", *WIDTHS) if name in look}
 
 
 def legend_columns(labels: Sequence[str], room: float = 1.0) -> int:
@@ -159,8 +156,7 @@ def entitle(ax: Axes, index: int, n_panels: int, text: str, room: float) -> None
 
 def recorded(origin: str) -> Style:
     """Look and label of a record, measured or simulated, for what is drawn now."""
-    label = "simulated record" if origin == "simulated" else origin
-    return MEASURED | {"label": label, "linewidth": scaled(MEASURED["linewidth"])}
+    return sized(MEASURED | {"label": "simulated record" if origin == "simulated" else origin})
 
 
 def runs_told(data: pd.DataFrame) -> str:
@@ -244,6 +240,23 @@ def nothing_drawn(why: str, origin: str) -> Figure:
     return figure
 
 
+def fit_beside(n: int, narrowest_in: float) -> int:
+    """How many of so many panels stand side by side in the figure's width."""
+    return max(1, min(n, int(size(1)[0] / narrowest_in)))
+
+
+def panels_in_rows(
+    n: int, beside: int, row_in: float, more_in: float = 0.0, **shared: Any
+) -> tuple[Figure, list[Axes]]:
+    """A figure with so many panels, in rows of so many: its height is that of the rows and more [inch]."""
+    rows = max(1, -(-n // beside))
+    figure = Figure(figsize=size(more_in + row_in * rows))
+    axes = figure.subplots(rows, beside, squeeze=False, **shared).ravel()
+    for ax in axes[n:]:
+        ax.set_axis_off()
+    return figure, [*axes[:n]]
+
+
 NARROWEST_IN, ALONE_IN = 1.7, 2.1  # of a panel of a scene, beside other foundations and beside other blocks
 Scene = tuple[str, str]
 """A block on a foundation."""
@@ -263,12 +276,10 @@ def _places(scenes: Sequence[Scene]) -> tuple[int, int, dict[Scene, tuple[int, i
     """Rows, columns and the place of each scene: blocks by foundations, or side by side on a single one."""
     above, under = (list(dict.fromkeys(names)) for names in zip(*scenes, strict=True))
     if len(under) > 1:
-        places = {
-            each: (above.index(each[0]), under.index(each[1]))
-            for each in sorted({*scenes}, key=lambda each: (above.index(each[0]), under.index(each[1])))
-        }
+        grid = product(enumerate(above), enumerate(under))
+        places = {(block, base): (i, j) for (i, block), (j, base) in grid if (block, base) in scenes}
         return len(above), len(under), places
-    rows = -(-len(above) // max(1, min(len(above), int(size(1)[0] / ALONE_IN))))
+    rows = -(-len(above) // fit_beside(len(above), ALONE_IN))
     beside = -(-len(above) // rows)
     return rows, beside, {(block, under[0]): divmod(i, beside) for i, block in enumerate(above)}
 
@@ -278,11 +289,10 @@ def panels_per_scene(
     labels: Labels,
     height_in: float,
     ratios: Sequence[float] = (1.0,),
-    narrowest_in: float = NARROWEST_IN,
     **shared: Any,
 ) -> tuple[Figure, dict[Scene, tuple[Axes, ...]]]:
     """A figure with a row for each block and a column for each foundation, titled; blocks stand side by side
-    where there is one foundation.
+    where there is one foundation. With many foundations the figure grows wider than its target.
 
     Parameters
     ----------
@@ -294,8 +304,6 @@ def panels_per_scene(
         Of a row [inch], for the double column.
     ratios : sequence of float
         Heights of the panels of a scene, one above the other over the same axis.
-    narrowest_in : float
-        Of a panel [inch]: with more foundations the figure grows wider than its target.
     **shared :
         sharex and sharey, as of `Figure.subplots`.
 
@@ -306,7 +314,7 @@ def panels_per_scene(
     """
     n, (rows, beside, places) = len(ratios), _places(scenes)
     width, height = size(0.5 + height_in * rows)
-    figure = Figure(figsize=(max(width, narrowest_in * beside), height))
+    figure = Figure(figsize=(max(width, NARROWEST_IN * beside), height))
     axes = figure.subplots(n * rows, beside, squeeze=False, height_ratios=[*ratios] * rows, **shared)
     panels: dict[Scene, tuple[Axes, ...]] = {}
     for scene, (i, j) in places.items():
@@ -333,17 +341,15 @@ def panel_per_scene(
     return figure, {scene: own[0] for scene, own in panels.items()}
 
 
-def outer_labels(panels: Mapping[Scene, Axes], x: str, y: str) -> None:
-    """Label the axes of panels at the left and at the foot."""
-    places = {
-        (spec.rowspan.start, spec.colspan.start) for spec in (ax.get_subplotspec() for ax in panels.values())
-    }
+def outer_labels(panels: Mapping[Any, Axes], x: str, y: str, room: float = 0.8) -> None:
+    """Label the axes of panels at the left and at the foot; these in so much of the figure's width."""
+    specs = [ax.get_subplotspec() for ax in panels.values()]
+    places = [(spec.rowspan.start, spec.colspan.start) for spec in specs]
     n = len({column for _, column in places})
-    for ax in panels.values():
-        spec = ax.get_subplotspec()
-        if (spec.rowspan.start + 1, spec.colspan.start) not in places:
-            ax.set_xlabel(wrapped(x, 0.8 / n))
-        if spec.is_first_col():
+    for ax, (row, column) in zip(panels.values(), places, strict=True):
+        if (row + 1, column) not in places:
+            ax.set_xlabel(wrapped(x, room / n))
+        if column == 0:
             ax.set_ylabel(y)
 
 
@@ -352,9 +358,15 @@ def finish(figure: Figure, origin: str) -> None:
     found = [ax.get_legend_handles_labels() for ax in figure.axes]
     handles = {name: handle for each in found for handle, name in zip(*each, strict=True)}
     if handles:
-        figure.legend(
-            handles.values(), handles, loc="outside upper center", ncols=legend_columns(list(handles))
-        )
+        columns = legend_columns(list(handles))
+        figure.legend(handles.values(), handles, loc="outside upper center", ncols=columns)
+    footer(figure, origin)
+
+
+def finish_with(figure: Figure, origin: str, handles: Sequence[Artist]) -> None:
+    """A legend of what the handles stand for above the panels, at the right, and the footer."""
+    columns = legend_columns([str(handle.get_label()) for handle in handles])
+    figure.legend(handles=handles, loc="outside upper right", ncols=columns)
     footer(figure, origin)
 
 
