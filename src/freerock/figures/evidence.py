@@ -3,7 +3,7 @@
 import pandas as pd
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Drawing, Labels, Style, printed
+from freerock.figures.style import Drawing, Labels, Style, printed
 from freerock.models.laws import CANDIDATES, MODEL_LABELS
 
 FIGURE = {
@@ -20,7 +20,7 @@ LOOKS: dict[str, Style] = {
     | HOLLOW,
     "rejected": {"marker": "x", "color": "#d55e00", "markersize": 4.5, "label": "rejected"},
 }
-NEAREST = LOOKS["selected"] | HOLLOW | {"label": "nearest, explains no run"}
+LOOKS["nearest"] = LOOKS["selected"] | HOLLOW | {"label": "nearest, explains no run"}
 
 
 @printed
@@ -47,11 +47,13 @@ def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     for (block, foundation), ax in panels.items():
         scene = style.of_scene(data, block, foundation)
         ax.axvline(1, color="0.3", linestyle=":", label="as the noise at rest")
-        for status, look in LOOKS.items():
-            own = scene[scene["status"] == status]
-            _dots(ax, own[own["explains"].astype(bool) | (status != "selected")], shown, look)
-        nearest = scene[(scene["status"] == "selected") & ~scene["explains"].astype(bool)]
-        _dots(ax, nearest, shown, NEAREST)
+        nearest = (scene["status"] == "selected") & ~scene["explains"].astype(bool)
+        kinds = scene["status"].mask(nearest, "nearest")
+        for kind, look in LOOKS.items():
+            own = scene[kinds == kind]
+            places = [shown.index(model) for model in own["model"]]
+            if places:
+                ax.plot(own["noise_ratio"], places, linestyle="", **style.sized(look))
         ax.margins(x=0.05)
     first = next(iter(panels.values()))
     first.set(xscale="log", ylim=(len(shown) - 0.5, -0.5))
@@ -62,10 +64,3 @@ def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
 
 
 caption = style.runs_counted
-
-
-def _dots(ax: Axes, rows: pd.DataFrame, shown: list[str], look: Style) -> None:
-    if len(rows):
-        places = [shown.index(model) for model in rows["model"]]
-        sized = look | {"markersize": style.scaled(look["markersize"]), "linestyle": ""}
-        ax.plot(rows["noise_ratio"], places, **sized)

@@ -5,21 +5,22 @@ from itertools import cycle
 from pathlib import Path
 from typing import Any
 
-from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
+from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS
 
 Style = dict[str, Any]
 """Look of a line: keywords of Matplotlib."""
 
 MEASURED: Style = {"color": "0.72", "linestyle": "-", "linewidth": 2.6, "label": "recorded"}
-# Colour, line and marker of a law, in the order of `models.laws`; a further one takes the next look.
+# Colour and line of a law, and its marker on the screen, in the order of `models.laws`; a further one takes
+# the next look.
 _LAW_LOOKS = (
-    ("#d55e00", "-.", ""),
-    ("#0072b2", "--", "s"),
-    ("black", "-", "^"),
-    ("#cc79a7", (0, (5, 1, 1, 1)), "v"),
-    ("#009e73", ":", "D"),
-    ("#56b4e9", (0, (1, 1, 4, 1)), "P"),
-    ("#8c6d1f", (0, (8, 1.5, 1.5, 1.5, 1.5, 1.5)), "*"),
+    ("#d55e00", "-.", "diamond"),
+    ("#0072b2", "--", "square"),
+    ("black", "-", "triangle"),
+    ("#cc79a7", (0, (5, 1, 1, 1)), "inverted_triangle"),
+    ("#009e73", ":", "hex"),
+    ("#56b4e9", (0, (1, 1, 4, 1)), "cross"),
+    ("#8c6d1f", (0, (8, 1.5, 1.5, 1.5, 1.5, 1.5)), "star"),
 )
 RIVAL = "#7a3b9a"  # colour of candidates beside the laws themselves
 _BY_LAW = dict(zip(LAWS, cycle(_LAW_LOOKS), strict=False))
@@ -40,7 +41,6 @@ def _look(model: str) -> Style:
 
 
 MODEL_STYLES: dict[str, Style] = {model: _look(model) for model in CANDIDATES}
-MODEL_MARKERS = {model: _BY_LAW[each.law][2] for model, each in CANDIDATES.items()}
 # Of a parameter: its points, and the hatch of its bars.
 PARAMETER_STYLES: dict[str, Style] = {
     "k": {"marker": "o", "color": "black"},
@@ -63,15 +63,6 @@ HATCHES = {
     "tau": "....",
 }
 DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # on the screen
-MARKERS = {
-    "": "diamond",
-    "s": "square",
-    "^": "triangle",
-    "v": "inverted_triangle",
-    "D": "hex",
-    "P": "cross",
-    "*": "star",
-}
 
 
 def scripts_folder() -> Path:
@@ -84,17 +75,16 @@ def scripts_folder() -> Path:
 
 def on_screen() -> dict[str, dict[str, Any]]:
     """Look of each curve on the screen, by source: that on paper."""
-    styles: dict[str, Any] = {"measured": MEASURED | {"color": "#999999"}}
-    styles |= {model: MODEL_STYLES[model] for model in MODELS}
-    return {
-        name: {
-            "color": style["color"],
-            "dash": DASHES.get(style["linestyle"])
-            if isinstance(style["linestyle"], str)
-            else style["linestyle"][1],
-            "width": 3 if name == "measured" else 1.5,
-            "marker": MARKERS[MODEL_MARKERS[name]] if name in MODEL_MARKERS else "circle",
-            "label": style["label"],
-        }
-        for name, style in styles.items()
+    recorded = _on_screen(MEASURED | {"color": "#999999"}, 3, "circle")
+    laws = {
+        model: _on_screen(style, 1.5, _BY_LAW[CANDIDATES[model].law][2])
+        for model, style in MODEL_STYLES.items()
     }
+    return {"measured": recorded, **laws}
+
+
+def _on_screen(style: Style, width: float, marker: str) -> dict[str, Any]:
+    line = style["linestyle"]
+    dash = DASHES[line] if isinstance(line, str) else line[1]
+    look = {"color": style["color"], "dash": dash, "width": width, "marker": marker}
+    return look | {"label": style["label"]}

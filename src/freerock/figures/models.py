@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from freerock.figures import looks, style
-from freerock.figures.style import Axes, Drawing, Labels, printed
+from freerock.figures.style import LINEAR, NOISE, Axes, Drawing, Labels, printed
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.choices import explained_in, named_in
 from freerock.products.groups import runs_of
@@ -28,8 +28,6 @@ FIGURE = {
 OF_FITS = ("time", "theta", "theta_model", "epsilon_theta", "success")  # shown
 COLUMNS = ["test", "run", "source", "time_s", "theta_deg", "residual_deg", "residual_over_sigma"]
 SIGMA = ["test", "run", "sigma_theta_deg"]
-LINEAR = 3.0  # σ up to which the scale of the residuals is linear
-INSIDE = 1.96  # σ, between which 95 % of white noise lies
 
 
 @printed
@@ -63,17 +61,21 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
         if not fitted:
             motion.text(0.5, 0.5, "no fitted run", transform=motion.transAxes, ha="center")
             continue
-        curves = {number: _curves(tree, number, run, sigma_deg) for number, run in fitted.items()}
+        test = tree.attrs["test"]
+        curves = {
+            number: _curves(run, sigma_deg[test, str(number)]).assign(test=test, run=number)
+            for number, run in fitted.items()
+        }
         parts += curves.values()
         for number, own in curves.items():
             _plot(motion, residual, own, named_in(fitted[number]), origin)
         right = {"transform": motion.transAxes, "ha": "right", "va": "top", "fontsize": "small"}
         motion.text(0.99, 0.99, "\n".join(_laws(fitted)), **right)
-        residual.axhspan(-INSIDE, INSIDE, color="0.85", linewidth=0)
+        residual.axhspan(-NOISE, NOISE, color="0.85", linewidth=0)
         _scale(residual, max(own["residual_over_sigma"].abs().max() for own in curves.values()))
         motion.set_xlim(left=0)
     style.finish(figure, origin)
-    return figure, style.gathered(parts, COLUMNS)
+    return figure, style.gathered(parts, COLUMNS)[COLUMNS]
 
 
 caption = style.drawn_runs
@@ -118,25 +120,17 @@ def _scale(residual: Axes, furthest: float) -> None:
     residual.minorticks_off()
 
 
-def _curves(
-    tree: xr.DataTree, number: int, run: xr.DataTree, sigma_deg: Mapping[tuple[str, str], float]
-) -> pd.DataFrame:
-    sigma, drawn = sigma_deg[tree.attrs["test"], str(number)], style.thin(run.sizes["time"])
-    measured = run.dataset["theta"].values[drawn]
+def _curves(run: xr.DataTree, sigma_deg: float) -> pd.DataFrame:
+    """A run and its law."""
+    drawn = style.thin(run.sizes["time"])
+    time_s, measured = (run.dataset[name].values[drawn] for name in ("time", "theta"))
     sources = {"measured": measured}
     if model := named_in(run):
         sources[model] = run.children[model].dataset["theta_model"].values[drawn]
-    return pd.concat(
-        pd.DataFrame(
-            {
-                "test": tree.attrs["test"],
-                "run": number,
-                "source": source,
-                "time_s": run.dataset["time"].values[drawn],
-                "theta_deg": np.degrees(theta),
-                "residual_deg": np.degrees(theta - measured),
-                "residual_over_sigma": np.degrees(theta - measured) / sigma,
-            }
-        )
-        for source, theta in sources.items()
-    )
+    parts = []
+    for source, theta in sources.items():
+        residual_deg = np.degrees(theta - measured)
+        own = {"time_s": time_s, "theta_deg": np.degrees(theta), "residual_deg": residual_deg}
+        own["residual_over_sigma"] = residual_deg / sigma_deg
+        parts.append(pd.DataFrame({"source": source, **own}))
+    return pd.concat(parts)

@@ -1,8 +1,7 @@
 """Parameters run by run, with the mean of each record and of each foundation, and where the next will lie."""
 
 from collections.abc import Mapping
-from itertools import groupby
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -44,13 +43,6 @@ NEXT = {"record": "where the next run lies", "foundation": "where the next recor
 HIGH = {"record": 5, "foundation": 9}  # of the bar of the next [points]
 
 
-class _Row(NamedTuple):
-    """A row of the figure: what it is of, and the numbers of each parameter."""
-
-    name: str
-    numbers: pd.DataFrame
-
-
 @printed
 def draw(
     parameters: pd.DataFrame,
@@ -74,9 +66,10 @@ def draw(
     laws = _laws(parameters, choice)
     if not laws:
         return style.nothing_drawn("no run has a fit that may be used", origin), pd.DataFrame(columns=COLUMNS)
-    rows = _rows(parameters, populations, choice, laws, labels)
-    groups = [[*own] for _, own in groupby(rows, lambda row: row.numbers["foundation"].iloc[0])]
-    names = [_names(own) for own in groups]
+    groups = _rows(parameters, populations, choice, laws, labels)
+    names = [
+        [name for name in MODELS[own["model"].iloc[0]] if name in set(own["parameter"])] for own in groups
+    ]
     beside = max(map(len, names))
     beside = beside if style.size(1)[0] > NARROWEST_IN * (1 + beside) else 1
     panels = [
@@ -85,7 +78,7 @@ def draw(
         for i, own in enumerate(groups)
         if names[i][k : k + beside]
     ]
-    room = [len(own) + 2.0 for own, _ in panels]
+    room = [own["place"].nunique() + 2.0 for own, _ in panels]
     figure = Figure(figsize=style.size(0.8 + 0.17 * sum(room)))
     axes = figure.subplots(len(panels), beside, squeeze=False, sharey="row", height_ratios=room)
     for line, (own, shown) in zip(axes, panels, strict=True):
@@ -95,12 +88,14 @@ def draw(
             ax.text(1.02, 1.0, "τ", transform=ax.transAxes, va="bottom", fontsize="small")
         for ax in line[len(shown) :]:
             ax.set_axis_off()
-        line[0].set_yticks(range(len(own)), [row.name for row in own])
-        line[0].set_ylim(len(own) - 0.4, -0.6)
-        for text, row in zip(line[0].get_yticklabels(), own, strict=True):
-            text.set_fontweight("normal" if row.numbers["level"].iloc[0] == "run" else "bold")
+        rows = own.drop_duplicates("place")
+        line[0].set_yticks(rows["place"], rows["row"])
+        line[0].set_ylim(len(rows) - 0.4, -0.6)
+        for text, level in zip(line[0].get_yticklabels(), rows["level"], strict=True):
+            text.set_fontweight("normal" if level == "run" else "bold")
     style.finish(figure, origin)
-    data, chosen = style.gathered((row.numbers for row in rows), COLUMNS)[COLUMNS], _of_laws(choice, laws)
+    data = style.gathered(groups, COLUMNS)[COLUMNS]
+    chosen = _of_laws(choice, laws)
     named = {law: named_by(law, chosen[chosen["model"] == law]) for law in set(laws.values())}
     return figure, data.assign(named_by=data["model"].map(named))
 
@@ -135,21 +130,15 @@ def _laws(parameters: pd.DataFrame, choice: pd.DataFrame) -> dict[str, str]:
     return found
 
 
-def _names(rows: list[_Row]) -> list[str]:
-    """The parameters of the law of some rows, as far as they are known."""
-    numbers = pd.concat([row.numbers for row in rows])
-    return [name for name in MODELS[numbers["model"].iloc[0]] if name in set(numbers["parameter"])]
-
-
 def _rows(
     parameters: pd.DataFrame,
     populations: pd.DataFrame,
     choice: pd.DataFrame,
     laws: Mapping[str, str],
     labels: Labels,
-) -> list[_Row]:
-    """Rows downwards: of each foundation the records that name its law, each below its runs where there are
-    several, and last the foundation."""
+) -> list[pd.DataFrame]:
+    """Of each foundation the records that name its law, each below its runs where there are several, and last
+    the foundation: rows of the figure by place downwards and name, a line for each parameter."""
     chosen, runs, found = (_of_laws(table, laws) for table in (choice, parameters, populations))
     rejected = chosen[chosen["status"] == "rejected"]
     no = set(zip(rejected["test"], rejected["run"].astype(str), strict=True))
@@ -161,8 +150,9 @@ def _rows(
     records = _of_means(found[(found["level"] == "record") & found["test"].isin(tests)])
     foundations = _of_means(found[found["level"] == "foundation"])
     with_runs = len(runs[["test", "run"]].drop_duplicates()) + records["test"].nunique() <= MOST_ROWS
-    rows: list[_Row] = []
+    groups = []
     for foundation, of_foundation in records.groupby("foundation", sort=False):
+        rows: list[pd.DataFrame] = []
         several = of_foundation.groupby("block")["test"].nunique()
         if not with_runs:
             of_foundation = _evenly(of_foundation, max(1, MOST_RECORDS // records["foundation"].nunique()))
@@ -171,13 +161,14 @@ def _rows(
             name = f"{scene}: {test}" if several[record["block"].iloc[0]] > 1 else scene
             own = runs[runs["test"] == test]
             if with_runs and (own["run"].nunique() > 1 or str(test) in {each for each, _ in no}):
-                rows += [_Row(f"run {run}", numbers) for run, numbers in own.groupby("run", sort=False)]
-            rows.append(_Row(name, record))
+                rows += [each.assign(row=f"run {run}") for run, each in own.groupby("run", sort=False)]
+            rows.append(record.assign(row=name))
         of_records = foundations[foundations["foundation"] == foundation]
         if len(of_records):
             name = f"{style.label(labels, str(foundation))}, {of_records['n_records'].iloc[0]} records"
-            rows.append(_Row(name, of_records))
-    return rows
+            rows.append(of_records.assign(row=name))
+        groups.append(pd.concat([each.assign(place=place) for place, each in enumerate(rows)]))
+    return groups
 
 
 def _evenly(records: pd.DataFrame, most: int) -> pd.DataFrame:
@@ -209,15 +200,13 @@ def _spread(row: Any) -> str:
     return {"–": "", "not seen": text}.get(text, f"{text} %")
 
 
-def _panel(ax: Axes, rows: list[_Row], name: str, room: float) -> None:
+def _panel(ax: Axes, rows: pd.DataFrame, name: str, room: float) -> None:
     """One parameter of some rows, in so much of the figure's width."""
     ax.margins(x=0.05)
-    marks: dict[str, list[tuple[int, Any]]] = {}
-    for place, (_, numbers) in enumerate(rows):
-        for row in numbers[numbers["parameter"] == name].itertuples():
-            marks.setdefault("rejected" if row.rejected is True else row.level, []).append((place, row))
-    for kind, marked in marks.items():
-        _mark(ax, kind, marked)
+    own = rows[rows["parameter"] == name]
+    kinds = own["level"].mask(own["rejected"].eq(True), "rejected")
+    for kind, marked in own.groupby(kinds, sort=False):
+        _mark(ax, str(kind), marked)
     ax.grid(axis="y", visible=False)
     low, high = ax.get_xlim()
     if low > 0:
@@ -225,21 +214,19 @@ def _panel(ax: Axes, rows: list[_Row], name: str, room: float) -> None:
     ax.set_xlim(low, high)
 
 
-def _mark(ax: Axes, kind: str, marked: list[tuple[int, Any]]) -> None:
-    """Rows of a kind, each with its place: runs, or means of several with the interval of the next."""
+def _mark(ax: Axes, kind: str, marked: pd.DataFrame) -> None:
+    """Rows of a kind: runs, or means of several with the interval of the next."""
     look, text = LOOKS[kind]
-    places = np.array([place for place, _ in marked], float)
-    value, low, high = np.array([(row.value, row.low, row.high) for _, row in marked], float).T
+    value, low, high, places = marked[["value", "low", "high", "place"]].to_numpy(float).T
     bars = np.abs([value - low, high - value])
     look = style.sized(look | {"elinewidth": 1.2})
     ax.errorbar(value, places, xerr=bars, capsize=0, zorder=3, **look, label=text)
     if kind not in NEXT:
         return
-    spans = np.array([(row.next_low, row.next_high, np.nan) for _, row in marked], float)
+    spans = marked[["next_low", "next_high"]].assign(gap=np.nan).to_numpy(float)
     if np.isfinite(spans[:, 0]).any():
         bar = {"alpha": 0.25, "linewidth": style.scaled(HIGH[kind]), "solid_capstyle": "butt"}
-        places = np.repeat(places, 3)
-        ax.plot(spans.ravel(), places, color=look["color"], **bar, label=NEXT[kind])
+        ax.plot(spans.ravel(), np.repeat(places, 3), color=look["color"], **bar, label=NEXT[kind])
     small = {"va": "center", "fontsize": "small"}
-    for place, row in marked:
-        ax.text(1.02, place, row.tau_text, transform=ax.get_yaxis_transform(), **small)
+    for place, text in zip(places, marked["tau_text"], strict=True):
+        ax.text(1.02, place, text, transform=ax.get_yaxis_transform(), **small)

@@ -13,7 +13,7 @@ from matplotlib.ticker import FixedLocator
 
 from freerock.arrays import Floats, extremes
 from freerock.figures import looks, style
-from freerock.figures.style import Axes, Labels, Style, styled
+from freerock.figures.style import LINEAR, NOISE, Axes, Labels, Style, styled
 from freerock.figures.ticks import lighten
 from freerock.models.free_parameters import OF_RECORD, SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS
@@ -29,10 +29,8 @@ Pages = tuple[list[Figure], pd.DataFrame]
 """Pages of a record, and the numbers drawn."""
 PAGE: Style = {"dpi": 110, "layout": "none"}
 WIDTH_IN, HEIGHT_IN = 7.0, 8.4
-LINEAR = 3.0  # standard deviations up to which the residual is drawn to an even scale
 MARKS = [0, *(sign * size for size in (LINEAR, 10, 100, 1000, 10000) for sign in (1, -1))]
 CROWDED = 30.0  # standard deviations from which on the marks 3 and 10 would touch
-NOISE = 1.96  # standard deviations within which 95 % of white noise lies
 OF_FITS = ("time", "residual", "parameter", "value", "stderr", "u_total", "unit", "epsilon_theta")  # shown
 COLUMNS = ["run", "series", "time_s", "value", "unit"]
 VERDICT_COLOURS = {"ok": "#00643c", "warn": "#8a5a00", "fail": "#b00020", "excluded": "#5a5a5a"}

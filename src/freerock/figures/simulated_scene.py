@@ -1,7 +1,5 @@
 """θ(t) of a simulated scene."""
 
-from typing import Any
-
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -20,7 +18,6 @@ def draw(frame: pd.DataFrame) -> Drawing:
     frame : pandas.DataFrame
         From `freerock.virtual_lab.simulate_scene.simulate_scene`.
     """
-    styles: Any = looks.MODEL_STYLES
     ground = [name for name in frame if name in DIRECTIONS and frame[name].any()]
     figure = Figure(figsize=(7.0, 2.6 + 1.4 * bool(ground)), layout="constrained")
     axes = figure.subplots(1 + bool(ground), 1, squeeze=False, sharex=True)[:, 0]
@@ -28,7 +25,7 @@ def draw(frame: pd.DataFrame) -> Drawing:
         axes[0].plot(frame["time_s"], frame[name], linewidth=0.8, label=DIRECTIONS[name])
         axes[0].set_ylabel("ground / (m/s²)")
         style.legend_above(axes[0])
-    for model, look in styles.items():
+    for model, look in looks.MODEL_STYLES.items():
         if f"theta_deg_{model}" in frame:
             axes[-1].plot(frame["time_s"], frame[f"theta_deg_{model}"], **look)
     axes[-1].set(xlabel="time / s", ylabel="θ / °")

@@ -113,6 +113,8 @@ FOUNDATION_STYLES: tuple[Style, ...] = (
     {"color": "#00805e", "linestyle": ":"},
     {"color": "#9a4d83", "linestyle": (0, (7, 1.5, 1, 1.5, 1, 1.5))},
 )
+LINEAR = 3.0  # standard deviations of noise up to which a scale of residuals is linear, logarithmic beyond
+NOISE = 1.96  # standard deviations within which 95 % of white noise lies
 CHARACTER = 0.56  # width of a character over the size of its font, as a rule
 FOOTER = "simulated record – not the laboratory's data"
 
@@ -318,18 +320,15 @@ def panels_per_scene(
     axes = figure.subplots(n * rows, beside, squeeze=False, height_ratios=[*ratios] * rows, **shared)
     panels: dict[Scene, tuple[Axes, ...]] = {}
     for scene, (i, j) in places.items():
-        own = axes[n * i : n * (i + 1), j]
+        own = panels[scene] = (*axes[n * i : n * (i + 1), j],)
         for ax in own[:-1]:
             own[-1].sharex(ax)
             ax.tick_params(labelbottom=False)
-        entitle(own[0], len(panels), len(places), label(labels, *scene), 0.8 / beside)
-        panels[scene] = (*own,)
-    shown = {(n * i + k, j) for i, j in places.values() for k in range(n)}
-    for at, ax in np.ndenumerate(axes):
-        if at not in shown:
-            ax.set_axis_off()
-        elif at[0] % n == n - 1 and (at[0] + 1, at[1]) not in shown:
-            ax.tick_params(labelbottom=True)  # above an empty place
+        if (i + 1, j) not in places.values():
+            own[-1].tick_params(labelbottom=True)  # above an empty place
+        entitle(own[0], len(panels) - 1, len(places), label(labels, *scene), 0.8 / beside)
+    for ax in {*axes.flat}.difference(*panels.values()):
+        ax.set_axis_off()
     return figure, panels
 
 
