@@ -39,7 +39,7 @@ Drawing = tuple[Figure, pd.DataFrame]
 Drawn = TypeVar("Drawn")
 
 FAILED = "#b00020"  # colour of what is said of failed fits
-WIDTHS = ("linewidth", "elinewidth", "markeredgewidth")  # of a look
+SIZES = ("markersize", "linewidth", "elinewidth", "markeredgewidth")  # of a look
 HERE = Path(__file__).parent
 styled = functools.partial(matplotlib.rc_context, fname=HERE / "freerock.mplstyle")
 """Context manager and decorator that draws in the style sheet, whatever the user's own settings are."""
@@ -74,7 +74,7 @@ def scaled(points: float) -> float:
 
 def sized(look: Style) -> Style:
     """A look given for the double column, with widths of lines and sizes of markers of the target."""
-    return look | {name: scaled(look[name]) for name in ("markersize", *WIDTHS) if name in look}
+    return look | {name: scaled(look[name]) for name in SIZES if name in look}
 
 
 def legend_columns(labels: Sequence[str], room: float = 1.0) -> int:
