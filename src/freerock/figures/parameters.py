@@ -66,7 +66,8 @@ def draw(
     laws = _laws(parameters, choice)
     if not laws:
         return style.nothing_drawn("no run has a fit that may be used", origin), pd.DataFrame(columns=COLUMNS)
-    groups = _rows(parameters, populations, choice, laws, labels)
+    rows = _rows(parameters, populations, choice, laws, labels)
+    groups = [pd.concat([each.assign(place=place) for place, each in enumerate(own)]) for own in rows]
     names = [
         [name for name in MODELS[own["model"].iloc[0]] if name in set(own["parameter"])] for own in groups
     ]
@@ -88,16 +89,16 @@ def draw(
             ax.text(1.02, 1.0, "τ", transform=ax.transAxes, va="bottom", fontsize="small")
         for ax in line[len(shown) :]:
             ax.set_axis_off()
-        rows = own.drop_duplicates("place")
-        line[0].set_yticks(rows["place"], rows["row"])
-        line[0].set_ylim(len(rows) - 0.4, -0.6)
-        for text, level in zip(line[0].get_yticklabels(), rows["level"], strict=True):
+        named = own.drop_duplicates("place")
+        line[0].set_yticks(named["place"], named["row"])
+        line[0].set_ylim(len(named) - 0.4, -0.6)
+        for text, level in zip(line[0].get_yticklabels(), named["level"], strict=True):
             text.set_fontweight("normal" if level == "run" else "bold")
     style.finish(figure, origin)
-    data = style.gathered(groups, COLUMNS)[COLUMNS]
+    data = style.gathered((each[COLUMNS] for own in rows for each in own), COLUMNS)
     chosen = _of_laws(choice, laws)
-    named = {law: named_by(law, chosen[chosen["model"] == law]) for law in set(laws.values())}
-    return figure, data.assign(named_by=data["model"].map(named))
+    by = {law: named_by(law, chosen[chosen["model"] == law]) for law in set(laws.values())}
+    return figure, data.assign(named_by=data["model"].map(by))
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
@@ -136,9 +137,9 @@ def _rows(
     choice: pd.DataFrame,
     laws: Mapping[str, str],
     labels: Labels,
-) -> list[pd.DataFrame]:
-    """Of each foundation the records that name its law, each below its runs where there are several, and last
-    the foundation: rows of the figure by place downwards and name, a line for each parameter."""
+) -> list[list[pd.DataFrame]]:
+    """Rows downwards, by foundation: the records that name its law, each below its runs where there are
+    several, and last the foundation; a line for each parameter, and the name of the row."""
     chosen, runs, found = (_of_laws(table, laws) for table in (choice, parameters, populations))
     rejected = chosen[chosen["status"] == "rejected"]
     no = set(zip(rejected["test"], rejected["run"].astype(str), strict=True))
@@ -167,7 +168,7 @@ def _rows(
         if len(of_records):
             name = f"{style.label(labels, str(foundation))}, {of_records['n_records'].iloc[0]} records"
             rows.append(of_records.assign(row=name))
-        groups.append(pd.concat([each.assign(place=place) for place, each in enumerate(rows)]))
+        groups.append(rows)
     return groups
 
 
