@@ -54,12 +54,6 @@ def test_fits_come_back_as_they_were():
     assert known.get("a", lambda: None).rest[0][0] == 0.0 == found.rest[0][0]
 
 
-def test_the_functions_of_a_search_are_left_out():
-    known = Remembered(1)
-    known.get("a", lambda: {"r": 0.9, "jac": lambda: 1})
-    assert known.get("a", lambda: None) == {"r": 0.9, "jac": None}
-
-
 def test_the_one_not_asked_for_longest_is_let_go_and_no_file_is_seen(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     known, made, signal = Remembered(2), [], OnDisk(np.arange(9.0))
@@ -77,7 +71,7 @@ def test_without_space_it_is_made_again(tmp_path, monkeypatch):
     def full(*_):
         raise OSError("no space left on device")
 
-    monkeypatch.setattr("freerock.review.remembered._WithoutFunctions", full)
+    monkeypatch.setattr("freerock.review.remembered.pickle.dump", full)
     assert [known.get(1, lambda n=n: np.full(5000, n))[0] for n in (7, 8)] == [7, 8]
     assert [each for each in tmp_path.rglob("*") if each.is_file()] == []
 

@@ -10,7 +10,6 @@ from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from hashlib import sha256
 from tempfile import TemporaryFile
-from types import FunctionType
 from typing import IO, Any
 
 import numpy as np
@@ -54,19 +53,10 @@ class Remembered:
         made = make()
         with suppress(OSError):  # no space: it is made again next time
             file = TemporaryFile()  # noqa: SIM115 (as long as it is remembered)
-            _WithoutFunctions(file).dump(made)
+            pickle.dump(made, file)
             file.flush()
             self._kept[key] = file
         return made
-
-
-class _WithoutFunctions(pickle.Pickler):
-    """Leaves out what no pickle holds: the functions that a search called, which its result names."""
-
-    def reducer_override(self, value: Any) -> Any:
-        """None in the place of a function inside another."""
-        inside = isinstance(value, FunctionType) and "<locals>" in value.__qualname__
-        return (type(None), ()) if inside else NotImplemented
 
 
 def content(value: Any) -> Hashable:
