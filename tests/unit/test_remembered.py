@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from freerock.models.block import Block
-from freerock.review.remembered import OnDisk, Remembered, content
+from freerock.review.remembered import Remembered, content
 
 
 @dataclass(frozen=True)
@@ -54,13 +54,18 @@ def test_fits_come_back_as_they_were():
     assert known.get("a", lambda: None).rest[0][0] == 0.0 == found.rest[0][0]
 
 
-def test_the_one_not_asked_for_longest_is_let_go_and_no_file_is_seen(tmp_path, monkeypatch):
+def test_the_one_not_asked_for_longest_is_let_go_and_the_folder_goes_with_the_process(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    known, made, signal = Remembered(2), [], OnDisk(np.arange(9.0))
-    for number in (1, 2, 1, 3, 1, 2):
-        assert known.get(number, lambda number=number: made.append(number) or number) == number
-    assert made == [1, 2, 3, 2]
-    assert signal[2:4].tolist() == [2, 3]
+
+    def asked():
+        known, made = Remembered(2), []
+        for number in (1, 2, 1, 3, 1, 2):
+            assert known.get(number, lambda number=number: made.append(number) or number) == number
+        (folder,) = tmp_path.iterdir()
+        assert len([*folder.iterdir()]) == 2
+        return made
+
+    assert asked() == [1, 2, 3, 2]
     assert [*tmp_path.iterdir()] == []
 
 
@@ -71,7 +76,7 @@ def test_without_space_it_is_made_again(tmp_path, monkeypatch):
     def full(*_):
         raise OSError("no space left on device")
 
-    monkeypatch.setattr("freerock.review.remembered.pickle.dump", full)
+    monkeypatch.setattr("freerock.review.remembered.np.save", full)
     assert [known.get(1, lambda n=n: np.full(5000, n))[0] for n in (7, 8)] == [7, 8]
     assert [each for each in tmp_path.rglob("*") if each.is_file()] == []
 
