@@ -133,6 +133,6 @@ def written_out(order: int) -> tuple[Callable[..., Any], ...]:
     Those that fill the coefficients of Z and θ with one corner down, with the whole base, and in the air; the
     one of the values and rates of both polynomials; and the one of the samples of θ.
     """
-    functions: dict[str, Any] = {"__name__": __name__}  # the module by which the cache finds them again
+    functions: dict[str, Any] = {}
     exec(compile(text(order), __file__, "exec"), functions)
     return tuple(functions[f"_{name}"] for name in ("corner", "whole", "air", "both_at", "fill_theta"))
