@@ -1,13 +1,14 @@
 """Free rocking by Taylor series: the series against the law, the motion against the kernel's."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from freerock.models import contact, kernel, series
+from freerock.models import contact, kernel, recurrences, series
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State
 from freerock.models.ground import GroundMotion, tilted
@@ -66,6 +67,11 @@ def satisfies_the_law(fill, law, state, sideways, longest, ground=0.0):
     scale = abs(force) / BLOCK.mass_kg + GRAVITY
     assert falling == pytest.approx(expected[0], abs=1e-7 * scale)
     assert turning == pytest.approx(expected[1], abs=1e-7 * scale / BLOCK.b)
+
+
+def test_the_recurrences_are_those_that_are_written_out():
+    text = Path(series.__file__).read_text(encoding="utf-8")
+    assert text.count(recurrences.BEGIN + recurrences.written() + recurrences.END) == 1
 
 
 @given(laws, angles, st.floats(0.05, 0.95), rates, kinematics, grounds)

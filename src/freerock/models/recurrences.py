@@ -1,10 +1,15 @@
-"""Functions of the recurrences of `series`, written out order by order.
+"""Writes out the recurrences of `series`, order by order, into that file.
 
-As loops they take several times as long. `print(text(10))` shows them.
+python -m freerock.models.recurrences
 """
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
+from pathlib import Path
+
+from freerock.models.series import ORDER
+
+BEGIN, END = "# fmt: off\n", "# fmt: on\n"
+COMPILED = "@compiled(fastmath=FAST, forceinline=True)\n"
 
 
 def _sum(terms: Sequence[str]) -> str:
@@ -65,10 +70,10 @@ def _contact(touching: str, n: int) -> list[str]:
     return [f"f{n} = 0.0", f"e{n} = 0.0"]
 
 
-def _recurrence(touching: str, order: int) -> str:
+def _written_out(touching: str) -> str:
     """Text of the function that fills the coefficients of Z and θ from their values and rates."""
     lines = [*FIRST["all"], *FIRST.get(touching, ())]
-    for n in range(order - 1):
+    for n in range(ORDER - 1):
         m = n + 1
         # cw and sw hold the sums for cos θ θ̇ and sin θ θ̇, but for their newest term
         known_c, known_s = (f"cw{n} + ", f"sw{n} + ") if n else ("", "")
@@ -95,44 +100,49 @@ def _recurrence(touching: str, order: int) -> str:
             f"f{n} = f{n} - a*lever*{m}.0*w{m}",
             f"e{n} = e{n} - h*lever*{m}.0*w{m}",
         ]
-    lines += [f"z[{n}], t[{n}] = z{n}, t{n}" for n in range(order + 1)]
+    lines += [f"z[{n}], t[{n}] = z{n}, t{n}" for n in range(ORDER + 1)]
     head = (
         f"def _{touching}(z, t, z0, v0, t0, w0, s0, c0, a, law):\n    k, c, lam, b, h, J, g, ground = law\n"
     )
     return head + "".join(f"    {line}\n" for line in lines)
 
 
-def _both_at(order: int) -> str:
+def _horner() -> str:
+    """Value of the polynomial of the coefficients p0, p1 and so on at x."""
+    found = f"p{ORDER}"
+    for n in range(ORDER - 1, -1, -1):
+        found = f"({found}*x + p{n})"
+    return found
+
+
+def _both_at() -> str:
     """Text of the function that gives both polynomials and their rates."""
-    lines = [f"a, b, v, w = z[{order}], t[{order}], 0.0, 0.0"]
-    lines += [f"v, w, a, b = v*x + a, w*x + b, a*x + z[{n}], b*x + t[{n}]" for n in range(order - 1, -1, -1)]
+    lines = [f"a, b, v, w = z[{ORDER}], t[{ORDER}], 0.0, 0.0"]
+    lines += [f"v, w, a, b = v*x + a, w*x + b, a*x + z[{n}], b*x + t[{n}]" for n in range(ORDER - 1, -1, -1)]
     return "def _both_at(z, t, x):\n" + "".join(f"    {line}\n" for line in [*lines, "return a, v, b, w"])
 
 
-def _fill_theta(order: int) -> str:
+def _fill_theta() -> str:
     """Text of the function that samples θ: a plain loop over slices, which becomes one of vectors."""
-    names = ", ".join(f"p{n}" for n in range(order + 1))
-    values = ", ".join(f"sign*p[{n}]" for n in range(order + 1))
-    polynomial = f"p{order}"
-    for n in range(order - 1, -1, -1):
-        polynomial = f"({polynomial}*x + p{n})"
+    names = ", ".join(f"p{n}" for n in range(ORDER + 1))
+    values = ", ".join(f"sign*p[{n}]" for n in range(ORDER + 1))
     lines = [f"{names} = {values}", "for i in range(time.size):", "    x = time[i] - start"]
-    lines.append(f"    theta[i] = {polynomial}")
+    lines.append(f"    theta[i] = {_horner()}")
     return "def _fill_theta(p, sign, start, time, theta):\n" + "".join(f"    {line}\n" for line in lines)
 
 
-def text(order: int) -> str:
-    """Text of all functions, of series up to an order."""
-    contacts = [_recurrence(touching, order) for touching in ("corner", "whole", "air")]
-    return "\n\n".join([*contacts, _both_at(order), _fill_theta(order)])
+def written() -> str:
+    """All that is written into `series`."""
+    functions = [*map(_written_out, ("corner", "whole", "air")), _both_at(), _fill_theta()]
+    return "\n\n".join(COMPILED + function for function in functions)
 
 
-def written_out(order: int) -> tuple[Callable[..., Any], ...]:
-    """The functions that `text` holds.
+def write_recurrences() -> None:
+    """Write them into `series`, between `BEGIN` and `END`."""
+    path = Path(__file__).with_name("series.py")
+    before, rest = path.read_text(encoding="utf-8").split(BEGIN)
+    path.write_text(before + BEGIN + written() + END + rest.split(END)[1], encoding="utf-8")
 
-    Those that fill the coefficients of Z and θ with one corner down, with the whole base, and in the air; the
-    one of the values and rates of both polynomials; and the one of the samples of θ.
-    """
-    functions: dict[str, Any] = {}
-    exec(compile(text(order), __file__, "exec"), functions)
-    return tuple(functions[f"_{name}"] for name in ("corner", "whole", "air", "both_at", "fill_theta"))
+
+if __name__ == "__main__":
+    write_recurrences()
