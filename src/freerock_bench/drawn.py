@@ -121,10 +121,11 @@ def rows_of(case: tuple[str, str, str, int]) -> list[Row]:
 def stated_laboratory(configuration: str, instruments: str) -> Laboratory:
     """What is stated of a block of table 1 and its laser."""
     u = dict(INSTRUMENTS.get(instruments) or dict.fromkeys(INSTRUMENTS["rule"], 0.0))
-    u["mass_kg"] *= CONFIGURATIONS[configuration][0].mass_kg
+    block, _, laser = CONFIGURATIONS[configuration]
+    u["mass_kg"] *= block.mass_kg
     if instruments in INSTRUMENTS:
         u["levelled_deg"] = LEVELLED_DEG / math.sqrt(3)
-    return laboratory_of(configuration, u)
+    return laboratory_of(configuration, block, laser, u)
 
 
 def true_record(

@@ -28,6 +28,7 @@ from freerock.config.uncertainty import DEFAULTS
 from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
 from freerock.rotation.laboratory import Input, Laboratory
+from freerock.rotation.sensor import Laser
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.virtual_lab.added_noise import Disturbance
 from freerock.virtual_lab.palermo import CONFIGURATIONS
@@ -41,8 +42,14 @@ from freerock_bench.virtual_run import SEED, Row, correlated
 
 SIZES = {"small": 1, "medium": 3, "full": 5, "long": 20}  # records of each kind
 RATE_HZ, REST_S, TILT_S = 1000.0, 2.0, 1.2
-V_PER_M, ZERO_V, WHITE_V, SPAN_V = 100.0, 5.0, 2e-3, 20.0
+ZERO_V, WHITE_V, SPAN_V, RANGE_V = 5.0, 2e-3, 20.0, 10.0
 SCATTER, ANGLES = 0.1, (0.6, 1.0)
+HEIGHT_M, SLENDER, DEPTH = (0.12, 1.6), (2.0, 7.0), (1.0, 4.0)  # of blocks of other sizes; depth in widths
+KG_M3, STIFFER, CRITICAL = (
+    (600.0, 2700.0),
+    (0.4, 3.0),
+    0.8,
+)  # of the critical angle, times `ANGLES`
 CALIPER = {"height_m": 3e-5, "width_m": 3e-5, "position_m": 2e-4, "scale_fraction": 5e-4}
 CALIPER |= {"sampling_rate_fraction": 2e-5, "com_height_m": 1e-4, "inertia_kg_m2": 2e-3}
 INPUTS = ["height_m", "width_m", "mass_kg", "com_height_m", "inertia_kg_m2"]
@@ -67,6 +74,8 @@ class Kind:
     ----------
     law : str
     pivoting : bool, optional
+    sizes : bool
+        Whether blocks have other sizes than those of table 1.
     names : set of str
         Reasons and inputs that name it rightly; none of a clean one.
     differs : dict
@@ -75,13 +84,20 @@ class Kind:
 
     law: str
     pivoting: bool | None
+    sizes: bool
     names: Collection[str]
     differs: dict[str, Any]
 
 
-def _kind(law: str = "hunt_crossley", pivoting: bool | None = None, names: Any = (), **differs: Any) -> Kind:
+def _kind(
+    law: str = "hunt_crossley",
+    pivoting: bool | None = None,
+    sizes: bool = False,
+    names: Any = (),
+    **differs: Any,
+) -> Kind:
     parts = [[each] if isinstance(each, str) else each for each in names]
-    return Kind(law, pivoting, {name for part in parts for name in part}, differs)
+    return Kind(law, pivoting, sizes, {name for part in parts for name in part}, differs)
 
 
 STATED = YAML(typ="safe", pure=True).load(Path(__file__).with_suffix(".yaml"))
@@ -153,12 +169,25 @@ def cases(size: str) -> list[tuple[str, int]]:
     return [(name, i) for i in range(SIZES[size]) for name in KINDS]
 
 
-def stated_laboratory(configuration: str, caliper: bool) -> Laboratory:
-    """What is stated of a block of table 1 and its laser; the rest by default."""
-    block, u = CONFIGURATIONS[configuration][0], DEFAULTS | (CALIPER if caliper else {})
+def other_size(draw: Draw) -> tuple[Block, float, Laser]:
+    """A block of another size, the largest angle of its releases [rad], and a laser whose range suffices."""
+    height = round(_log_uniform(draw, *HEIGHT_M), 3)
+    width = round(height / draw.uniform(*SLENDER), 3)
+    block = Block(height, width, round(draw.uniform(*KG_M3) * height * width**2 * draw.uniform(*DEPTH), 3))
+    at_m, angle = round(0.8 * height, 3), CRITICAL * block.theta_cr
+    return block, angle, Laser("horizontal", at_m, round(3 * (at_m * math.sin(angle) + 2e-3), 3))
+
+
+def _log_uniform(draw: Draw, low: float, high: float) -> float:
+    return float(low * (high / low) ** draw.uniform())
+
+
+def stated_laboratory(configuration: str, block: Block, laser: Laser, caliper: bool) -> Laboratory:
+    """What is stated of a block and its laser; the rest by default."""
+    u = DEFAULTS | (CALIPER if caliper else {})
     u["mass_kg"] = DEFAULTS["mass_fraction"] * block.mass_kg
     u["inertia_kg_m2"] = u.get("inertia_kg_m2", DEFAULTS["inertia_fraction"]) * block.inertia_cm
-    return laboratory_of(configuration, {name: u[name] for name in INPUTS}, caliper)
+    return laboratory_of(configuration, block, laser, {name: u[name] for name in INPUTS}, caliper)
 
 
 class Record(NamedTuple):
@@ -176,7 +205,9 @@ def record(name: str, i: int) -> Record:
     kind, draw = KINDS[name], np.random.default_rng([SEED, 38, zlib.crc32(name.encode()), i])
     turn = i + zlib.crc32(name.encode())
     configuration, foundation = place(turn)
-    stated = stated_laboratory(configuration, bool(turn // 2 % 2))
+    of_table = CONFIGURATIONS[configuration]
+    size, angle, laser = other_size(draw) if kind.sizes else of_table
+    stated = stated_laboratory(configuration, size, laser, bool(turn // 2 % 2))
     drawn = tuple(each for each in stated.inputs if each.name != "response_ms")
     true = stated.at(drawn, draw.standard_normal(len(drawn)))
     differs = differing(kind, true.block, draw)
@@ -184,13 +215,21 @@ def record(name: str, i: int) -> Record:
         owner = "laser" if key in OF_LASER else configuration
         true = true.moved(Input(owner, key, by, True), 1.0)
     block = differs.pop("block", true.block)
-    soil = {key: value * draw.uniform(1 - SCATTER, 1 + SCATTER) for key, value in _soil(kind, foundation)}
+    soil = {
+        key: value * draw.uniform(1 - SCATTER, 1 + SCATTER)
+        for key, value in table_2(kind.law, foundation).items()
+    }
     damping = differs.pop("damping", 1.0)
     soil = {key: value * (damping if key in ("c", "lambda") else 1.0) for key, value in soil.items()}
+    if kind.sizes:  # as deep under its weight, and as far from Housner's r, as the block of table 1
+        heavier = size.mass_kg / of_table[0].mass_kg * of_table[0].width_m / size.width_m
+        heavier *= _log_uniform(draw, *STIFFER)
+        better = size.restitution_housner / of_table[0].restitution_housner
+        soil = {key: value * (better if key == "r" else heavier) for key, value in soil.items()}
     if "r" in soil:
         soil["r"] = min(soil["r"], 0.98)
     pivoting = bool(draw.integers(2)) if kind.pivoting is None else kind.pivoting
-    angle = CONFIGURATIONS[configuration][1] * draw.uniform(*ANGLES) * draw.choice([-1, 1])
+    angle = angle * draw.uniform(*ANGLES) * draw.choice([-1, 1])
     own: dict[str, Any] = {key: differs.pop(key) for key in OWN if key in differs}
     release = {"fade_s": draw.uniform(5e-3, 20e-3)} | differs
     scene = Scene(block, soil, pivoting or "r" in soil, float(angle), **release)
@@ -198,10 +237,6 @@ def record(name: str, i: int) -> Record:
     row = {"case": name, "run": i + 1, "law": kind.law, "block": configuration, "foundation": foundation}
     row["known"] = "callipers" if stated.inputs[0].stated else "defaults"
     return Record(volts, stated, replace(true, block=block), soil, row)
-
-
-def _soil(kind: Kind, foundation: str) -> list[tuple[str, float]]:
-    return [*table_2(kind.law, foundation).items()]
 
 
 def _measured(scene: Scene, true: Laboratory, own: dict[str, Any], draw: Draw) -> Floats:
@@ -214,7 +249,8 @@ def _measured(scene: Scene, true: Laboratory, own: dict[str, Any], draw: Draw) -
     still = [np.repeat(each, int(s * rate_hz), axis=1) for each, s in _still(stands, held, draw)]
     states = np.hstack([still[0], stands + (held - stands) * ramp, still[1], motion.states, still[2]])
     way = read(states, scene, laser.position, own.get("incline", 0.0))
-    volts = ZERO_V + V_PER_M * (way - way[0]) / true.scales[0]
+    assert laser.range_m is not None
+    volts = ZERO_V + RANGE_V / laser.range_m * (way - way[0]) / true.scales[0]
     begins = still[0].shape[1] + ramp.size + still[1].shape[1]
     if "lost" in own:
         at = begins + int(motion.states.shape[1] * draw.uniform(0.1, 0.4))

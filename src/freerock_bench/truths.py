@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from freerock.models.block import Block
 from freerock.models.laws import LAWS, Candidate
 from freerock.models.published import TABLE_2
 from freerock.rotation.laboratory import Input, Laboratory
+from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock_bench.virtual_run import Truth, virtual_motion
@@ -25,11 +27,12 @@ def place(i: int) -> tuple[str, str]:
     return blocks[i % len(blocks)], foundations[i // len(blocks) % len(foundations)]
 
 
-def laboratory_of(configuration: str, uncertainties: Mapping[str, float], stated: bool = True) -> Laboratory:
-    """A block of table 1 and its laser, with standard uncertainties of inputs by name."""
-    block, _, laser = CONFIGURATIONS[configuration]
+def laboratory_of(
+    name: str, block: Block, laser: Laser, uncertainties: Mapping[str, float], stated: bool = True
+) -> Laboratory:
+    """A block of some name and its laser, with standard uncertainties of inputs by name."""
     owners = dict.fromkeys(OF_LASER, "laser") | {"levelled_deg": "base"}
-    inputs = (Input(owners.get(name, configuration), name, u, stated) for name, u in uncertainties.items())
+    inputs = (Input(owners.get(each, name), each, u, stated) for each, u in uncertainties.items())
     return Laboratory(block, {"laser": laser}, tuple(inputs))
 
 

@@ -6,6 +6,7 @@ import pytest
 
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.hypotheses_tried import Identified
+from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench.analysed import Analysed
 from freerock_bench.kinds import (
     KINDS,
@@ -44,13 +45,20 @@ def test_a_record_is_that_of_its_seed(name):
     assert len({each.name for each in stated.inputs}) == len(stated.inputs) == 9
 
 
+def test_blocks_of_other_sizes_are_none_of_table_1():
+    sizes = [record("clean, other sizes, Hunt–Crossley", i).stated.block.height_m for i in range(4)]
+    assert len({*sizes}) == 4 and not {*sizes} & {block.height_m for block, _, _ in CONFIGURATIONS.values()}
+
+
 def test_another_seed_gives_another_record():
     """Scene and noise are drawn alike for all kinds."""
     one, other = (record("clean, rigid", seed).volts for seed in (1, 2))
     assert other.size != one.size or not np.array_equal(other, one)
 
 
-@pytest.mark.parametrize("name", ["clean, rigid", "clean, Hunt–Crossley, pivoting"])
+@pytest.mark.parametrize(
+    "name", ["clean, rigid", "clean, Hunt–Crossley, pivoting", "clean, other sizes, Winkler"]
+)
 def test_a_clean_laboratory_is_ok_and_gives_the_truth(name):
     rows = rows_of((name, 0))
     assert {row["verdict"] for row in rows} == {"ok"} and all(row["explained"] for row in rows)
