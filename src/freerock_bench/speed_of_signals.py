@@ -13,6 +13,7 @@ from freerock.models.block import Block
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.faults import signal_quality
+from freerock.rotation.reading import pieces
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import find_impacts
@@ -21,7 +22,6 @@ from freerock.runs.segment import find_runs
 BLOCK = Block(0.28, 0.07, 5.84)
 LASERS = Laser("horizontal", 0.2, 0.1), Laser("horizontal", 0.1, 0.1)
 NOISE_V, COUNT_V = 2e-3, 21 / 2**16
-PIECE = 1 << 14  # samples that are made at a time
 
 
 def motion(draw, rate_hz, n_runs):
@@ -42,8 +42,7 @@ def motion(draw, rate_hz, n_runs):
 
 def volts_of(theta, draw, laser=LASERS[0]):
     volts = np.empty(theta.size)
-    for start in range(0, theta.size, PIECE):  # lest what makes a record holds more than what is measured
-        part = slice(start, start + PIECE)
+    for part in pieces(theta.size):  # lest what makes a long record holds more than what is measured
         exact = 5 + displacement_from_rotation(theta[part], BLOCK, laser) / laser.metres_per()
         volts[part] = np.rint((exact + NOISE_V * draw.standard_normal(exact.size)) / COUNT_V) * COUNT_V
     return volts

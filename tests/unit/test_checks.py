@@ -10,7 +10,7 @@ import pytest
 
 from freerock.config.defaults import RunLimits
 from freerock.models.block import Block
-from freerock.rotation.faults import FAULTS_WARNED_OF, Fault
+from freerock.rotation.faults import FAULT_VERDICTS, Fault
 from freerock.rotation.still import Phase
 from freerock.runs.beginning import Beginning
 from freerock.runs.checks import Facts, verdict_on
@@ -146,7 +146,7 @@ def test_every_reason_is_documented():
     of_fits |= {"left_out"}  # tests/unit/test_overrides.py
     of_fits |= {"in_motion", "thrown", "bounced", "slid"}  # tests/unit/test_begun_in_motion.py
     of_fits |= {"not_processed"}  # tests/workflow/test_bad_input.py
-    assert documented == {name for _, _, name in ONE_FACT} | {*FAULTS_WARNED_OF} | of_impacts | of_fits
+    assert documented == {name for _, _, name in ONE_FACT} | {*FAULT_VERDICTS} | of_impacts | of_fits
 
 
 def test_the_noise_of_a_rest_holds_nothing_of_the_motion_before_it():

@@ -84,11 +84,9 @@ def test_samples_of_still_phases_are_found_by_their_numbers():
         for t, y in zip(TIME, values, strict=True)
         if phase.start_s + 0.05 <= t < phase.end_s - 0.05 and np.isfinite(y)
     ]
-    assert signal.inside.size == len(inside)
+    assert signal.n_inside == len(inside)
     which = np.array([0, 1, 3, 400, 900, 901, 1500, len(inside) - 1])
-    found = signal.inside[which]
-    seen = TIME[found], signal.deviations(found)
-    np.testing.assert_array_equal(np.transpose(seen), np.array(inside)[which])
+    np.testing.assert_array_equal(np.array(signal.inside(which)).T, np.array(inside)[which])
 
 
 def test_mains_that_wander_quickly_are_left_to_the_noise():

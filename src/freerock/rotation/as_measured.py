@@ -11,8 +11,6 @@ from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.simulate import SOLVER, Solver, simulate_fitted
 from freerock.rotation.view import View
 
-STEP_S = 1e-5  # of the difference quotient of what is seen
-
 
 def as_measured(
     law: str,
@@ -24,11 +22,12 @@ def as_measured(
     rules: Rules = GEOMETRIC,
     solver: Solver = SOLVER,
     theta_rate: Floats | None = None,
+    step_s: float = 1e-5,
 ) -> Floats:
     """Rotation [rad], shape (n_time,), under what a fit finds, as the sensor would have it.
 
     theta0 in `values` is the angle at which the block is seen before its release. `theta_rate`, shape
-    (n_time,), receives the rate of what is seen [rad/s] if given, a difference quotient over `STEP_S`.
+    (n_time,), receives the rate of what is seen [rad/s] if given, a difference quotient over `step_s` [s].
     All else as in `freerock.models.simulate.simulate_fitted`; without a view it is that.
     """
     turning = block.as_found(values)
@@ -59,7 +58,7 @@ def as_measured(
         z_cb_rate, rate = rates[:, 1].reshape(theta.shape), rates[:, 2].reshape(theta.shape)
         later, earlier = (
             view.seen(theta + step * rate, z_cb + step * z_cb_rate, turning, foundation)
-            for step in (STEP_S, -STEP_S)
+            for step in (step_s, -step_s)
         )
-        theta_rate[:] = (later - earlier) / (2 * STEP_S)
+        theta_rate[:] = (later - earlier) / (2 * step_s)
     return view.seen(theta, z_cb, turning, foundation)

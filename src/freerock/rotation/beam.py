@@ -60,7 +60,7 @@ def displaced(theta: Floats, block: Block, laser: Laser, depth_m: Floats | float
     if it had not (F32), a vertical beam reads d more. d counts from the undeformed surface for a horizontal
     beam, whose height does; from the block at rest, where it reads zero, for a vertical one.
     """
-    turn = facing(laser) * theta
+    turn = -theta if mirrored(laser) else theta
     t = np.abs(turn)
     rise = 2 * np.sin(t / 2) ** 2 / np.cos(t)  # 1/cos - 1 without loss of digits
     if laser.beam == "horizontal":
@@ -102,7 +102,8 @@ def turned(s: Floats, block: Block, laser: Laser, side: ArrayLike | None = None)
     """`rotation_from_displacement` of a target of any size; NaN where no rotation displaces it so."""
     if laser.beam == "horizontal":
         y = laser.position
-        return facing(laser) * 2 * np.arctan(s / (y + np.sqrt(y**2 + s * (s - 2 * _width(s, block)))))
+        turn = 2 * np.arctan(s / (y + np.sqrt(y**2 + s * (s - 2 * _width(s, block)))))
+        return -turn if mirrored(laser) else turn
     side = _side(s, block, laser) if side is None or not is_unsigned(block, laser) else np.asarray(side)
     a = _lever(side, block, laser)
     root = np.copysign(np.sqrt(a**2 + s * (s - 2 * block.height_m)), a)
@@ -117,7 +118,7 @@ def is_unsigned(block: Block, laser: Laser) -> bool:
 
 def sensitivity(theta: ArrayLike, block: Block, laser: Laser) -> Floats:
     """|ds/dθ|: displacement of the target per rotation [m/rad], by differentiating the closed forms."""
-    turn = facing(laser) * np.asarray(theta, float)
+    turn = -np.asarray(theta, float) if mirrored(laser) else np.asarray(theta, float)
     if laser.beam == "horizontal":
         slope = laser.position - _width(turn, block) * np.sin(turn)
     else:
@@ -134,9 +135,11 @@ def rotation_and_sensitivity(
         side = _side(displacement_m, block, laser)
     sides = np.empty(0) if side is None else side
     beam_kernel.rotations(displacement_m, sides, beam_of(block, laser), theta, slope)
-    theta *= facing(laser)
-    off = ~on_target(theta, block, laser)
-    theta[off] = slope[off] = np.nan
+    if mirrored(laser):
+        np.negative(theta, out=theta)
+    on = on_target(theta, block, laser)
+    if not on.all():
+        theta[~on] = slope[~on] = np.nan
     return theta, slope
 
 
@@ -145,9 +148,9 @@ def beam_of(block: Block, laser: Laser) -> tuple[float, ...]:
     return float(laser.beam == "vertical"), laser.position, block.height_m, block.width_m / 2, block.b
 
 
-def facing(laser: Laser) -> float:
-    """-1 of a beam that meets the right face, which mirrors the left one; else 1."""
-    return -1.0 if laser.beam == "horizontal" and laser.face == "right" else 1.0
+def mirrored(laser: Laser) -> bool:
+    """Whether the beam meets the right face, which mirrors the left one."""
+    return laser.beam == "horizontal" and laser.face == "right"
 
 
 def _width(turn: Floats, block: Block) -> Floats:
@@ -170,14 +173,17 @@ def _side(s: Floats, block: Block, laser: Laser) -> Floats:
 
 def on_target(theta: Floats, block: Block, laser: Laser) -> Mask:
     """Whether the beam meets its target, see `displacement_from_rotation`."""
-    if np.size(theta) > 100 and np.isfinite(theta).any():
+    return _on_target(-theta if mirrored(laser) else theta, block, laser)
+
+
+def _on_target(turn: Floats, block: Block, laser: Laser) -> Mask:
+    if np.size(turn) > 100 and np.isfinite(turn).any():
         # What is on target at rest and at both ends of a range is so within: the limits are monotonic in |θ|,
         # or highest in between.
-        ends = np.array([np.nanmin(theta), -1e-12, 1e-12, np.nanmax(theta)])
-        if on_target(ends, block, laser).all():
-            return np.isfinite(theta)
-    turn, edge = facing(laser) * theta, block.width_m / 2
-    t = np.abs(turn)
+        ends = np.array([np.nanmin(turn), -1e-12, 1e-12, np.nanmax(turn)])
+        if _on_target(ends, block, laser).all():
+            return np.isfinite(turn)
+    t, edge = np.abs(turn), block.width_m / 2
     if laser.beam == "horizontal":
         foot = _width(turn, block) * np.sin(turn)
         return (foot <= laser.position) & (laser.position <= foot + block.height_m * np.cos(t))

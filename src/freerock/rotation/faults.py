@@ -2,21 +2,27 @@
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from freerock.arrays import Flags, Floats
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.lattice import converter_step
-from freerock.rotation.still import grouped, stretches
+from freerock.rotation.still import stretches
 from freerock.units import BASE
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# A run that meets one of them gets a warning; flagged samples are judged by their share.
-FAULTS_WARNED_OF = ("aliasing", "vibration", "sampling_rate", "other_mains", "lasers_disagree")
+# On a run that meets the fault; flagged samples are judged by their share.
+FAULT_VERDICTS: dict[str, Literal["warn", "fail"]] = {
+    "aliasing": "warn",
+    "vibration": "warn",
+    "sampling_rate": "warn",
+    "other_mains": "warn",
+    "lasers_disagree": "warn",
+}
 MERGED_S = 0.01  # invalid stretches this close are one fault
 
 
@@ -60,15 +66,22 @@ def listed_faults(record: "xr.Dataset | xr.DataTree") -> list[Fault]:
 def flagged_faults(time_s: Floats, flags: Flags) -> list[Fault]:
     """A fault per stretch of samples with the same flag; stretches closer than `MERGED_S` are one fault."""
     faults: list[Fault] = []
+    every = np.flatnonzero(flags)
+    if every.size == 0:
+        return []
     step = (time_s[-1] - time_s[0]) / max(time_s.size - 1, 1)
     apart = max(1, round(MERGED_S / step))
     for name, mask in FLAGS.items():
-        index = np.flatnonzero(flags & mask)
+        index = every[(flags[every] & mask) > 0]
         if index.size == 0:
             continue
-        for i, j in zip(*grouped(np.arange(index.size), np.diff(index) > apart), strict=True):
-            start_s, end_s = time_s[index[[i, j]]].tolist()
-            faults.append(Fault(name, start_s, end_s, f"{j - i + 1} sample{'s' if j > i else ''}"))
+        breaks = np.flatnonzero(np.diff(index) > apart)
+        first = index[np.concatenate(([0], breaks + 1))]
+        last = index[np.concatenate((breaks, [index.size - 1]))]
+        count = np.diff(np.concatenate(([0], breaks + 1, [index.size])))
+        for i, j, n in zip(first.tolist(), last.tolist(), count.tolist(), strict=True):
+            note = f"{n} sample{'s' if n > 1 else ''}"
+            faults.append(Fault(name, float(time_s[i]), float(time_s[j]), note))
     return faults
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.rotation.beam import beam_of, displaced, facing
+from freerock.rotation.beam import beam_of, displaced, mirrored
 from freerock.rotation.beam_kernel import seen
 from freerock.rotation.sensor import Laser
 
@@ -130,16 +130,16 @@ class Laboratory:
             return theta
         if len(sensors) == 1:
             each, out = np.array(theta, ndmin=2), np.empty(theta.size)
-            gain = np.array([by.scales[0] / self.scales[0]])
+            gain, sign = np.array([by.scales[0] / self.scales[0]]), -1.0 if mirrored(others[0]) else 1.0
             beams = beam_of(self.block, sensors[0]), beam_of(by.block, others[0])
-            seen(each, each, gain, math.nan, facing(others[0]), *beams, out)
+            seen(each, each, gain, math.nan, sign, *beams, out)
             return out
         readings = [
             displaced(theta, self.block, laser) * now / then
             for laser, then, now in zip(sensors, self.scales, by.scales, strict=True)
         ]
-        slope = (readings[0] - readings[1]) / (others[0].position - others[1].position)
-        return np.asarray(facing(others[0]) * np.arctan(slope))
+        angle = np.arctan((readings[0] - readings[1]) / (others[0].position - others[1].position))
+        return -angle if mirrored(others[0]) else np.asarray(angle)
 
 
 def _slower_ms(response_ms: float, u_ms: float, uncertainties: float) -> float:

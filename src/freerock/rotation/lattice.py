@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from freerock.arrays import Floats, Indices
+from freerock.arrays import Floats, Indices, Mask
 
 STEP_SAMPLES = 20_000  # suffice to see the step
 NOISE_SAMPLES = 50_000  # suffice to know the noise
@@ -30,7 +30,8 @@ def lattice_step(recorded: Floats) -> float:
     recorded : ndarray, shape (n_time,)
         As recorded; NaN where there is no sample.
     """
-    some = recorded[np.isfinite(recorded)]
+    known = np.isfinite(recorded)
+    some = recorded if known.all() else recorded[known]
     some = some[:: max(1, some.size // STEP_SAMPLES)]
     values = np.unique(some)
     if values.size < 2 or values.size > some.size / 2:
@@ -58,8 +59,13 @@ def converter_step(recorded: Floats, theta: Floats) -> float:
         The signal as recorded, in any unit, and the rotation [rad] from it.
     """
     valid = np.isfinite(theta) & np.isfinite(recorded)
-    step = lattice_step(recorded[valid])
-    return step and step * float(np.ptp(theta[valid])) / float(np.ptp(recorded[valid]))
+    step = lattice_step(recorded if valid.all() else recorded[valid])
+    return step and step * _range(theta, valid) / _range(recorded, valid)
+
+
+def _range(values: Floats, valid: Mask) -> float:
+    least, most = np.min(values, where=valid, initial=np.inf), np.max(values, where=valid, initial=-np.inf)
+    return float(most - least)
 
 
 def scatter(x: Floats | Sequence[Floats], step: float = 0.0) -> float:
@@ -83,7 +89,7 @@ def scatter(x: Floats | Sequence[Floats], step: float = 0.0) -> float:
     about = [each - np.median(each) for each in stretches if each.size]
     if not about:
         return math.nan
-    together = np.concatenate(about)
+    together = about[0] if len(about) == 1 else np.concatenate(about)
     robust = 1.4826 * float(np.median(np.abs(together)))
     if step <= FINE * robust or not step:
         return robust or float(np.std(together))
@@ -92,7 +98,8 @@ def scatter(x: Floats | Sequence[Floats], step: float = 0.0) -> float:
 
 def _finite(x: Floats) -> Floats:
     """The samples that are numbers, as many as suffice."""
-    x = x[np.isfinite(x)]
+    finite = np.isfinite(x)
+    x = x if finite.all() else x[finite]
     return x[:: max(1, x.size // NOISE_SAMPLES)]
 
 

@@ -84,10 +84,15 @@ def slow_line(rest: Floats, step: float) -> tuple[float, float] | None:
     time = np.arange(still.size) - (still.size - 1) / 2
     level = still - still.mean()
     power = tapered_power(level - time * (time @ level) / (time @ time))
-    sought = range(lowest, highest)
-    below = [np.median(power[max(1, i - WIDE - BESIDE) : i - WIDE]) for i in sought]
-    above = [np.median(power[i + WIDE + 1 : i + WIDE + 1 + BESIDE]) for i in sought]
-    floor = np.maximum(below, above)
+    floor = np.array(
+        [
+            max(
+                np.median(power[max(1, i - WIDE - BESIDE) : i - WIDE]),
+                np.median(power[i + WIDE + 1 : i + WIDE + 1 + BESIDE]),
+            )
+            for i in range(lowest, highest)
+        ]
+    )
     top = int(np.argmax(power[lowest:highest] / np.maximum(floor, np.finfo(float).tiny)))
     if not power[lowest + top] > CLEAR * floor[top] > 0:
         return None

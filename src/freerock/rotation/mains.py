@@ -18,7 +18,6 @@ AVERAGED_S = 0.1  # the beat with the mains is averaged over this long, which ke
 MOST_BLOCKS = 400  # of that length suffice for a fit
 PER_BIN = 4  # frequencies tried in the width of a spectral line
 WANDER_S = 10.0  # the phase is followed over so long
-LINE_BLOCKS = 4096  # in which a line is followed within its bin
 MOST_LOST = 0.05  # where a steady phase would lose a larger share of the power
 
 
@@ -123,9 +122,10 @@ def _highest(mains_hz: float, centre: Floats, beat: Complexes, span: float) -> f
     reach = int(np.ceil(PER_BIN * span * BAND_HZ))
     offsets = np.arange(-reach - 1, reach + 2) / (PER_BIN * span)
     fine = math.isqrt(offsets.size)  # offsets are sums of a coarse and a fine one
-    both = offsets[::fine], offsets[:fine] - offsets[0]
-    coarse, within = (np.exp(-2j * np.pi * np.outer(each, centre)) for each in both)
-    power = (np.abs((coarse * beat) @ within.T) ** 2).ravel()[: offsets.size]
+    turns = (
+        np.exp(-2j * np.pi * np.outer(o, centre)) for o in (offsets[::fine], offsets[:fine] - offsets[0])
+    )
+    power = (np.abs((next(turns) * beat) @ next(turns).T) ** 2).ravel()[: offsets.size]
     top = 1 + int(np.argmax(power[1:-1]))
     below, peak, above = power[top - 1 : top + 2]
     curvature = below - 2 * peak + above
@@ -146,8 +146,9 @@ def _followed(centre: Floats, beat: Complexes) -> tuple[Floats, int]:
     if count.size < 4 or count.min() < 2 or not (np.diff(centre) < WANDER_S / 4).any():
         return steady
     means = np.add.reduceat(beat, edges) / count
-    within = float(np.mean(np.abs(beat - np.repeat(means, count)) ** 2))
-    noise = within * count.size / (len(beat) - count.size)
+    noise = (
+        float(np.mean(np.abs(beat - np.repeat(means, count)) ** 2)) * count.size / (len(beat) - count.size)
+    )
     power = float(np.mean(np.abs(means) ** 2)) - noise
     of_all = abs(beat.mean()) ** 2
     chance = math.sqrt((2 * of_all + noise) * noise / count.size)
@@ -227,14 +228,7 @@ def _line(
     """
     centred = time - (window @ time) / window.sum()
     near = _demodulated(weighted, centred, near_hz)
-    bin_hz = 1 / (time[-1] - time[0])
-    highest = minimize_scalar(
-        lambda offset_hz: -_power(*near, offset_hz),
-        bounds=(-bin_hz, bin_hz),
-        method="bounded",
-        options={"xatol": 1e-7 * bin_hz},
-    )
-    offset = float(highest.x)
+    offset = _maximum(*near, 1 / (time[-1] - time[0]))
     amplitude = 2 * math.sqrt(_power(*near, offset)) / window.sum()
     variance = noise / (window @ window)
     spread = 2 * variance * ((window * centred) @ (window * centred))
@@ -242,12 +236,25 @@ def _line(
     return near_hz + offset, stderr
 
 
-def _demodulated(weighted: Floats, time: Floats, frequency_hz: float) -> tuple[Floats, Complexes]:
-    """Signal shifted down by a frequency and summed in `LINE_BLOCKS`, with their mean times."""
-    edges = np.unique(np.linspace(0, time.size, LINE_BLOCKS + 1).astype(int))[:-1]
+def _demodulated(
+    weighted: Floats, time: Floats, frequency_hz: float, blocks: int = 4096
+) -> tuple[Floats, Complexes]:
+    """Signal shifted down by a frequency and summed in blocks, with the blocks' mean times."""
+    edges = np.unique(np.linspace(0, time.size, blocks + 1).astype(int))[:-1]
     shifted = np.add.reduceat(weighted * np.exp(-2j * np.pi * frequency_hz * time), edges)
     return np.add.reduceat(time, edges) / np.diff(np.append(edges, time.size)), shifted
 
 
 def _power(time: Floats, shifted: Complexes, offset_hz: float) -> float:
     return float(abs(shifted @ np.exp(-2j * np.pi * offset_hz * time)) ** 2)
+
+
+def _maximum(time: Floats, shifted: Complexes, bin_hz: float) -> float:
+    """Offset of the highest power [Hz], within one bin of 0."""
+    found = minimize_scalar(
+        lambda offset_hz: -_power(time, shifted, offset_hz),
+        bounds=(-bin_hz, bin_hz),
+        method="bounded",
+        options={"xatol": 1e-7 * bin_hz},
+    )
+    return float(found.x)

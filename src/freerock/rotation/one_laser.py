@@ -8,7 +8,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.rotation.beam import is_unsigned, rotation_and_sensitivity
-from freerock.rotation.reading import Reading, Rotation
+from freerock.rotation.reading import Reading, Rotation, pieces
 from freerock.rotation.sensor import Laser
 from freerock.rotation.still import stretches
 
@@ -16,7 +16,10 @@ LATE = 1.5  # times the interval between the swings before: one was missed
 
 
 def rotation_of_one(time_s: Floats, reading: Reading, laser: Laser, block: Block) -> Rotation:
-    """θ from one channel, time_s of shape (n_time,) [s]; NaN where the beam does not meet the block."""
+    """θ from one channel, time_s of shape (n_time,) [s]; NaN where the beam does not meet the block.
+
+    It takes the place of the reading's displacement.
+    """
     zero_stderr = reading.zero_stderr / reading.per_angle
     if reading.quantity == "rotation":
         theta = reading.displacement
@@ -25,9 +28,13 @@ def rotation_of_one(time_s: Floats, reading: Reading, laser: Laser, block: Block
     if is_unsigned(block, laser):
         largest = float(np.nanmax(reading.sigma))
         side = _swing_sides(-reading.displacement, largest, time_s, reading.rest_mid_s, laser)
-    theta, slope = rotation_and_sensitivity(reading.displacement, block, laser, side)
-    with np.errstate(divide="ignore", invalid="ignore"):  # infinite where a beam over a corner is blind
-        sigma = np.divide(reading.sigma, slope, out=slope)  # a long record is not held twice
+    theta, sigma = reading.displacement, np.empty(time_s.size)  # a long record is not held twice
+    of_reading = np.broadcast_to(reading.sigma, time_s.size)
+    for part in pieces(time_s.size):
+        of_part = None if side is None else side[part]
+        theta[part], slope = rotation_and_sensitivity(reading.displacement[part], block, laser, of_part)
+        with np.errstate(divide="ignore", invalid="ignore"):  # infinite where a beam over a corner is blind
+            np.divide(of_reading[part], slope, out=sigma[part])
     return Rotation(theta, sigma, zero_stderr)
 
 

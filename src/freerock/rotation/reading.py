@@ -1,7 +1,7 @@
 """From a channel to the displacement of its target, with faults and noise of the signal."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +36,7 @@ LARGEST = 1e9  # in any unit: beyond it nothing was measured
 ROUNDED = 0.32  # of a coarse converter's step: the line that rounding alone makes of a slow one is no higher
 BLIND = 1e-9  # of the half width b: a beam this near a corner sees no turning about it
 SUFFIX = {"V": "v", "mA": "ma", "m": "m", "rad": "rad"}  # of attributes in that unit
+PIECE = 1 << 14  # samples at a time: what fits the processor's cache is several times faster
 
 
 class Reading(NamedTuple):
@@ -163,20 +164,29 @@ def read_channel(
     )
 
 
+def pieces(n: int) -> Iterator[slice]:
+    """Slices of n samples, each of what fits the processor's cache."""
+    return (slice(start, start + PIECE) for start in range(0, n, PIECE))
+
+
 def _flagged(recorded: Floats, step: float, laser: Laser, quantity: str) -> Flags:
     """The flags of a channel; refuses one from which no rotation can come."""
     unit, limits = BASE[quantity], laser.limits(quantity)
     finite = np.isfinite(recorded)
     if not finite.any():
         raise FreerockError("laser signal", "no sample is a number", CHECK)
-    low, high = float(recorded[finite].min()), float(recorded[finite].max())
+    numbers = recorded if finite.all() else recorded[finite]
+    low, high = float(numbers.min()), float(numbers.max())
     largest = max(abs(low), abs(high))
     if largest > LARGEST:
         raise FreerockError("laser signal", f"reaches {largest:.3g} {unit}", CHECK)
     cutoff = ac_cutoff(step, recorded)
     if cutoff:
-        what = f"the channel is AC-coupled: a held angle decays (cut-off {cutoff:.2g} Hz)"
-        raise FreerockError("laser signal", what, "set the channel to DC coupling and record again")
+        raise FreerockError(
+            "laser signal",
+            f"the channel is AC-coupled: a held angle decays (cut-off {cutoff:.2g} Hz)",
+            "set the channel to DC coupling and record again",
+        )
     flags = flag_samples(recorded, limits, step=step)
     if limits and quantity == "voltage" and looks_like_current(recorded, laser):
         share = f"{100 * np.count_nonzero(recorded > limits.high) / recorded.size:.3g} % of the samples"
@@ -197,8 +207,11 @@ def _zero(signal: StillSignal, laser: Laser, quantity: str) -> _Zero:
     """
     rests = signal.rests
     if not rests:
-        remedy = "record the block at rest before the first or after the last release"
-        raise FreerockError("laser signal", "the block never stands still, so θ = 0 is unknown", remedy)
+        raise FreerockError(
+            "laser signal",
+            "the block never stands still, so θ = 0 is unknown",
+            "record the block at rest before the first or after the last release",
+        )
     level = np.array([phase.level for phase in rests])
     level_m, slope_m = distance_from_output(level, laser, quantity)
     step_between = float(np.abs(np.diff(level_m)).max(initial=0.0)) / 4
@@ -210,15 +223,29 @@ def _zero(signal: StillSignal, laser: Laser, quantity: str) -> _Zero:
 def _displacement(
     signal: StillSignal, zero: _Zero, laser: Laser, quantity: str
 ) -> tuple[Floats, Floats | float]:
-    """Displacement of the target from rest, away from the sensor, and its change per unit of output.
-
-    The reading at rest goes in a straight line from the middle of one rest to that of the next.
-    """
-    distance, slope = distance_from_output(signal.values, laser, quantity)
-    displacement = np.interp(signal.time_s, zero.mid_s, zero.level_m)
-    np.subtract(distance, displacement, out=displacement)  # a long record is not held twice
-    displacement *= laser.sign
+    """Displacement of the target from rest, away from the sensor, and its change per unit of output."""
+    time_s = signal.time_s
+    displacement = np.empty(time_s.size)
+    slope = zero.slope_m if isinstance(zero.slope_m, float) else np.empty(time_s.size)
+    for part in pieces(time_s.size):
+        distance, slope_of_part = distance_from_output(signal.values[part], laser, quantity)
+        np.subtract(distance, _level_at(time_s[part], zero), out=displacement[part])
+        if laser.sign < 0:
+            np.negative(displacement[part], out=displacement[part])
+        if not isinstance(slope, float):
+            slope[part] = slope_of_part
     return displacement, slope
+
+
+def _level_at(time_s: Floats, zero: _Zero) -> Floats | float:
+    """The reading at rest at some instants [m], a straight line between the middles of two rests."""
+    before, last = np.searchsorted(zero.mid_s, time_s[[0, -1]]).tolist()
+    if before != last:
+        return np.interp(time_s, zero.mid_s, zero.level_m)
+    if before in (0, len(zero.mid_s)):
+        return float(zero.level_m[max(0, before - 1)])
+    (start, end), (level, next_level) = (each[before - 1 : before + 1] for each in (zero.mid_s, zero.level_m))
+    return np.asarray((next_level - level) / (end - start) * (time_s - start) + level)
 
 
 def _per_angle(block: Block, laser: Laser, quantity: str) -> float:
@@ -263,7 +290,9 @@ def _interference(
         faults.append(Fault("aliasing", *whole, note, line[1] * per_output))
     slow = slow_line(signal.untouched, signal.step)
     if slow and slow[1] > FAINT * signal.noise:
-        note = f"{slow[0]:.1f} Hz, {slow[1]:.3g} {unit}, before anything was moved: "
-        note += "the floor or the stand of the laser shakes"
+        note = (
+            f"{slow[0]:.1f} Hz, {slow[1]:.3g} {unit}, before anything was moved: the floor or the stand of "
+        )
+        note += "the laser shakes"
         faults.append(Fault("vibration", *whole, note, slow[1] * per_output))
     return faults

@@ -17,7 +17,7 @@ from freerock.models.block import Block
 from freerock.rotation.faults import flagged_faults, lost_at_large_angles
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.one_laser import rotation_of_one
-from freerock.rotation.reading import Reading, Rotation, read_channel
+from freerock.rotation.reading import PIECE, Reading, Rotation, read_channel
 from freerock.rotation.sensor import Laser
 from freerock.rotation.sensor_response import delay_s
 from freerock.rotation.two_lasers import rotation_of_two
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SLOWEST_S = 0.05  # a longer sampling interval shows no rocking
-PIECE = 1 << 14  # samples that are evenly spaced among themselves
 ATTRS = {
     "theta": {
         "units": "rad",
@@ -124,8 +123,11 @@ def _channels(signal: ArrayLike | Sequence[ArrayLike], lasers: Sequence[Laser]) 
     else:
         signals = list(np.atleast_2d(np.asarray(signal, float)))
     if len(signals) != len(lasers):
-        what = f"{len(signals)} channels for {len(lasers)} lasers"
-        raise FreerockError("laser signal", what, "name a channel for each laser")
+        raise FreerockError(
+            "laser signal",
+            f"{len(signals)} channels for {len(lasers)} lasers",
+            "name a channel for each laser",
+        )
     return signals
 
 
@@ -133,8 +135,9 @@ def _delay_s(lasers: Sequence[Laser]) -> float:
     """By how much the record is late [s]."""
     times = {(laser.response_ms, laser.response) for laser in lasers}
     if len(times) > 1:
-        what = "the two lasers differ in their response"
-        raise FreerockError("laser signal", what, "give both the same response_ms")
+        raise FreerockError(
+            "laser signal", "the two lasers differ in their response", "give both the same response_ms"
+        )
     response_ms, kind = times.pop()
     return delay_s(response_ms / 1e3, kind)
 
@@ -150,19 +153,25 @@ def _even_step(time_s: Floats, signals: Sequence[Floats]) -> float:
     """Sampling interval [s] of an evenly spaced record."""
     shapes = {each.shape for each in signals}
     if shapes != {time_s.shape} or time_s.ndim != 1 or time_s.size < 2:
-        what = f"time has shape {time_s.shape} and the signal {' and '.join(map(str, shapes))}"
-        remedy = "give two arrays of one equal length, of at least two samples"
-        raise FreerockError("laser signal", what, remedy)
+        raise FreerockError(
+            "laser signal",
+            f"time has shape {time_s.shape} and the signal {' and '.join(map(str, shapes))}",
+            "give two arrays of one equal length, of at least two samples",
+        )
     step = float(time_s[-1] - time_s[0]) / (time_s.size - 1)
     count = step * np.arange(min(PIECE, time_s.size))
     apart = [np.ptp(time_s[i : i + PIECE] - count[: time_s.size - i]) for i in range(0, time_s.size, PIECE)]
     begins = time_s[::PIECE] - time_s[0] - step * np.arange(0, time_s.size, PIECE)
     if not (step > 0 and max(apart) < step and np.all(np.abs(begins) < step)):
-        remedy = "resample it, or correct the sampling rate"
-        raise FreerockError("laser signal", "time is not evenly spaced", remedy)
+        raise FreerockError(
+            "laser signal", "time is not evenly spaced", "resample it, or correct the sampling rate"
+        )
     if step > SLOWEST_S:
-        what = f"sampled every {step:g} s, which shows no rocking"
-        raise FreerockError("laser signal", what, "give the unit of the time column, as time [ms]")
+        raise FreerockError(
+            "laser signal",
+            f"sampled every {step:g} s, which shows no rocking",
+            "give the unit of the time column, as time [ms]",
+        )
     return step
 
 

@@ -1,6 +1,5 @@
 """The sensor: where its beam meets the block, and what its output means."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,35 +83,41 @@ class Laser:
     error_tolerance_ma: float = 0.01
 
     def __post_init__(self) -> None:
-        for wrong in self._refused():
-            raise FreerockError(*wrong)
-
-    def _refused(self) -> Iterator[tuple[str, str, str]]:
-        """Of what no sensor has: where it is, what, and its remedy."""
         for key, choices in _CHOICES.items():
             if getattr(self, key) not in choices:
-                known = ", ".join(str(choice) for choice in choices if choice not in ("", None))
-                yield f"laser.{key}", f"{getattr(self, key)!r} is unknown", f"use one of {known}"
+                raise FreerockError(
+                    f"laser.{key}",
+                    f"{getattr(self, key)!r} is unknown",
+                    f"use one of {', '.join(str(choice) for choice in choices if choice not in ('', None))}",
+                )
         if not self.response_ms >= 0:
-            remedy = "give the time as a positive number, or 0"
-            yield "laser.response_ms", f"{self.response_ms:g} ms", remedy
+            raise FreerockError(
+                "laser.response_ms", f"{self.response_ms:g} ms", "give the time as a positive number, or 0"
+            )
         if self.is_rotation:
             return
         if not self.beam or self.position_m is None:
-            yield "laser.beam", "no beam or no position_m", "say where the beam meets the block"
-        if self.beam == "horizontal" and not self.position > 0:
-            yield "laser.position_m", f"height {self.position_m} m", "give a height above 0"
+            raise FreerockError(
+                "laser.beam", "no beam or no position_m", "say where the beam meets the block"
+            )
+        if self.beam == "horizontal" and not self.position_m > 0:
+            raise FreerockError("laser.position_m", f"height {self.position_m} m", "give a height above 0")
         if self.range_m is not None and not self.range_m > 0:
-            yield "laser.range_m", f"range {self.range_m} m", "give a range above 0"
+            raise FreerockError("laser.range_m", f"range {self.range_m} m", "give a range above 0")
         if self.sensitivity_per_mm is not None and not self.sensitivity_per_mm > 0:
-            yield "laser.sensitivity_per_mm", f"{self.sensitivity_per_mm:g}", "give a value above 0"
-        for name, _ in _OUTPUTS.values():
+            raise FreerockError(
+                "laser.sensitivity_per_mm", f"{self.sensitivity_per_mm:g}", "give a value above 0"
+            )
+        for name in ("volts", "milliamps"):
             if not getattr(self, f"{name}_at_end") > getattr(self, f"{name}_at_start"):
-                remedy = "give the output at both ends; use sign: -1 to invert"
-                yield f"laser.{name}_at_end", f"not above {name}_at_start", remedy
+                raise FreerockError(
+                    f"laser.{name}_at_end",
+                    f"not above {name}_at_start",
+                    "give the output at both ends; use sign: -1 to invert",
+                )
         ways = [way for way in SCALES if getattr(self, way) is not None]
         if len(ways) > 1:
-            yield "laser", f"scaled twice, by {' and '.join(ways)}", "keep one"
+            raise FreerockError("laser", f"scaled twice, by {' and '.join(ways)}", "keep one")
 
     @property
     def position(self) -> float:
@@ -126,10 +131,9 @@ class Laser:
 
     def limits(self, quantity: str) -> Limits | None:
         """Valid output and error level of a quantity; None where it has none."""
-        if quantity not in _OUTPUTS:
-            return None
+        suffix = {"voltage": "v", "current": "ma"}.get(quantity)
         names = ("valid_low", "valid_high", "error_level", "error_tolerance")
-        return Limits(*(getattr(self, f"{name}_{_OUTPUTS[quantity][1]}") for name in names))
+        return Limits(*(getattr(self, f"{name}_{suffix}") for name in names)) if suffix else None
 
     def metres_per(self, quantity: str = "voltage") -> float:
         """Distance from the sensor per volt or milliampere, with its sign [m/V or m/mA], without a table.
@@ -142,16 +146,18 @@ class Laser:
         if self.sensitivity_per_mm is not None:
             return self.sign * 1e-3 / self.sensitivity_per_mm
         if self.range_m is None:
-            remedy = f"give one of {', '.join(SCALES)}, or its units as m or deg"
-            raise FreerockError("laser", f"a {quantity} has no scale", remedy)
-        name = _OUTPUTS[quantity][0]
+            raise FreerockError(
+                "laser",
+                f"a {quantity} has no scale",
+                f"give one of {', '.join(SCALES)}, or its units as m or deg",
+            )
+        name = "volts" if quantity == "voltage" else "milliamps"
         span: float = getattr(self, f"{name}_at_end") - getattr(self, f"{name}_at_start")
         return self.sign * self.range_m / span
 
 
 SEVERAL_LEVELS = 0.2  # V: so much apart, and samples are not of one level with its noise
 SCALES = ("range_m", "sensitivity_per_mm", "calibration")
-_OUTPUTS = {"voltage": ("volts", "v"), "current": ("milliamps", "ma")}  # how fields of a quantity are named
 _CHOICES = {
     "beam": (None, "horizontal", "vertical"),
     "face": ("left", "right"),
@@ -208,7 +214,8 @@ def distance_from_output(
         return output, 1.0
     if laser.calibration is None:
         slope = abs(laser.metres_per(quantity))
-        return (output - getattr(laser, f"{_OUTPUTS[quantity][0]}_at_start")) * slope, slope
+        start = laser.volts_at_start if quantity == "voltage" else laser.milliamps_at_start
+        return (output - start) * slope, slope
     table = laser.calibration
     if table.quantity != quantity:
         what = f"the calibration table is of a {table.quantity}, the channel of a {quantity}"

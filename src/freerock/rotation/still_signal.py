@@ -53,28 +53,43 @@ class StillSignal:
         """The phases in which θ is zero."""
         return [phase for phase in self.phases if phase.kind == "rest"]
 
-    @property
-    def inside(self) -> Indices:
-        """Numbers of the valid samples within the phases, in order."""
-        margin, found = self.window_s / 2, [np.empty(0, np.intp)]
+    @cached_property
+    def _inside(self) -> list[tuple[slice, Indices | None]]:
+        """The samples within each phase; which of them are valid, None where all are."""
+        margin, found = self.window_s / 2, []
         for phase in self.phases:
-            ends = (phase.start_s + margin, phase.end_s - margin)
-            first, last = np.searchsorted(self.time_s, ends).tolist()
-            found.append(first + np.flatnonzero(np.isfinite(self.values[first:last])))
-        return np.concatenate(found)
+            ends = np.searchsorted(self.time_s, (phase.start_s + margin, phase.end_s - margin))
+            part = slice(*ends.tolist())
+            valid = np.isfinite(self.values[part])
+            found.append((part, None if valid.all() else np.flatnonzero(valid)))
+        return found
 
-    def deviations(self, samples: Indices) -> Floats:
-        """Of some samples within the phases from the level of their phase."""
-        starts, levels = zip(*((phase.start_s, phase.level) for phase in self.phases), strict=True)
-        phase = np.searchsorted(starts, self.time_s[samples], "right") - 1
-        return np.asarray(self.values[samples] - np.array(levels)[phase])
+    @cached_property
+    def n_inside(self) -> int:
+        """Number of valid samples within the phases."""
+        return sum(part.stop - part.start if valid is None else valid.size for part, valid in self._inside)
+
+    def inside(self, which: Indices) -> tuple[Floats, Floats]:
+        """Instants of some of the valid samples within the phases, and their deviations from a phase's level.
+
+        All of them may be most of a long record. `which` are their numbers, from 0 on and in order.
+        """
+        times, deviations = np.empty((2, which.size))
+        begin = first = 0
+        for phase, (part, valid) in zip(self.phases, self._inside, strict=True):
+            n = part.stop - part.start if valid is None else valid.size
+            end = first + int(np.searchsorted(which[first:], begin + n))
+            own = which[first:end] - begin
+            own = part.start + (own if valid is None else valid[own])
+            times[first:end] = self.time_s[own]
+            np.subtract(self.values[own], phase.level, out=deviations[first:end])
+            begin, first = begin + n, end
+        return times, deviations
 
     @cached_property
     def in_blocks(self) -> tuple[Floats, Floats]:
-        """Instants of as many samples within the phases as a fit of the mains takes, and their deviations."""
-        inside = self.inside
-        samples = inside[mains_samples(inside.size, self.step)]
-        return self.time_s[samples], self.deviations(samples)
+        """As `inside`, as many as a fit of the mains takes."""
+        return self.inside(mains_samples(self.n_inside, self.step))
 
     @cached_property
     def noise(self) -> float:
@@ -85,11 +100,9 @@ class StillSignal:
         """
         if not self.phases:
             return math.nan
-        inside = self.inside
-        every = max(1, inside.size // NOISE_SAMPLES)
-        one, next_one = inside[:-1:every], inside[1::every]
-        together = self.time_s[next_one] - self.time_s[one] < 1.5 * self.step
-        difference = self.deviations(next_one[together]) - self.deviations(one[together])
+        i = np.arange(0, self.n_inside - 1, max(1, self.n_inside // NOISE_SAMPLES))
+        (time_s, deviation), (later_s, later) = self.inside(i), self.inside(i + 1)
+        difference = (later - deviation)[later_s - time_s < 1.5 * self.step]
         limit = max(6 * np.median(np.abs(difference)) / 0.6745, COARSE * self.lattice)
         white = float(np.sqrt(np.mean(difference[np.abs(difference) <= limit] ** 2) / 2))
         if self.lattice > COARSE * white:
@@ -151,8 +164,9 @@ def other_mains(signal: StillSignal, mains_hz: float) -> tuple[float, Mains] | N
     for other_hz in MAINS_HZ:
         if abs(other_hz - mains_hz) < 2 * MAINS_KEEP * mains_hz:
             continue
-        found = significant_mains(signal, other_hz)
-        seen = seen_mains(signal, other_hz) if found else None
+        found, seen = significant_mains(signal, other_hz), None
+        if found:
+            seen = seen_mains(signal, other_hz)
         if found and seen and abs(seen[0] - 1) < MAINS_KEEP + SURE * seen[1]:
             return other_hz, found
     return None
@@ -210,10 +224,12 @@ def moved_rests(signal: StillSignal, unit: str, per_output: float) -> list[Fault
 
 def _slope(signal: StillSignal, phase: Phase) -> tuple[float, float]:
     """Slope of the signal within a phase and its standard error, per second."""
-    part = phase.inner(signal.time_s, 0.1)
+    trim = min(0.1, (phase.end_s - phase.start_s) / 4)
+    part = slice(*np.searchsorted(signal.time_s, (phase.start_s + trim, phase.end_s - trim)))
     y, t = signal.values[part], signal.time_s[part] - phase.mid_s
     valid = np.isfinite(y)
-    t, y = t[valid], y[valid]
+    if not valid.all():
+        t, y = t[valid], y[valid]
     if t.size < 10:
         return 0.0, math.inf
     t -= t.mean()

@@ -9,9 +9,9 @@ from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation import beam_kernel
-from freerock.rotation.beam import beam_of, facing, on_target, sensitivity
+from freerock.rotation.beam import beam_of, mirrored, on_target, sensitivity
 from freerock.rotation.faults import Fault
-from freerock.rotation.reading import Reading, Rotation
+from freerock.rotation.reading import Reading, Rotation, pieces
 from freerock.rotation.sensor import Laser
 from freerock.rotation.still import stretches
 
@@ -48,23 +48,29 @@ def rotation_of_two(
     first, second = readings
     one, other = lasers
     if "rotation" in (first.quantity, second.quantity) or (one.beam, one.face) != (other.beam, other.face):
-        what = "the two beams differ in kind or in face"
-        raise FreerockError("laser signal", what, "use two of one kind, on one face")
+        raise FreerockError(
+            "laser signal", "the two beams differ in kind or in face", "use two of one kind, on one face"
+        )
     apart = one.position - other.position
     if apart == 0:
         raise FreerockError("laser signal", "the two beams are at one position_m", "give both positions")
     theta, translation = first.displacement, second.displacement  # a long record is not held twice
-    sigma, slope = np.empty((2, time_s.size))
+    sigma = np.empty(time_s.size)
+    wrong = np.zeros(time_s.size, bool)
     sigma[:] = np.hypot(first.sigma, second.sigma) / abs(apart)
-    beam = beam_of(block, one)
-    beam_kernel.rotations_of_two(theta, translation, apart, beam, theta, sigma, translation, slope)
-    theta *= facing(one)
-    on_one, on_other = (on_target(theta, block, each) for each in lasers)
-    off = ~(on_one & on_other)
-    translation[~on_one] = theta[off] = sigma[off] = np.nan
-    with np.errstate(divide="ignore", invalid="ignore"):
-        apart_rad = np.divide(np.abs(translation), slope, out=slope)
-        wrong = (apart_rad > math.radians(max_disagreement_deg)) & (apart_rad > SURE * sigma)
+    for part in pieces(time_s.size):
+        angle, error, moved = theta[part], sigma[part], translation[part]
+        slope = np.empty(angle.size)
+        beam_kernel.rotations_of_two(angle, moved, apart, beam_of(block, one), angle, error, moved, slope)
+        if mirrored(one):
+            np.negative(angle, out=angle)
+        on_one, on_other = (on_target(angle, block, each) for each in lasers)
+        if not (on_one & on_other).all():
+            moved[~on_one] = np.nan
+            angle[~(on_one & on_other)] = error[~(on_one & on_other)] = np.nan
+        with np.errstate(divide="ignore", invalid="ignore"):
+            apart_rad = np.abs(moved) / slope
+            wrong[part] = (apart_rad > math.radians(max_disagreement_deg)) & (apart_rad > SURE * error)
     faults = _disagreements(time_s, wrong, translation, theta, block, one) if wrong.any() else []
     zero_stderr = float(np.hypot(first.zero_stderr, second.zero_stderr)) / abs(apart)
     return Rotation(theta, sigma, zero_stderr, translation, faults)

@@ -12,7 +12,7 @@ from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, static_depth
 from freerock.rotation import beam_kernel
-from freerock.rotation.beam import beam_of, facing
+from freerock.rotation.beam import beam_of, mirrored
 from freerock.rotation.sensor import Laser
 from freerock.rotation.sensor_response import moments
 
@@ -65,17 +65,21 @@ class View:
             return np.asarray(weights @ theta)
         out = np.empty(theta.shape[1])
         rests = math.nan if foundation is None else self._rests(block, foundation)
-        beam_kernel.seen(theta, z_cb, weights, rests, facing(self.laser), *self._beams(block), out)
+        beam_kernel.seen(theta, z_cb, weights, rests, self._sign, *self._beams(block), out)
         return out
 
     def released(self, theta0: float, block: Block, foundation: Foundation | None) -> float:
         """Rotation [rad] of a block at rest that is seen at an angle [rad], found by secants."""
         if self.laser.beam is None or theta0 == 0:
             return theta0
-        load, rests, side = 0.0, 0.0, facing(self.laser)
+        load = rests = 0.0
         if foundation is not None:
             load, rests = block.mass_kg * GRAVITY / foundation.k, self._rests(block, foundation)
-        return float(side * beam_kernel.released(side * theta0, load, rests, *self._beams(block)))
+        return float(self._sign * beam_kernel.released(self._sign * theta0, load, rests, *self._beams(block)))
+
+    @cached_property
+    def _sign(self) -> float:
+        return -1.0 if mirrored(self.laser) else 1.0
 
     def _beams(self, block: Block) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """The beam on the block, and that with the corners expected."""

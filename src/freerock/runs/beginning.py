@@ -65,8 +65,10 @@ def from_hold(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -> B
             hold, text = stop.hold, f"{fell} stood still until {stop.end_s:.2f} s: the run begins there"
             reasons.append(Reason("ok", "let_go_again", text))
         elif peak := from_peak(signal, stop.end_s, end_s, limits):
-            text = f"{fell} was braked at {stop.start_s:.2f} s: {FROM_PEAK}, {peak.release.instant_s:.3f} s"
-            return peak._replace(reasons=(Reason("warn", "braked", text),))
+            text = f"{fell} was braked at {stop.start_s:.2f} s: the run begins at its first clean peak"
+            return peak._replace(
+                reasons=(Reason("warn", "braked", f"{text}, {peak.release.instant_s:.3f} s"),)
+            )
         else:
             text = f"{fell} was braked at {stop.start_s:.2f} s, and no clean peak follows: {LEAVE_OUT}"
             reasons.append(Reason("warn", "braked", text))
@@ -154,8 +156,10 @@ def begun_by_hand(
     text = f"neither a hold before {release_s:g} s nor a clean peak after it is seen: {HOLD_OF}"
     theta = signal.theta[signal.during(release_s, end_s)]
     angle = float(next(iter(theta[np.isfinite(theta)]), 0.0))
-    reasons, held = (*reasons, Reason("fail", "by_hand", text)), HeldAngle(angle, abs(angle), 0.0)
-    return Beginning(release_s, release, held, release_s + limits.finger_s, reasons)
+    reasons = (*reasons, Reason("fail", "by_hand", text))
+    return Beginning(
+        release_s, release, HeldAngle(angle, abs(angle), 0.0), release_s + limits.finger_s, reasons
+    )
 
 
 def _is_its_hold(found: Beginning, release_s: float, limits: RunLimits) -> bool:

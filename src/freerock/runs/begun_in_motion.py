@@ -5,7 +5,6 @@ from a local fit, are the first guesses of θ₀ and t₀, and a fit finds them 
 """
 
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -75,8 +74,11 @@ def begun_moving(
         start_s, impact_s = _first_swing(signal, start_s, end_s)
         swing = slice(np.searchsorted(signal.t, start_s), np.searchsorted(signal.t, impact_s, "right"))
         found = local_fit(signal.t[swing], signal.theta[swing], signal.sigma[swing])
-        falls = found and (found if found.theta * found.rate < 0 else found._replace(rate=0.0))
-        top = falls and let_go(falls, block)
+        top = (
+            let_go(found if found.theta * found.rate < 0 else found._replace(rate=0.0), block)
+            if found
+            else None
+        )
         if found and (top is None or abs(found.theta) > LEFT * top[0]):
             break
         start_s = _next_swing(signal, impact_s, end_s)  # hardly any of this one is left
@@ -139,20 +141,21 @@ def lifted(theta: Floats, z: Floats, at_rest: float, block: Block) -> Floats:
     return np.asarray(height - block.b * np.abs(np.sin(theta)) - block.h * np.cos(theta))
 
 
-def slid(signal: Signal, start_s: float, block: Block, position: Position) -> Iterator[Reason]:
+def slid(signal: Signal, start_s: float, block: Block, position: Position) -> Reason | None:
     """A warning where the corner that stands moves before the first impact."""
     first = int(np.searchsorted(signal.t, start_s))
     side = float(np.sign(signal.theta[first]))
-    part = slice(first, first + int(np.argmax(~(signal.theta[first:] * side > 0))))
+    down = np.flatnonzero(~(signal.theta[first:] * side > 0))
+    part = slice(first, first + (int(down[0]) if down.size else 0))
     if part.stop - part.start < 2:
-        return
+        return None
     theta = signal.theta[part]
     corner = position.x[part] + side * block.b * np.cos(theta) - block.h * np.sin(theta)
     moved = float(corner[-1] - corner[0])
     if abs(moved) <= SLIDES * block.b:
-        return
+        return None
     text = f"the corner it turns about slides by {1e3 * moved:+.1f} mm before the first impact"
-    yield Reason("warn", "slid", text)
+    return Reason("warn", "slid", text)
 
 
 def _first_swing(signal: Signal, start_s: float, end_s: float) -> tuple[float, float]:
@@ -191,7 +194,9 @@ def _last_acted(
     if position is not None and first < t.size:
         at_rest = float(np.nanmedian(position.z[signal.during(end_s, math.inf)]))
         high = lifted(theta, position.z[during], at_rest, block)
-        impact = first + int(np.argmax(np.sign(theta[first]) * theta[first:] <= 0))
+        side = np.sign(theta[first])
+        down = np.flatnonzero(side * theta[first:] <= 0)
+        impact = first + (int(down[0]) if down.size else 0)
         air = np.flatnonzero(high[first:impact] > AIRBORNE * block.b)
         first += int(air[-1]) + 1 if air.size else 0
     return float(t[min(first, t.size - 1)])

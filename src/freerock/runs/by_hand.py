@@ -99,8 +99,9 @@ class ByHand:
             before, after = runs[one - 1], runs[other - 1]
             if before.end_s <= after.release_s:
                 continue
-            times = f"run {one} ends at {before.end_s:.3f} s, "
-            times += f"run {other} is released at {after.release_s:.3f} s"
+            times = (
+                f"run {one} ends at {before.end_s:.3f} s, run {other} is released at {after.release_s:.3f} s"
+            )
             if before.override:
                 doubts[one - 1].append(_impossible(f"{times}: end it before, or exclude run {other}"))
             elif after.override:

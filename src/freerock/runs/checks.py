@@ -12,11 +12,10 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.config.defaults import RunLimits
 from freerock.models.block import SQUAT, Block
-from freerock.rotation.faults import FAULTS_WARNED_OF, Fault
+from freerock.rotation.faults import FAULT_VERDICTS, Fault
 from freerock.rotation.flags import BY_HAND
-from freerock.rotation.still import Phase, grouped
+from freerock.rotation.still import Phase
 from freerock.runs.beginning import Beginning
-from freerock.runs.begun_in_motion import Position, slid
 from freerock.runs.ending import SMOOTH_S
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import Signal, invalid_in, names_of
@@ -58,8 +57,8 @@ class Facts:
         Why release and end were set by hand, and why the run was left out; None where they were not.
     set_by_hand : sequence of Reason
         What can't be as it was set by hand.
-    position : Position or None
-        Of the centre of the block, where it was measured as well.
+    slid : Reason or None
+        What the position of the block says of its standing corner.
     """
 
     signal: Signal
@@ -75,7 +74,7 @@ class Facts:
     override: str | None = None
     exclusion: str | None = None
     set_by_hand: Sequence[Reason] = ()
-    position: Position | None = None
+    slid: Reason | None = None
 
     @property
     def release(self) -> Release:
@@ -167,9 +166,9 @@ def bounced(run: Facts) -> Iterator[Reason]:
 
 
 def slides(run: Facts) -> Iterator[Reason]:
-    """The corner that stands stays where it is, in a run that begins in motion."""
-    if run.position is not None and run.block is not None and run.limits.start == "motion":
-        yield from slid(run.signal, run.beginning.fit_start_s, run.block, run.position)
+    """The corner that stands stays where it is."""
+    if run.slid is not None:
+        yield run.slid
 
 
 def touched(run: Facts) -> Iterator[Reason]:
@@ -216,8 +215,9 @@ def faults_met(run: Facts) -> Iterator[Reason]:
         moved = abs(angle) > run.limits.max_rest_shift_deg
         laser, of_two, _ = fault.note.partition(": ")
         seen = f" (by the {laser})" if of_two else ""
-        if fault.name in FAULTS_WARNED_OF:
-            yield Reason("warn", fault.name, f"{fault.name.replace('_', ' ')}: {fault.note}")
+        if fault.name in FAULT_VERDICTS:
+            text = f"{fault.name.replace('_', ' ')}: {fault.note}"
+            yield Reason(FAULT_VERDICTS[fault.name], fault.name, text)
         elif fault.name == "rest_shift" and moved:
             text = f"the rest position has moved by {angle:+.3f}°{seen}: the block may have slid or twisted"
             yield _beyond(run.limits, "max_rest_shift_deg", angle, "warn", "rest_shift", text)
@@ -300,7 +300,8 @@ def _not_free(run: Facts) -> tuple[str, float, float]:
     index = np.flatnonzero(np.abs(theta) > SWING * sigma)
     if index.size == 0:
         return "", 0.0, 0.0
-    starts, ends = grouped(index, np.diff(theta[index] > 0))
+    begins = np.flatnonzero(np.diff(theta[index] > 0)) + 1
+    starts, ends = index[np.concatenate(([0], begins))], index[np.concatenate((begins - 1, [-1]))]
     instants = t[during]
     passages = (instants[ends[:-1]] + instants[starts[1:]]) / 2
     swings = zip(starts[1:-1], ends[1:-1], strict=True)

@@ -5,10 +5,17 @@ import math
 import numpy as np
 
 from freerock.rotation.lattice import scatter
+from freerock.rotation.still import Phase
 from freerock.runs.signal import Signal
 
 SMOOTH_S = 0.005  # averaging time in which the last of the motion stands out of the noise
 OUT_OF_NOISE = 5.0  # standard deviations
+
+
+def core(signal: Signal, phase: Phase, window_s: float) -> slice:
+    """The samples of a phase without its uncertain ends."""
+    trim = min(window_s / 2, (phase.end_s - phase.start_s) / 4)
+    return signal.during(phase.start_s + trim, phase.end_s - trim)
 
 
 def end_of_motion(signal: Signal, still: slice, start_s: float, until_s: float) -> float:
@@ -21,11 +28,14 @@ def end_of_motion(signal: Signal, still: slice, start_s: float, until_s: float) 
     first, last = np.searchsorted(t, (start_s, until_s))
     origin = max(0, min(first, still.start) - width)
     mean = signal.smoothed(slice(origin, max(last, still.stop) + width), SMOOTH_S)
-    sought = mean[first - origin : last - origin].copy()
-    rest = mean[still.start - origin : still.stop - origin]
+    sought, rest = (
+        mean[first - origin : last - origin].copy(),
+        mean[still.start - origin : still.stop - origin],
+    )
     noise = max(scatter(rest), np.finfo(float).eps)
-    # A mean of samples that hardly differ is rounded as they are.
-    if signal.converter_step > signal.noise(still):
+    if signal.converter_step > signal.noise(
+        still
+    ):  # a mean of samples that hardly differ is rounded as they are
         noise = max(noise, signal.converter_step / math.sqrt(12))
     moving = np.abs(sought - np.nanmedian(rest, overwrite_input=True)) > OUT_OF_NOISE * noise
     return float(t[first + np.flatnonzero(moving).max(initial=0)])

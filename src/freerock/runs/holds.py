@@ -37,8 +37,10 @@ def no_release(
         held = max((phase.level for phase in phases), key=abs)
         what = "no release found: after no hold does the block rock freely to rest"
         if block is not None and abs(held) >= block.theta_cr:
-            what = f"no release found: held at {math.degrees(held):.2f}°, beyond the block's critical angle "
-            what += f"{math.degrees(block.theta_cr):.2f}°, it overturns"
+            what = (
+                f"no release found: held at {math.degrees(held):.2f}°, beyond the block's critical angle "
+                f"{math.degrees(block.theta_cr):.2f}°, it overturns"
+            )
             remedy = "check the block's height and width and the laser's position"
     invalid = invalid_in(signal, 0.02)
     lost = next((fault.note for fault in faults if fault.name == "target_lost"), "")

@@ -75,6 +75,13 @@ class Rigid(NamedTuple):
     p: float
 
 
+class Lowest(NamedTuple):
+    """The lowest peak that counts: in standard deviations of the noise, and as an angle [rad]."""
+
+    sigmas: float
+    angle: float
+
+
 class Polynomial(NamedTuple):
     """Polynomial fit: coefficients, their covariance, how loud the residual is, whether that is just noise.
 
@@ -137,8 +144,7 @@ def impact_rows(
     before: Peak,
     released: bool,
     uplift: float,
-    min_sigmas: float,
-    min_angle: float,
+    lowest: Lowest,
     block: Rigid,
 ) -> Floats:
     """The impacts of a run, one to a row, until a peak is too low.
@@ -146,7 +152,7 @@ def impact_rows(
     Parameters
     ----------
     motion : NoisySamples
-        θ since the release.
+        θ since the release; its arrays can't be written to.
     swings : ndarray of int, shape (n_impacts + 1, 2)
         First and last sample of each stretch that stands out of the noise with one sign.
     passages : ndarray, shape (n_impacts,)
@@ -157,8 +163,7 @@ def impact_rows(
         Whether its angle is known and below the critical one.
     uplift : float
         Amplitude under which the base stays in full contact [rad].
-    min_sigmas, min_angle : float
-        The lowest peak that counts: in standard deviations of the noise, and as an angle [rad].
+    lowest : Lowest
     block : Rigid
 
     Returns
@@ -181,7 +186,7 @@ def impact_rows(
         swing = averaged_swing(part(motion, until[i], until[i + 1]), block)
         begin, end = motion.t[first], motion.t[last] + EPSILON
         after = fit_peak(part_between(swing, begin, end), one, block)
-        if not (max(min_sigmas * one, min_angle) <= after.height < block.theta_cr):
+        if not (max(lowest.sigmas * one, lowest.angle) <= after.height < block.theta_cr):
             return rows[:i]
         came = side_of(previous, passages[i], before, -1.0, block)
         went = side_of(swing, passages[i], after, 1.0, block)
@@ -256,7 +261,7 @@ def fit_peak(swing: NoisySamples, noise_of_one: float, block: Rigid) -> Peak:
         return found
     degree = PEAK_DEGREE if y.max() > LOW_PEAK * noise_of_one else LOW_PEAK_DEGREE
     rigid = Peak(y.max(), 0.0, (t[0] + t[-1]) / 2, 0.0, 0.0, 1.0)
-    remainder = y - rigid_swing(t, rigid, shape_of(rigid, block), block)
+    remainder = y - rigid_swing(t, rigid, block)
     for window in PEAK_WINDOWS:
         reach = window * (t[-1] - t[0]) / 2
         for _ in range(PEAK_TRIES):
@@ -281,7 +286,7 @@ def fit_peak(swing: NoisySamples, noise_of_one: float, block: Rigid) -> Peak:
             if abs(shift) < CENTRED:
                 break
             rigid = Peak(top, 0.0, peak.time_s, 0.0, 0.0, 1.0)
-            remainder = y - rigid_swing(t, rigid, shape_of(rigid, block), block)
+            remainder = y - rigid_swing(t, rigid, block)
         found = peak
         if adequate:
             break
@@ -289,9 +294,9 @@ def fit_peak(swing: NoisySamples, noise_of_one: float, block: Rigid) -> Peak:
 
 
 @compiled(fastmath=False)
-def rigid_swing(t: Floats, peak: Peak, shape: Shape, block: Rigid) -> Floats:
+def rigid_swing(t: Floats, peak: Peak, block: Rigid) -> Floats:
     """|θ| of a rigid block about a peak: sin(φ/2) = k'/dn(p (t - t_peak) | 1 - k'²), k' = sin(φ_peak/2)."""
-    theta = np.empty(t.size)
+    shape, theta = shape_of(peak, block), np.empty(t.size)
     for i in range(t.size):
         theta[i] = swing_at(t[i], peak, shape, block)
     return theta
@@ -397,7 +402,9 @@ def inverse_of(moments: Floats, n: int) -> tuple[Floats, bool]:
 def side_of(swing: NoisySamples, passage: float, peak: Peak, sign: float, block: Rigid) -> Side:
     """The part of a swing between a passage through zero and its peak."""
     near, shape = part_between(swing, passage, peak.time_s), shape_of(peak, block)
-    remainder = sign * (near.y - rigid_swing(near.t, peak, shape, block))
+    remainder = np.empty(near.t.size)
+    for i in range(near.t.size):
+        remainder[i] = sign * (near.y[i] - swing_at(near.t[i], peak, shape, block))
     rising = NoisySamples(near.t, sign * near.y, near.noise, near.left)
     return Side(sign, peak, shape, rising, remainder)
 

@@ -15,8 +15,7 @@ from scipy.special import ellipkinc
 from freerock.arrays import Floats
 from freerock.config.defaults import IMPACTS, ImpactLimits
 from freerock.models.block import Block
-from freerock.rotation.still import grouped
-from freerock.runs.impact_kernel import NoisySamples, Peak, Residual, Rigid, impact_rows
+from freerock.runs.impact_kernel import Lowest, NoisySamples, Peak, Residual, Rigid, impact_rows
 from freerock.runs.noise import Noise
 from freerock.runs.noise_in_motion import in_motion
 from freerock.runs.peak_noise import left_of, under_noise
@@ -193,7 +192,8 @@ def _motion(time_s: ArrayLike, theta: ArrayLike, sigma_theta: ArrayLike) -> Nois
     """The samples that are numbers, with their noise."""
     t, y, sigma = (np.asarray(x, float) for x in np.broadcast_arrays(time_s, theta, sigma_theta))
     valid = np.isfinite(y) & np.isfinite(sigma)
-    t, y, sigma = t[valid], y[valid], sigma[valid]
+    if not valid.all():
+        t, y, sigma = t[valid], y[valid], sigma[valid]
     noise = np.maximum(sigma, RELATIVE_NOISE * np.abs(y).max(initial=0.0))
     return NoisySamples(t, y, noise, Residual(1.0, 1.0, bool(np.all(sigma == noise))))
 
@@ -203,7 +203,9 @@ def _swings(motion: NoisySamples, limits: ImpactLimits) -> list[tuple[int, int]]
     index = np.flatnonzero(np.abs(motion.y) > motion.noise * limits.min_amplitude_sigmas / 2)
     if index.size == 0:
         return []
-    first, last = grouped(np.arange(index.size), np.diff(motion.y[index] > 0))
+    positive = motion.y[index] > 0
+    first = np.concatenate(([0], np.flatnonzero(positive[1:] != positive[:-1]) + 1))
+    last = np.concatenate((first[1:], [index.size])) - 1
     short = np.flatnonzero(last - first + 1 < limits.min_samples)
     n = short[0] if short.size else first.size
     return list(zip(index[first[:n]].tolist(), index[last[:n]].tolist(), strict=True))
@@ -233,10 +235,10 @@ def _rows(
     rigid, theta0 = Rigid(block.theta_cr, block.p), release[0]
     start = _release_peak(motion, *release[:2], rigid)
     released = theta0 is not None and abs(theta0) < rigid.theta_cr
-    lowest = limits.min_amplitude_sigmas, limits.min_uplift_ratio * uplift
-    t, y, sigma = (np.array(each) for each in motion[:3])  # as the compiled loops take them
+    lowest = Lowest(limits.min_amplitude_sigmas, limits.min_uplift_ratio * uplift)
+    t, y, sigma = (_unwritable(each) for each in motion[:3])
     known = NoisySamples(t, y, sigma, motion.left)
-    rows = impact_rows(known, np.array(swings), np.array(passages), start, released, uplift, *lowest, rigid)
+    rows = impact_rows(known, np.array(swings), np.array(passages), start, released, uplift, lowest, rigid)
     rows, fits = rows[:, :8], rows[:, 8:]
     shared = np.zeros(len(rows))
     if noise and motion.left.known and len(rows):
@@ -252,6 +254,13 @@ def _rows(
         )
     ]
     return np.hstack([rows[:, :6], np.reshape(restitution, (-1, 2)), rows[:, 6:]])
+
+
+def _unwritable(values: Floats) -> Floats:
+    """A view of an array as the compiled loops take it, whatever it came from."""
+    view = np.ascontiguousarray(values).view()
+    view.flags.writeable = False
+    return view
 
 
 def _release_peak(motion: NoisySamples, theta0: float | None, theta0_stderr: float, block: Rigid) -> Peak:

@@ -55,10 +55,17 @@ def measured_total(
     laboratory : Laboratory
         With whose numbers they were found.
     """
-    peaks = impacts.peak_before_stderr_rad, impacts.peak_after_stderr_rad
-    stderr = np.concatenate([[theta0_stderr], *peaks, impacts.restitution_stderr])
-    by_inputs = measured_contributions(theta0, impacts, laboratory)
-    u = np.hypot(by_inputs.total(stderr), sunk(theta0, impacts, laboratory))
+    stderr = np.concatenate(
+        [
+            [theta0_stderr],
+            impacts.peak_before_stderr_rad,
+            impacts.peak_after_stderr_rad,
+            impacts.restitution_stderr,
+        ]
+    )
+    u = np.hypot(
+        measured_contributions(theta0, impacts, laboratory).total(stderr), sunk(theta0, impacts, laboratory)
+    )
     return MeasuredTotal(float(u[0]), *np.split(u[1:], 3))
 
 

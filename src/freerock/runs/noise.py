@@ -9,7 +9,6 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -303,16 +302,13 @@ def share_taken(of_basis: Complexes) -> Floats:
 
 def filtered(noise: Noise, columns: Floats) -> Floats:
     """Covariance matrix of noise times columns, shape (n_time, n_columns)."""
-    return through_covariance(autocovariance(noise, len(columns)), np.ascontiguousarray(columns.T)).T
-
-
-def through_covariance(lags: Floats, rows: Floats) -> Floats:
-    """Rows, shape (..., n_time), times the covariance matrix of noise of an autocovariance."""
-    n = len(lags)
+    n = len(columns)
+    covariance = autocovariance(noise, n)
     size = next_fast_len(2 * n, real=True)
     wrapped = np.zeros(size)
-    wrapped[:n], wrapped[size - n + 1 :] = lags, lags[:0:-1]
-    return np.asarray(irfft(rfft(wrapped).real * rfft(rows, size), size)[..., :n])
+    wrapped[:n], wrapped[-n + 1 :] = covariance, covariance[:0:-1]
+    transform = rfft(np.ascontiguousarray(columns.T), size)
+    return np.asarray(irfft(rfft(wrapped).real * transform, size)[:, :n].T)
 
 
 def degrees_of_freedom(band: Indices, taken: Floats, n: int, n_bands: int) -> Floats:
@@ -382,15 +378,12 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float, m: int = 1) -
     m : int
         Samples averaged into one.
     """
-    from scipy.ndimage import median  # a fifth of a second, and most jobs only read what was found
-    from scipy.optimize import minimize
+    from scipy.optimize import minimize  # a fifth of a second, and most jobs only read what was found
 
     order = np.argsort(frequency)
     frequency, power = frequency[order], power[order]
     edges = np.unique(np.geomspace(1, len(power) + 1, GROUPS).astype(int)) - 1
-    group = np.repeat(np.arange(len(edges) - 1), np.diff(edges))
-    usual = np.asarray(median(power, group, np.arange(len(edges) - 1)))
-    kept = power <= line * usual[group]
+    kept = power <= line * np.repeat(_medians(power, edges), np.diff(edges))
     number = np.add.reduceat(kept, edges[:-1], dtype=int)
     power, frequency = (np.add.reduceat(each * kept, edges[:-1]) / number for each in (power, frequency))
     squared, level = np.sin(np.pi * frequency) ** 2, float(power[-1])
@@ -406,8 +399,20 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float, m: int = 1) -
         expected = white + slow * coarse / _rise(squared, corner)
         return float(weight @ (np.log(expected) + power / expected))
 
-    starts = product([0.0], np.log([1.0, 100.0]), np.log([2 / n, 20 / n, 200 / n]))
-    best = min(map(np.array, starts), key=misfit)
+    starts = [
+        np.array([0.0, np.log(ratio), np.log(f_0)])
+        for ratio in (1.0, 100.0)
+        for f_0 in (2 / n, 20 / n, 200 / n)
+    ]
+    best = min(starts, key=misfit)
     simplex = np.vstack([best, best - np.eye(3)])  # SciPy's own hardly moves a number that starts at zero
     options = {"maxiter": 400, "xatol": 1e-2, "fatol": 1e-1, "initial_simplex": simplex}
     return law(minimize(misfit, best, method="Nelder-Mead", options=options).x)
+
+
+def _medians(values: Floats, edges: Indices) -> Floats:
+    """Of the groups of values between neighbouring edges."""
+    group = np.repeat(np.arange(len(edges) - 1), np.diff(edges))
+    ordered = values[np.lexsort((values, group))]
+    first, size = edges[:-1], np.diff(edges)
+    return np.asarray((ordered[first + (size - 1) // 2] + ordered[first + size // 2]) / 2)

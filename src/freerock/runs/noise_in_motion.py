@@ -12,7 +12,6 @@ from functools import lru_cache
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.rotation.still import grouped
 from freerock.runs.noise import CERTAIN, OCTAVE, Noise
 from freerock.runs.sums import covariance_of_sums
 
@@ -112,5 +111,6 @@ def swings_of(theta: Floats, lowest: float) -> list[slice]:
     high = np.flatnonzero(np.abs(theta) > lowest)
     if not high.size:
         return []
-    first, last = grouped(high, np.diff(theta[high] > 0))
+    turns = np.flatnonzero(np.diff(theta[high] > 0))
+    first, last = high[np.append(0, turns + 1)], high[np.append(turns, high.size - 1)]
     return [slice(int(i), int(j) + 1) for i, j in zip(first[1:], last[1:], strict=True)]

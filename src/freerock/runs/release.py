@@ -107,12 +107,12 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
     finger_s = limits.finger_s
     release = guess = float(2 * early - late)  # a fall grows as time squared
     late, start = max(late, min(latest, guess + 3 * finger_s)), None
-    for _ in range(PASSES):
+    for last in range(1 - PASSES, 1):
         held = held_angle(signal, hold, release, limits)
         since_s = max(hold.start_s + limits.window_s / BLOCKS_PER_WINDOW, release - finger_s - limits.held_s)
         means = _means(signal, (since_s, release - finger_s), (release + finger_s, late), release)
         leaves = lowered(FALL * held.theta0 / 0.5 / max(late - release, finger_s) ** 2, finger_s)
-        found = _early_motion(means, noise, held, math.hypot(held.moved, leaves), start)
+        found = _early_motion(means, noise, held, math.hypot(held.moved, leaves), start, errors=not last)
         start = found.numbers
         begun = release + found.start_s
         if not abs(begun - guess) < max(finger_s, late - guess):
@@ -263,6 +263,7 @@ def _early_motion(
     held: HeldAngle,
     moved: float,
     start: Floats | None = None,
+    errors: bool = True,
 ) -> _EarlyMotion:
     """Start and height of the early motion by generalised least squares; NaN where the fit fails.
 
@@ -279,6 +280,8 @@ def _early_motion(
         Standard deviation of θ_top about the held angle [rad]; infinite where it may be any.
     start : ndarray, optional
         Numbers of `_Fall` to begin with.
+    errors : bool
+        Whether standard errors are computed; else they are not numbers.
     """
     from scipy.optimize import leastsq  # a fifth of a second, and most jobs only read what was found
 
@@ -288,9 +291,11 @@ def _early_motion(
     size = abs(held.theta0)
     means = means._replace(sigma=np.maximum(sigma, 1e-6 * size))
     fall = _Fall(means, noise.law, held.theta0, max(moved, 1e-9 * size), np.ones(t.size))
-    x = start
-    if x is None:
-        x = np.array([0.0, 0.0, FALL * held.theta0 / 0.5 / t[-1] ** 2, 1 / t[-1], 0.0])
+    x = (
+        np.array([0.0, 0.0, FALL * held.theta0 / 0.5 / t[-1] ** 2, 1 / t[-1], 0.0])
+        if start is None
+        else start
+    )
     for _ in range(2):
         x, *_ = leastsq(fall.residual, x, Dfun=fall.slopes, full_output=True, ftol=EXACT, xtol=EXACT)
         left = fall.residual(x)[:-1]
@@ -299,6 +304,8 @@ def _early_motion(
             break
         fall = replace(fall, weight=np.minimum(1.0, np.sqrt(HUBER / np.maximum(off, HUBER))))
     numbers = np.array([*x[:3], max(abs(x[3]), 1 / t[-1]), 0.0])
+    if not errors:
+        return _EarlyMotion(x[4], math.nan, x[1], math.nan, numbers)
     by = fall.slopes(x)
     scale = np.linalg.norm(by, axis=0)
     inverse = np.linalg.pinv((by / scale).T @ (by / scale)) / np.outer(scale, scale)

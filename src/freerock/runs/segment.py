@@ -22,10 +22,10 @@ from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.still import Phase, stationary_phases
 from freerock.runs.beginning import Beginning, begun_by_hand, from_hold, unseen
-from freerock.runs.begun_in_motion import Position, begun_moving
+from freerock.runs.begun_in_motion import Position, begun_moving, slid
 from freerock.runs.by_hand import NOTHING, ByHand, Planned
 from freerock.runs.checks import Facts, verdict_on
-from freerock.runs.ending import OUT_OF_NOISE, end_of_motion
+from freerock.runs.ending import OUT_OF_NOISE, core, end_of_motion
 from freerock.runs.holds import find_holds, no_release
 from freerock.runs.noise import Noise
 from freerock.runs.quiet import sensor_noise
@@ -186,45 +186,42 @@ class _Search:
         """The rests, in the order of time."""
         return [each for each in self.phases if each.kind == "rest"]
 
-    def still(self, phase: Phase) -> slice:
-        """The samples of a phase without its uncertain ends."""
-        return phase.inner(self.signal.t, self.limits.window_s / 2)
-
-    def noise(self, phase: Phase) -> float:
-        """Standard deviation of the noise of θ in a phase [rad]."""
-        return self.signal.noise(self.still(phase))
-
-    def end_s(self, since_s: float, rest: Phase) -> float:
-        """End of the motion that comes to a rest, looked for from an instant on [s]."""
-        return end_of_motion(self.signal, self.still(rest), since_s, rest.start_s + self.limits.window_s)
-
     def moving(self) -> list[_Motion]:
         """The runs that begin in motion, each before a rest."""
         signal, limits, found, after_s = self.signal, self.limits, list[_Motion](), float(self.signal.t[0])
         if self.block is None:
             raise FreerockError("runs", "start: motion requires the block", "give the block")
         for rest in self.rests:
-            end_s = self.end_s(after_s, rest)
+            still = core(signal, rest, limits.window_s)
+            end_s = end_of_motion(signal, still, after_s, rest.start_s + limits.window_s)
             begins = begun_moving(signal, after_s, end_s, self.block, self.position, limits.finger_s)
             if begins and end_s > begins.fit_start_s:
-                found.append(_Motion(begins, end_s, rest, self.noise(rest)))
+                found.append(_Motion(begins, end_s, rest, signal.noise(still)))
             after_s = rest.end_s
         return found
 
     def found(self, hold: Phase) -> _Motion:
         """The run that begins with a hold."""
+        signal, limits = self.signal, self.limits
         later = bisect(self.phases, hold.mid_s, key=lambda each: each.start_s)
         rest = next((each for each in self.phases[later : later + 2] if each is not hold), None)
-        end_s = self.end_s(hold.end_s, rest) if rest else float(self.signal.t[-1])
-        begins = from_hold(self.signal, hold, end_s, self.limits)
-        return _Motion(begins, end_s, rest, self.noise(rest or hold))
+        still = core(signal, rest or hold, limits.window_s)
+        end_s = float(signal.t[-1])
+        if rest:
+            end_s = end_of_motion(signal, still, hold.end_s, rest.start_s + limits.window_s)
+        begins = from_hold(signal, hold, end_s, limits)
+        return _Motion(begins, end_s, rest, signal.noise(still))
 
     def with_unseen(self, found: Sequence[_Motion]) -> list[_Motion]:
         """The runs found, and those whose hold the sensor did not see, in the order of time."""
-        # From a hold the block may only come to the next.
-        again_s = [*(run.begins.hold_start_s for run in found[1:]), math.inf]
+        signal, limits = self.signal, self.limits
+        again = [
+            run.begins.hold_start_s for run in found[1:]
+        ]  # from a hold the block may only come to the next
         all_runs = [
-            run for run, held_s in zip(found, again_s, strict=False) if run.begins.release.instant_s < held_s
+            run
+            for run, held_s in zip(found, [*again, math.inf], strict=False)
+            if run.begins.release.instant_s < held_s
         ]
         in_order = sorted(found, key=lambda run: run.begins.hold_start_s)
         starts_s = [run.begins.hold_start_s for run in in_order]
@@ -233,9 +230,10 @@ class _Search:
             apart = latest_s[bisect_left(starts_s, rest.start_s)] <= before.end_s
             if rest.kind != "rest" or before.kind == "held" or not apart:
                 continue
-            end_s = self.end_s(before.end_s, rest)
-            if begins := unseen(self.signal, (before.end_s, end_s), self.limits):
-                all_runs.append(_Motion(begins, end_s, rest, self.noise(rest)))
+            still = core(signal, rest, limits.window_s)
+            end_s = end_of_motion(signal, still, before.end_s, rest.start_s + limits.window_s)
+            if begins := unseen(signal, (before.end_s, end_s), limits):
+                all_runs.append(_Motion(begins, end_s, rest, signal.noise(still)))
         return sorted(all_runs, key=lambda run: run.begins.release.instant_s)
 
     def set_by_hand(self, planned: Planned, found: Sequence[_Motion]) -> _Motion:
@@ -258,31 +256,12 @@ class _Search:
         if not self.rests:
             return float(np.nanmedian(self.signal.sigma))
         nearest = min(self.rests, key=lambda each: abs(each.mid_s - time_s))
-        return self.noise(nearest)
+        return self.signal.noise(core(self.signal, nearest, self.limits.window_s))
 
     def run(self, number: int, motion: _Motion, doubts: Sequence[Reason]) -> Run:
         """A run with its verdict."""
-        signal, begins, override = self.signal, motion.begins, motion.override
-        free = signal.theta[signal.during(begins.release.instant_s + self.limits.finger_s, motion.end_s)]
-        side = np.sign(free[np.abs(free) > OUT_OF_NOISE * motion.sigma_theta])
-        later = bisect(self.rests, begins.hold_start_s, key=lambda each: each.end_s)
-        facts = Facts(
-            signal=signal,
-            faults=self.quality.faults,
-            block=self.block,
-            limits=self.limits,
-            beginning=begins,
-            rest=motion.rest,
-            level_before=self.rests[later - 1].level if later else None,
-            end_s=motion.end_s,
-            sigma_theta=motion.sigma_theta,
-            n_impacts=int(np.count_nonzero(np.diff(side))),
-            override=override.reason if override else None,
-            exclusion=self.by_hand.exclusion_of(number),
-            set_by_hand=doubts,
-            position=self.position,
-        )
-        zero_stderr = self._zero_stderr(begins.hold_start_s)
+        facts = self._facts(number, motion, doubts)
+        begins, zero_stderr = motion.begins, self._zero_stderr(motion.begins.hold_start_s)
         return Run(
             number=number,
             hold_start_s=begins.hold_start_s,
@@ -309,10 +288,10 @@ class _Search:
         share, noise = 1.0, signal.relative_noise
         if len(near) == 2:
             share = (near[1].mid_s - time_s) / (near[1].mid_s - near[0].mid_s)
-        usual = float(np.nanmedian(signal.sigma[self.still(near[0])]))
+        usual = float(np.nanmedian(signal.sigma[core(signal, near[0], self.limits.window_s)]))
         variance = noise.stuck * usual**2  # one place between two steps, in all rests
         for each, weight in zip(near, (share, 1 - share), strict=False):
-            part = self.still(each)
+            part = core(signal, each, self.limits.window_s)
             n = (part.stop - part.start) // noise.averaged
             apart = abs(each.mid_s - time_s) * noise.rate_hz
             level = stderr_of_mean(noise, n) ** 2
@@ -320,3 +299,32 @@ class _Search:
             own = weight**2 * level + weight * wander
             variance += own * float(np.nanmedian(signal.sigma[part])) ** 2
         return math.sqrt(variance)
+
+    def _facts(self, number: int, motion: _Motion, doubts: Sequence[Reason]) -> Facts:
+        """What is known of a run."""
+        signal, begins, end_s = self.signal, motion.begins, motion.end_s
+        free = signal.theta[signal.during(begins.release.instant_s + self.limits.finger_s, end_s)]
+        side = np.sign(free[np.abs(free) > OUT_OF_NOISE * motion.sigma_theta])
+        later = bisect(self.rests, begins.hold_start_s, key=lambda each: each.end_s)
+        return Facts(
+            signal=signal,
+            faults=self.quality.faults,
+            block=self.block,
+            limits=self.limits,
+            beginning=begins,
+            rest=motion.rest,
+            level_before=self.rests[later - 1].level if later else None,
+            end_s=end_s,
+            sigma_theta=motion.sigma_theta,
+            n_impacts=int(np.count_nonzero(np.diff(side))),
+            override=motion.override.reason if motion.override else None,
+            exclusion=self.by_hand.exclusion_of(number),
+            set_by_hand=doubts,
+            slid=self._slid(begins),
+        )
+
+    def _slid(self, begins: Beginning) -> Reason | None:
+        """A warning where a run that begins in motion slides before its first impact."""
+        if self.position is None or self.block is None or self.limits.start != "motion":
+            return None
+        return slid(self.signal, begins.fit_start_s, self.block, self.position)

@@ -1,14 +1,16 @@
 """θ(t) of a record as the search for runs takes it."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from freerock.arrays import Flags, Floats, Mask
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.lattice import scatter
 from freerock.runs.noise import Noise, white_noise
+
+PIECE = 1 << 15  # samples at a time
 
 
 class Signal(NamedTuple):
@@ -54,9 +56,10 @@ class Signal(NamedTuple):
         width = max(1, round(over_s / (self.t[1] - self.t[0])))
         theta = self.theta[part]
         valid = np.isfinite(theta)
-        mean = window_sums(np.where(valid, theta, 0.0), width)
+        every = bool(valid.all())
+        mean = window_sums(theta if every else np.where(valid, theta, 0.0), width)
         with np.errstate(invalid="ignore", divide="ignore"):
-            mean /= window_sums(valid, width)
+            mean /= _numbers(theta.size, width) if every else window_sums(valid, width, np.int32)
         return mean
 
 
@@ -86,8 +89,19 @@ def invalid_in(signal: Signal, most: float) -> str:
     return f"{share:.0%} of the samples are invalid{names_of(flags)}{keys}" if share > most else ""
 
 
-def window_sums(values: Floats | Mask, width: int) -> Floats:
-    """Sum of so many samples about each, fewer at the ends."""
-    before, after = np.zeros(width // 2 + 1), np.full(width, values.sum())
-    sums = np.concatenate([before, np.cumsum(values, dtype=float), after])
-    return np.asarray(sums[width:] - sums[:-width])
+def _numbers(n: int, width: int) -> NDArray[np.int32]:
+    """How many of n samples the window about each holds, as `window_sums` of ones."""
+    first = np.arange(-(width // 2), n + 1, dtype=np.int32)
+    return np.asarray(np.minimum(first + width, n) - np.maximum(first, 0), np.int32)
+
+
+def window_sums(values: Floats | Mask, width: int, kind: type = float) -> NDArray[Any]:
+    """Sum of so many samples about each, fewer at the ends; a rest may be most of a long record."""
+    begin, end = width // 2 + 1, width // 2 + 1 + values.size
+    sums: NDArray[Any] = np.zeros(end + width, kind)
+    np.cumsum(values, out=sums[begin:end])
+    sums[end:] = values.sum()
+    for i in range(0, end, PIECE):
+        part = slice(i, min(i + PIECE, end))
+        sums[part] = sums[part.start + width : part.stop + width] - sums[part]
+    return sums[:end]

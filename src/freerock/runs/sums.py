@@ -4,10 +4,10 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from scipy.fft import next_fast_len, rfft
+from scipy.fft import irfft, next_fast_len, rfft
 
 from freerock.arrays import Floats
-from freerock.runs.noise import Noise, autocovariance, through_covariance, unsure
+from freerock.runs.noise import Noise, autocovariance, unsure
 
 LAGS = 128  # in steps of so many autocovariances are worked out
 
@@ -23,7 +23,12 @@ def covariance_of_sums(noise: Noise, weights: Floats) -> Floats:
     noise : Noise
     weights : ndarray, shape (..., n_sums, n_means)
     """
-    through = through_covariance(_lags(noise, weights.shape[-1]) / noise.averaged, weights)
+    n = weights.shape[-1]
+    size = next_fast_len(2 * n, real=True)
+    lags = _lags(noise, n) / noise.averaged
+    wrapped = np.zeros(size)
+    wrapped[:n], wrapped[size - n + 1 :] = lags, lags[:0:-1]
+    through = irfft(rfft(wrapped).real * rfft(weights, size), size)[..., :n]
     return np.asarray(through @ np.swapaxes(weights, -1, -2))
 
 

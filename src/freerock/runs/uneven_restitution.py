@@ -93,8 +93,10 @@ def doubt_about_evenness(impacts: Impacts, block: Block, peak_stderr: float = 0.
         return [Reason("warn", "uneven_restitution", f"{text}: {remedy}")]
     if worst.impact:
         side = "above" if worst.size > 0 else "below"
-        text = f"restitution of impact {worst.impact} is {abs(worst.size):.2g} {side} the value that "
-        text += "its neighbours predict"
+        text = (
+            f"restitution of impact {worst.impact} is {abs(worst.size):.2g} {side} the value that "
+            f"its neighbours predict"
+        )
         return [Reason("warn", "outlying_restitution", f"{text}: {FALLS_OUT}")]
     text = f"restitution alternates by ±{abs(worst.size):.2g} from impact to impact"
     return [Reason("warn", "alternating_restitution", f"{text}: {ALTERNATES}")]
