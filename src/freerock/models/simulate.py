@@ -285,7 +285,7 @@ def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None =
         if rates is not None:
             rates[:, -1] = rate
             if rates.shape[1] > 1:
-                rates[:, :2] = np.column_stack(_about_corners(block, theta, rate)[:2])
+                rates[:, 0], rates[:, 1] = _corner_kept(block, theta, rate)
         return theta, _housner_outcome(swings, time)
     depth = stands = 0.0
     if is_foundation:
@@ -371,8 +371,14 @@ def _about_corners(
     block: Block, theta: Floats, theta_rate: Floats
 ) -> tuple[Floats, Floats, NDArray[np.int8]]:
     """z_cb [m], its rate [m/s] and the contact of a block that turns about its corners."""
-    side, down = np.sign(theta), np.where(np.isnan(theta), 0.0, np.sign(theta)).astype(np.int8)
-    return -block.b * side * np.sin(theta), -block.b * side * np.cos(theta) * theta_rate, down
+    down = np.where(np.isnan(theta), 0.0, np.sign(theta)).astype(np.int8)
+    return *_corner_kept(block, theta, theta_rate), down
+
+
+def _corner_kept(block: Block, theta: Floats, theta_rate: Floats) -> tuple[Floats, Floats]:
+    """z_cb [m] and its rate [m/s] of a block that turns about its corners."""
+    side = np.sign(theta)
+    return -block.b * side * np.sin(theta), -block.b * side * np.cos(theta) * theta_rate
 
 
 def _in_closed_form(impacts: Floats) -> dict[str, int]:
