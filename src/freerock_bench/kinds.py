@@ -44,12 +44,10 @@ SIZES = {"small": 1, "medium": 3, "full": 5, "long": 20}  # records of each kind
 RATE_HZ, REST_S, TILT_S = 1000.0, 2.0, 1.2
 ZERO_V, WHITE_V, SPAN_V, RANGE_V = 5.0, 2e-3, 20.0, 10.0
 SCATTER, ANGLES = 0.1, (0.6, 1.0)
-HEIGHT_M, SLENDER, DEPTH = (0.12, 1.6), (2.0, 7.0), (1.0, 4.0)  # of blocks of other sizes; depth in widths
-KG_M3, STIFFER, CRITICAL = (
-    (600.0, 2700.0),
-    (0.4, 3.0),
-    0.8,
-)  # of the critical angle, times `ANGLES`
+# Blocks of other sizes: depth in widths, stiffness of the bed over that of table 2 under the same pressure,
+# largest angle over the critical one.
+HEIGHT_M, SLENDER, DEPTH, KG_M3 = (0.12, 1.6), (2.0, 7.0), (1.0, 4.0), (600.0, 2700.0)
+STIFFER, CRITICAL = (0.4, 3.0), 0.8
 CALIPER = {"height_m": 3e-5, "width_m": 3e-5, "position_m": 2e-4, "scale_fraction": 5e-4}
 CALIPER |= {"sampling_rate_fraction": 2e-5, "com_height_m": 1e-4, "inertia_kg_m2": 2e-3}
 INPUTS = ["height_m", "width_m", "mass_kg", "com_height_m", "inertia_kg_m2"]
@@ -182,12 +180,12 @@ def _log_uniform(draw: Draw, low: float, high: float) -> float:
     return float(low * (high / low) ** draw.uniform())
 
 
-def stated_laboratory(configuration: str, block: Block, laser: Laser, caliper: bool) -> Laboratory:
+def stated_laboratory(name: str, block: Block, laser: Laser, caliper: bool) -> Laboratory:
     """What is stated of a block and its laser; the rest by default."""
     u = DEFAULTS | (CALIPER if caliper else {})
     u["mass_kg"] = DEFAULTS["mass_fraction"] * block.mass_kg
     u["inertia_kg_m2"] = u.get("inertia_kg_m2", DEFAULTS["inertia_fraction"]) * block.inertia_cm
-    return laboratory_of(configuration, block, laser, {name: u[name] for name in INPUTS}, caliper)
+    return laboratory_of(name, block, laser, {each: u[each] for each in INPUTS}, caliper)
 
 
 class Record(NamedTuple):
@@ -207,12 +205,13 @@ def record(name: str, i: int) -> Record:
     configuration, foundation = place(turn)
     of_table = CONFIGURATIONS[configuration]
     size, angle, laser = other_size(draw) if kind.sizes else of_table
-    stated = stated_laboratory(configuration, size, laser, bool(turn // 2 % 2))
+    block_name = "other" if kind.sizes else configuration
+    stated = stated_laboratory(block_name, size, laser, bool(turn // 2 % 2))
     drawn = tuple(each for each in stated.inputs if each.name != "response_ms")
     true = stated.at(drawn, draw.standard_normal(len(drawn)))
     differs = differing(kind, true.block, draw)
     for key, by in differs.pop("off", {}).items():
-        owner = "laser" if key in OF_LASER else configuration
+        owner = "laser" if key in OF_LASER else block_name
         true = true.moved(Input(owner, key, by, True), 1.0)
     block = differs.pop("block", true.block)
     soil = {
@@ -234,7 +233,7 @@ def record(name: str, i: int) -> Record:
     release = {"fade_s": draw.uniform(5e-3, 20e-3)} | differs
     scene = Scene(block, soil, pivoting or "r" in soil, float(angle), **release)
     volts = _measured(scene, true, own, draw)
-    row = {"case": name, "run": i + 1, "law": kind.law, "block": configuration, "foundation": foundation}
+    row = {"case": name, "run": i + 1, "law": kind.law, "block": block_name, "foundation": foundation}
     row["known"] = "callipers" if stated.inputs[0].stated else "defaults"
     return Record(volts, stated, replace(true, block=block), soil, row)
 

@@ -190,7 +190,7 @@ def drawn_run(
         overturned += 1
 
 
-def published_truth(block: str, foundation: str, model: str, noise: str = "white") -> Truth:
+def published_truth(block: str, foundation: str, model: str) -> Truth:
     """A law of table 2 under a block of table 1, with the noise of a laser."""
     shape, theta0, _ = CONFIGURATIONS[block]
-    return Truth(model, shape, TABLE_2[foundation][model], theta0, math.radians(0.01), noise)
+    return Truth(model, shape, TABLE_2[foundation][model], theta0, math.radians(0.01))
