@@ -86,6 +86,18 @@ def test_derivatives_are_those_of_the_curve():
         assert error < 0.01 * np.std(jacobian[:, j]), own.names[j]
 
 
+@pytest.mark.parametrize("settings", [{}, {"parameters": {"general": {"k": {"max": 1e8}}}}], ids=str)
+def test_a_damping_near_zero_moves_the_curve_by_as_much_per_unit(settings):
+    """Of rounded edges the integrator errs most: it would hide steps that are a share of the damping."""
+    own = posed("general", [BLOCK], [motion()], FitSettings(free=("edge_radius", "theta0", "t0"), **settings))
+    columns = []
+    for damping in (1e-2, 1e-3, 3e-5):  # of λ/k [s/m]
+        x = own.start_at({"k": 6e6, "c": 1e4, "lambda": damping * 6e6, "edge_radius": 3.8e-3})
+        columns.append(own.jacobian(x, own.samples(), central=True)[:, 2] / damping)
+    for column in columns[1:]:
+        assert np.std(column - columns[0]) < 0.1 * np.std(columns[0])
+
+
 def test_the_runs_of_a_record_share_the_tilt_of_their_base():
     joint = problem(n_runs=2, free=("theta0", "t0", "tilt", "width"))
     assert joint.names[:4] == ("k", "lambda", "width", "tilt")

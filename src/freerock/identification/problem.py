@@ -481,18 +481,29 @@ class Problem:
                 if name == "t0":
                     quotient = -known[1][run]
                 else:
-                    up, step = np.array(x, dtype=float), self.stride * parameter_of(name).step
-                    up[column] += step
-                    later = self.motion(up, i, samples.time_s[run], self.exact_rtol)
-                    quotient = (later - known[0][run]) / step
                     parameter = parameter_of(name)
+                    up, step = np.array(x, dtype=float), self.stride * parameter.step
+                    traces = self._traces(x, column)
+                    up[column] += step if traces <= 1 else np.log1p(step * traces)
+                    later = self.motion(up, i, samples.time_s[run], self.exact_rtol)
+                    quotient = (later - known[0][run]) / (step * max(traces, 1.0))
                     least = parameter.bounds[0] if parameter.fitted_as == "value" else -np.inf
-                    if central and x[column] - step >= least:  # no edges of a radius below 0
+                    if central and traces <= 1 and x[column] - step >= least:  # no edges of a radius below 0
                         up[column] -= 2 * step
                         later -= self.motion(up, i, samples.time_s[run], self.exact_rtol)
                         quotient = later / (2 * step)
                 jacobian[run, column] = quotient
         return jacobian
+
+    def _traces(self, x: Floats, column: int) -> float:
+        """A parameter's trace over its value, 0 of one that is no ratio.
+
+        Below its trace, steps are those of the trace: the errors of the integrator hide smaller ones.
+        """
+        parameter = parameter_of(self.names[column])
+        if parameter.fitted_as != "ratio":
+            return 0.0
+        return parameter.trace * float(np.exp((0.0 if self.is_ratio[column] else x[0]) - x[column]))
 
     def _along(self, directions: Floats, x: Floats, samples: Samples) -> Floats:
         """Derivatives by the fitted numbers from central difference quotients along the directions."""
