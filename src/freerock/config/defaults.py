@@ -1,7 +1,7 @@
 """Settings of the steps, with the defaults of `processing` and some of `fits`.
 
 All other defaults stand beside their key, in `keys.py` and the modules of sections; those of uncertainties in
-`uncertainty.py`.
+`uncertainty.py`, also that of the sampling rate.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,8 @@
-"""The cells of a campaign's CSV that correct by hand: read, refused, and written again."""
+"""The cells of a campaign's CSV that correct by hand: read, refused, and written again.
+
+Their way to the fit: `record` reads them, `step_settings` passes them to `jobs.make_record`, and
+`runs.by_hand` and `runs.left_out` apply them to the runs, before any fit.
+"""
 
 import re
 from collections.abc import Iterable

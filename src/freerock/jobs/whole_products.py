@@ -1,4 +1,8 @@
-"""Whether products are what a run would make now: their plan is compared with the ledger, by content."""
+"""Whether products are what a run would make now: their plan is compared with the ledger, by content.
+
+A product is written whole by `files.atomic` and entered last (`ledger.at_work`); `guard` clears what a killed
+run leaves.
+"""
 
 import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence

@@ -201,21 +201,34 @@ def plan_rivals(setups: Iterable[Setup], choices: Choices) -> pd.DataFrame:
     for setup, model, duration, angle in cases_of(setups, choices):
         motion = expected_of(setup, model, duration, angle, choices)
         for rival in rivals_of(model, choices.laws, choices.kinematics, choices.free):
-            best: Rival | FreerockError
-            if isinstance(motion, FreerockError):
-                best = motion
-            else:
-                best = best_rival(rival, setup.block, motion, choices.settings_of(rival))
-            for rate in choices.sampling_rates_hz:
-                for case, sigma, off in _with_each_sensor(setup, model, duration, angle, rate, choices):
-                    if isinstance(best, FreerockError) or off:
-                        note = best.what if isinstance(best, FreerockError) else off
-                        rows.append((*case, rival, np.nan, np.nan, False, note))
-                        continue
-                    delta = best.bic_difference(n_freed(model, choices.free), sigma, rate)
-                    apart = best.told_apart(delta, choices.model_error)
-                    rows.append((*case, rival, delta, best.epsilon_theta, apart, ""))
+            best = (
+                motion
+                if isinstance(motion, FreerockError)
+                else best_rival(rival, setup.block, motion, choices.settings_of(rival))
+            )
+            rows += _of_rival(rival, best, setup, model, duration, angle, choices)
     return _in_order_of_appearance(pd.DataFrame(rows, columns=RIVALS))
+
+
+def _of_rival(
+    rival: str,
+    best: Rival | FreerockError,
+    setup: Setup,
+    model: str,
+    duration_s: float,
+    angle_deg: float,
+    choices: Choices,
+) -> Iterator[tuple[Any, ...]]:
+    """Rows of a case and a rival, by sampling rate and sensor; `best` of the rival, or why there is none."""
+    for rate in choices.sampling_rates_hz:
+        for case, sigma, off in _with_each_sensor(setup, model, duration_s, angle_deg, rate, choices):
+            if isinstance(best, FreerockError) or off:
+                note = best.what if isinstance(best, FreerockError) else off
+                yield *case, rival, np.nan, np.nan, False, note
+                continue
+            delta = best.bic_difference(n_freed(model, choices.free), sigma, rate)
+            apart = best.told_apart(delta, choices.model_error)
+            yield *case, rival, delta, best.epsilon_theta, apart, ""
 
 
 def cases_of(setups: Iterable[Setup], choices: Choices) -> Iterator[tuple[Setup, str, float, float]]:

@@ -1,4 +1,8 @@
-"""u_total: standard uncertainty of a number by noise, law and every input of the laboratory."""
+"""u_total: standard uncertainty of a number by noise, law and every input of the laboratory.
+
+A fit has `Fit.u_total` (`identification.fit`), by `Contributions.total` of this module; r and θ₀ of a run
+`runs.measured_total`; means `populations.random_effects`; plans `planning.plan_total`.
+"""
 
 from dataclasses import dataclass
 from typing import Self

@@ -2,7 +2,8 @@
 
 A law of few numbers, white noise with a slow part, says what the spectrum is like and goes on below the
 lowest frequency that a rest shows; the measured power over that of the law, octave by octave, holds whatever
-else there is: lines of the mains, other colours, the converter.
+else there is: lines of the mains, other colours, the converter. σ of a sample is found in
+`rotation.still_signal`; noise that is louder in motion, in `noise_in_motion`.
 """
 
 import math

@@ -2,7 +2,7 @@
 
 Reasons are made in `checks`; of a beginning in `beginning` and `begun_in_motion`; of r in
 `uneven_restitution` and `impacts`; of a signal in `rotation.faults`; after the fits in `selection.doubts` and
-`selection.fit_reasons`. Thresholds with a key are in `config.defaults`, levels of tests in
+`selection.fit_reasons`. They are joined in `judged` and `products.verdicts`. Thresholds with a key are in `config.defaults`, levels of tests in
 `identification.levels`, others beside their check.
 """
 
