@@ -2,8 +2,8 @@
 
 Whatever lists models (configuration, fits, tables, figures, report) reads these rows. What a law of the
 foundation does is written in `contact` and, compiled, in `kernel`; of other laws, in `housner`,
-`viscoelastic` and `bouncing`. The configuration reads the rows too, so
-nothing is imported here that is slow to load.
+`viscoelastic` and `bouncing`. The configuration reads the rows too, so nothing is imported here that is slow
+to load.
 """
 
 from dataclasses import dataclass, replace

@@ -1,11 +1,11 @@
 """The search for the hypotheses that explain a run: best first, by the numbers that they free.
 
-`allowed_hypotheses` lists what may be tried. Every run is fitted with the laws of the campaign as the paper has them. The search goes on to neighbours:
-other kinematics, one damping more, a contact width, tilt, edge radius or release that is not as stated. All
-that free as many numbers are tried together: a quick fit screens each, and those near the best are fitted in
-full. The search ends where something explains the run, no untried hypothesis frees as few numbers, and the
-derivatives require no other number; or where a law would explain the run with an input beyond its prior, and
-no hypothesis with one number more does.
+`allowed_hypotheses` lists what may be tried. Every run is fitted with the laws of the campaign as the paper
+has them. The search goes on to neighbours: other kinematics, one damping more, a contact width, tilt, edge
+radius or release that is not as stated. All that free as many numbers are tried together: a quick fit screens
+each, and those near the best are fitted in full. The search ends where something explains the run, no untried
+hypothesis frees as few numbers, and the derivatives require no other number; or where a law would explain the
+run with an input beyond its prior, and no hypothesis with one number more does.
 """
 
 import math
