@@ -21,18 +21,11 @@ from freerock.config.yaml_lines import Lines, place, read_yaml
 from freerock.errors import FreerockError
 
 # In the order of the report; each is a module of freerock.figures, whose __init__ says what it holds.
-FIGURES_BY_DEFAULT = ("set_up", "models", "residuals", "decay", "backbone", "restitution", "parameters")
-FIGURES_BY_DEFAULT += ("predictions", "contact_force")
-FIGURES = (
-    *FIGURES_BY_DEFAULT,
-    "foundation_effect",
-    "misfit_map",
-    "energy",
-    "phase_portrait",
-    "evidence",
-    "budget",
-)
-FIGURES += ("parts", "pulls", "overturning")
+FIGURES: tuple[str, ...] = ("set_up", "models", "residuals", "decay", "backbone", "restitution", "parameters")
+FIGURES += ("predictions", "contact_force")
+FIGURES_BY_DEFAULT = FIGURES
+FIGURES += ("foundation_effect", "misfit_map", "energy", "phase_portrait", "evidence", "budget", "parts")
+FIGURES += ("pulls", "overturning")
 if TYPE_CHECKING:  # words known only at run time
     Figure: TypeAlias = str
 else:

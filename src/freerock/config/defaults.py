@@ -1,4 +1,4 @@
-"""Settings of the steps, with the defaults of `processing` and some of `fits`.
+"""Settings of the steps, with the defaults of `processing`, of lasers and some of `fits`.
 
 All other defaults stand beside their key, in `keys.py` and the modules of sections; those of uncertainties in
 `uncertainty.py`, also that of the sampling rate.
@@ -11,6 +11,29 @@ from typing import Any
 from freerock.models.free_parameters import PER_RUN
 from freerock.models.given import Given
 from freerock.models.laws import CANDIDATES
+
+
+@dataclass(frozen=True, kw_only=True)
+class LaserKeys:
+    """The values of `rotation.sensor.Laser`, which describes them, that no key states."""
+
+    face: str = "left"
+    sign: int = 1
+    release_side: str = "positive"
+    response_ms: float = 0.0
+    response: str = "average"
+    volts_at_start: float = 0.0
+    volts_at_end: float = 10.0
+    valid_low_v: float = -0.1
+    valid_high_v: float = 10.1
+    error_level_v: float = 10.2
+    error_tolerance_v: float = 0.01
+    milliamps_at_start: float = 4.0
+    milliamps_at_end: float = 20.0
+    valid_low_ma: float = 3.84
+    valid_high_ma: float = 20.16
+    error_level_ma: float = 3.75
+    error_tolerance_ma: float = 0.01
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from typing import Any, Literal
 
 from pydantic import ValidationInfo, field_validator
 
+from freerock.config.defaults import LaserKeys
 from freerock.config.uncertainty import LaserUncertainty
 from freerock.config.values import (
     Direction,
@@ -19,6 +20,8 @@ from freerock.config.values import (
     key,
 )
 from freerock.units import CHANNEL_UNITS
+
+LASER = LaserKeys()
 
 
 class LaserSection(Section):
@@ -48,35 +51,44 @@ class LaserSection(Section):
     calibration: str | None = key(
         "a CSV file in the raw folder, with output and distance headed as V,mm; in place of range_m", None
     )
-    face: Literal["left", "right"] = key("the face met by a horizontal beam", "left")
-    sign: Direction = key("1 if the output grows with the distance, -1 if it falls", 1)
+    face: Literal["left", "right"] = key("the face met by a horizontal beam", LASER.face)
+    sign: Direction = key("1 if the output grows with the distance, -1 if it falls", LASER.sign)
     release_side: Literal["positive", "negative"] = key(
-        "the sign of the first swing after a rest; needed for a vertical beam between corners", "positive"
+        "the sign of the first swing after a rest; needed for a vertical beam between corners",
+        LASER.release_side,
     )
     response_ms: Number = key(
         "the time over which the sensor averages, or the time constant of its low pass, in milliseconds",
-        0.0,
+        LASER.response_ms,
         ge=0,
         le=100,
     )
     response: Literal["average", "low_pass"] = key(
         "average (as in triangulation lasers) or low_pass (first order; 159 ms over its bandwidth in Hz)",
-        "average",
+        LASER.response,
     )
-    volts_at_start: Number = key("the volts at the start of the measuring range", 0.0)
-    volts_at_end: Number = key("the volts at the end of the measuring range", 10.0, validate_default=True)
-    valid_low_v: Number = key("the lowest valid output in volts", -0.1)
-    valid_high_v: Number = key("the highest valid output in volts", 10.1)
-    error_level_v: Number = key("the output in volts if the beam meets no target", 10.2)
-    error_tolerance_v: NotNegative = key("the tolerance of the error level in volts", 0.01)
-    milliamps_at_start: Number = key("the milliamperes at the start of the measuring range", 4.0)
+    volts_at_start: Number = key("the volts at the start of the measuring range", LASER.volts_at_start)
+    volts_at_end: Number = key(
+        "the volts at the end of the measuring range", LASER.volts_at_end, validate_default=True
+    )
+    valid_low_v: Number = key("the lowest valid output in volts", LASER.valid_low_v)
+    valid_high_v: Number = key("the highest valid output in volts", LASER.valid_high_v)
+    error_level_v: Number = key("the output in volts if the beam meets no target", LASER.error_level_v)
+    error_tolerance_v: NotNegative = key("the tolerance of the error level in volts", LASER.error_tolerance_v)
+    milliamps_at_start: Number = key(
+        "the milliamperes at the start of the measuring range", LASER.milliamps_at_start
+    )
     milliamps_at_end: Number = key(
-        "the milliamperes at the end of the measuring range", 20.0, validate_default=True
+        "the milliamperes at the end of the measuring range", LASER.milliamps_at_end, validate_default=True
     )
-    valid_low_ma: Number = key("the lowest valid output in milliamperes", 3.84)
-    valid_high_ma: Number = key("the highest valid output in milliamperes", 20.16)
-    error_level_ma: Number = key("the output in milliamperes if the beam meets no target", 3.75)
-    error_tolerance_ma: NotNegative = key("the tolerance of the error level in milliamperes", 0.01)
+    valid_low_ma: Number = key("the lowest valid output in milliamperes", LASER.valid_low_ma)
+    valid_high_ma: Number = key("the highest valid output in milliamperes", LASER.valid_high_ma)
+    error_level_ma: Number = key(
+        "the output in milliamperes if the beam meets no target", LASER.error_level_ma
+    )
+    error_tolerance_ma: NotNegative = key(
+        "the tolerance of the error level in milliamperes", LASER.error_tolerance_ma
+    )
     uncertainty: LaserUncertainty = key("the standard uncertainties of its keys", LaserUncertainty())
 
     @field_validator("uncertainty")

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
+from freerock.config.defaults import LaserKeys
 from freerock.errors import FreerockError
 from freerock.rotation.calibration import Calibration
 from freerock.rotation.flags import Limits
@@ -14,7 +15,7 @@ from freerock.units import CHANNEL_UNITS
 
 
 @dataclass(frozen=True)
-class Laser:
+class Laser(LaserKeys):
     """A displacement sensor, such as a triangulation laser, and where its beam meets the block.
 
     Parameters
@@ -61,26 +62,9 @@ class Laser:
     beam: str | None = None
     position_m: float | None = None
     range_m: float | None = None
-    face: str = "left"
-    sign: int = 1
-    release_side: str = "positive"
-    response_ms: float = 0.0
-    response: str = "average"
     units: str = ""
     sensitivity_per_mm: float | None = None
     calibration: Calibration | None = None
-    volts_at_start: float = 0.0
-    volts_at_end: float = 10.0
-    valid_low_v: float = -0.1
-    valid_high_v: float = 10.1
-    error_level_v: float = 10.2
-    error_tolerance_v: float = 0.01
-    milliamps_at_start: float = 4.0
-    milliamps_at_end: float = 20.0
-    valid_low_ma: float = 3.84
-    valid_high_ma: float = 20.16
-    error_level_ma: float = 3.75
-    error_tolerance_ma: float = 0.01
 
     def __post_init__(self) -> None:
         for key, choices in _CHOICES.items():
