@@ -37,6 +37,16 @@ def test_what_housner_explains_costs_no_foundation_but_the_papers():
     assert not any(law_of(model).is_foundation for model in found.left_out)
 
 
+def test_beds_that_have_become_rigid_are_not_extended():
+    """A rigid block that is shorter than stated: no law explains it, beds end at the largest stiffness."""
+    shorter = replace(BLOCK, height_m=0.27)
+    found = identify_run(BLOCK, motion_of(released("housner", shorter, {"r": 0.93}, 8)), BY_DEFAULT)
+    assert not found.explained
+    assert found.fits["hunt_crossley"].values["k"] > 1e10
+    foundations = {model for model in (*found.fits, *found.left_out) if law_of(model).is_foundation}
+    assert foundations == {"winkler", "hunt_crossley"}
+
+
 def test_a_small_candidate_that_a_law_of_the_paper_surpasses_does_not_end_the_search():
     """A foundation near to rigid under a coarse sensor: Housner leaves only noise, a guided law far less."""
     stiff = {"k": 3.1e8, "lambda": 1.5e10}

@@ -25,7 +25,7 @@ from freerock.identification.levels import NEAR, REJECTS, TELLS, TRACE
 from freerock.identification.model_discrepancy import PARTS
 from freerock.identification.start import posed
 from freerock.models.block import Block
-from freerock.models.free_parameters import PER_RUN
+from freerock.models.free_parameters import PARAMETERS, PER_RUN
 from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
@@ -73,6 +73,8 @@ class Effort:
         Times its prior uncertainty, by which an input that a fit pulls is freed.
     one_radius : float
         Relative difference up to which two ends have come to the same edges.
+    rigid : float
+        Share of the largest stiffness of a fit, from which a bed is not told from a rigid one.
     """
 
     contends: float = 1.25
@@ -84,6 +86,7 @@ class Effort:
     edges_m: tuple[float, float] = (5e-4, 2e-3)
     freed: float = 10.0
     one_radius: float = 0.1
+    rigid: float = 0.1
 
 
 EFFORT = Effort()
@@ -353,7 +356,8 @@ class _Search:
     def worth_trying(self) -> list[Hypothesis]:
         """The next hypotheses to try together; none where the search is at its end."""
         possible = self.possible
-        beside = [each for parent in self._extended() for each in self.hypotheses.neighbours(parent)]
+        extended = [parent for parent in self._extended() if not self._is_rigid(parent)]
+        beside = [each for parent in extended for each in self.hypotheses.neighbours(parent)]
         if not possible:
             beside += self._beside_the_best()
         untried = [
@@ -420,11 +424,17 @@ class _Search:
                 kept.append(each)
         return kept
 
+    def _is_rigid(self, each: Hypothesis) -> bool:
+        """Whether a bed has become rigid, which the law of a rigid block describes with fewer numbers."""
+        k = (self.fits.get(each) or self.quick[each]).values.get("k", 0.0)
+        return k > EFFORT.rigid * PARAMETERS["k"].bounds[1]
+
     def _beside_the_best(self) -> list[Hypothesis]:
         """What frees as many numbers as the best, with other kinematics: inputs may take up so much of the
         wrong ones that the right ones without a width or tilt seem hopeless."""
         least = min(map(self._mean_square, self._whole), default=0.0)
         near = [each for each in self._whole if self._mean_square(each) <= EFFORT.contends * least]
+        near = [each for each in near if not self._is_rigid(each)]
         pairs = [(each, beside) for each in near for beside in self.hypotheses.neighbours(each)]
         return [beside for each, beside in pairs if self.rank(beside) == self.rank(each)]
 
