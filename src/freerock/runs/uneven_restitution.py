@@ -17,7 +17,7 @@ from freerock.runs.verdict import Reason
 FIRST = 10  # impacts that are looked at: the restitution of low swings is uncertain
 SURE = 5.0  # standard errors, of which the scatter of clean runs is a part
 BENT = 0.05  # of how far the restitution goes from the second impact to the last: more scatter where it bends
-ALTERNATES = "level the base, and check the sign of the laser"
+ALTERNATES = "level the base, and check the laser: its sign, the level of its beam, its linearity"
 FALLS_OUT = "the block may have been touched, hit or caught, or it slid: look there, and exclude the run"
 
 
@@ -89,7 +89,7 @@ def doubt_about_evenness(impacts: Impacts, block: Block, peak_stderr: float = 0.
         return []
     if even is not EVEN[0]:
         text = f"restitution does not change smoothly from impact to impact, by {abs(found[0].size):.2g}"
-        remedy = f"{ALTERNATES}, {FALLS_OUT}"
+        remedy = f"{ALTERNATES}; or {FALLS_OUT}"
         return [Reason("warn", "uneven_restitution", f"{text}: {remedy}")]
     if worst.impact:
         side = "above" if worst.size > 0 else "below"
