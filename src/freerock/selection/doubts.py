@@ -97,11 +97,11 @@ def doubts_about(
 
 
 def _causes_of(found: Identified) -> str:
-    """The causes of a misfit, of the usable fit of which the first cause leaves least; none where no
+    """The causes of a misfit, of the candidate of which the first cause leaves least; none where no
     laboratory is known."""
     if not found.causes:
         return ""
-    best = min(found.causes, key=lambda m: (not found.fits[m].success, found.causes[m][0].left))
+    best = min(found.causes, key=lambda model: found.causes[model][0].left)
     told = "; ".join(cause.text for cause in found.causes[best])
     beside = f" with free {' and '.join(found.widened).replace('_', ' ')}" if found.widened else ""
     return f"; of the misfit of {MODEL_LABELS[best]}{beside} would take: {told}"

@@ -279,15 +279,21 @@ def _less_certain(fit: Fit, square: Floats) -> Fit:
 
 
 def take_up_causes(found: Identified, block: Block, motion: Motion, hypotheses: Hypotheses) -> None:
-    """The causes of the misfit of each candidate; `discrepancy` takes up these and the other fits."""
+    """The causes of the misfit of each candidate, but of beds that have become rigid; `discrepancy` takes up
+    these and the other fits."""
     found.fits |= of_unexplained(found.fits)
     for model, fit in found.fits.items():
-        causes = ranked(found.at_best(model, block, motion, hypotheses))
+        causes = [] if is_rigid(fit.values) else ranked(found.at_best(model, block, motion, hypotheses))
         if causes:
             found.causes[model] = causes
         moving = [cause for cause in causes if any(cause.shifts.values())]
         if moving and fit.contributions is None:  # else its numbers are those beside inputs that moved
             found.fits[model] = allowing(fit, moving, [cause.share for cause in moving])
+
+
+def is_rigid(values: Mapping[str, float]) -> bool:
+    """Whether a bed has become rigid, by its numbers [SI]: a rigid law describes it with fewer."""
+    return values.get("k", 0.0) > EFFORT.rigid * PARAMETERS["k"].bounds[1]
 
 
 def _contends(model: str, found: Identified) -> bool:
@@ -425,9 +431,7 @@ class _Search:
         return kept
 
     def _is_rigid(self, each: Hypothesis) -> bool:
-        """Whether a bed has become rigid, which the law of a rigid block describes with fewer numbers."""
-        k = (self.fits.get(each) or self.quick[each]).values.get("k", 0.0)
-        return k > EFFORT.rigid * PARAMETERS["k"].bounds[1]
+        return is_rigid((self.fits.get(each) or self.quick[each]).values)
 
     def _beside_the_best(self) -> list[Hypothesis]:
         """What frees as many numbers as the best, with other kinematics: inputs may take up so much of the
