@@ -230,9 +230,9 @@ class FitsSection(Section):
     models: tuple[Model, ...] = key(
         "the laws to fit: "
         + "; ".join(f"{model} ({law.note})" for model, law in LAWS.items())
-        + ". If the residuals of the others exceed the noise: "
+        + ". Fitted only if the residuals of the others exceed the noise: "
         + ", ".join(model for model, law in LAWS.items() if law.cases)
-        + ". To runs that bounced, listed or not: "
+        + ". Fitted to runs that bounced, listed or not: "
         + ", ".join(model for model, law in LAWS.items() if law.bounces),
         tuple(model for model, law in LAWS.items() if law.by_default),
         min_length=1,
