@@ -192,7 +192,7 @@ def test_only_a_ground_that_keeps_a_horizontal_acceleration_leans():
     time, base = np.arange(100) / 100, tilted(0.01, 1.0)
     shakes, twice = base.coefficients.copy(), np.repeat(base.coefficients, 2, 0)
     shakes[0, 4] = 0.1
-    assert base.leans(time)
+    assert base.leans(time, GRAVITY)
     for breaks, motion in (
         ([-1.0, 0.5], base.coefficients),
         ([0.1, 2.0], base.coefficients),
@@ -202,7 +202,7 @@ def test_only_a_ground_that_keeps_a_horizontal_acceleration_leans():
         ([-1.0, 2.0], np.eye(14)[[7]]),
         ([-1.0, 0.5, 2.0], twice),
     ):
-        assert not GroundMotion(np.array(breaks), motion).leans(time)
+        assert not GroundMotion(np.array(breaks), motion).leans(time, GRAVITY)
 
 
 @pytest.mark.parametrize("model", ["winkler", "hunt_crossley"])

@@ -17,7 +17,7 @@ from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
 from freerock.models.ground import accelerogram, pulse, tilted
-from freerock.models.laws import Rules
+from freerock.models.laws import CANDIDATES, Rules
 from freerock.models.simulate import Solver, simulate, simulate_theta
 
 BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
@@ -110,35 +110,47 @@ def test_energy_without_damping_drifts_by_less_than_1e_8_in_100_s(number):
 
 @pytest.mark.parametrize("rule", RULES)
 @pytest.mark.parametrize(("model", "parameters"), LAWS)
-def test_a_frame_that_accelerates_upward_is_a_change_of_gravity(model, parameters, rule, monkeypatch):
+def test_a_frame_that_accelerates_upward_is_a_change_of_gravity(model, parameters, rule):
     """z̈_g constant is g + z̈_g, in the law and in the static depth at the start."""
-    block, time = replace(BLOCKS[2]), np.linspace(0, 1.0, 201)
+    block, time = BLOCKS[2], np.linspace(0, 1.0, 201)
     lift = accelerogram([0.0, 2.0], z=[3.0, 3.0])
-    heavier = replace_gravity(block, GRAVITY + 3.0)
+    heavier = replace(block, gravity_m_s2=GRAVITY + 3.0)
     start = 0.17
     if model != "housner":
         start = State(static_depth(heavier, Foundation.of(parameters), 0.17), 0.0, 0.17, 0.0)
-    moved = simulate(
-        model,
-        block,
-        parameters,
-        time,
-        theta0=start,
-        base_excitation=lift,
-        rules=Rules(rule),
-        solver=Solver(1e-10),
-    )
-    for module in ("block", "contact"):
-        monkeypatch.setattr(f"freerock.models.{module}.GRAVITY", GRAVITY + 3.0)
-    fresh = replace(block)  # what a block knows of itself it finds once
-    still = simulate(model, fresh, parameters, time, theta0=0.17, rules=Rules(rule), solver=Solver(1e-10))
+    options = {"rules": Rules(rule), "solver": Solver(1e-10)}
+    moved = simulate(model, block, parameters, time, theta0=start, base_excitation=lift, **options)
+    still = simulate(model, heavier, parameters, time, theta0=0.17, **options)
     assert moved.theta == pytest.approx(still.theta, abs=1e-8)
     assert len(still.impacts) > 1
 
 
-def replace_gravity(block, gravity):
-    """A block whose weight at standard gravity is that of `block` under `gravity`."""
-    return Block(block.height_m, block.width_m, block.mass_kg * gravity / GRAVITY)
+@pytest.mark.parametrize(
+    ("model", "values", "shape"),
+    [
+        ("housner", {"r": 0.93}, {}),
+        ("housner", {"r": 0.93, "tilt": 2e-3}, {"com_offset_m": 1e-3}),
+        ("winkler", {"k": 5e6, "c": 3e4, "tilt": 2e-3}, {}),
+        ("hunt_crossley", {"k": 5e6, "lambda": 1e8, "edge_radius": 1e-3}, {}),
+        ("hunt_crossley_pivoting", {"k": 5e6, "lambda": 1e8, "edge_radius": 1e-3, "tilt": 2e-3}, {}),
+        ("hardening", {"k": 5e6, "lambda": 1e8, "kappa": 1e9}, {"com_height_m": 0.15}),
+        ("hardening_pivoting", {"k": 5e6, "lambda": 1e8, "kappa": 1e9}, {"inertia_kg_m2": 0.05}),
+        ("viscoelastic", {"k": 5e6, "c": 3e4, "tau": 5e-3}, {}),
+        ("bouncing", {"e": 0.4, "mu": 0.3}, {}),
+    ],
+)
+def test_gravity_is_a_scale_of_time_and_force(model, values, shape):
+    """Under 4 g all is twice as fast, if beds are 4 times as stiff, and their dampings twice as large."""
+    law, rules = CANDIDATES[model].law, CANDIDATES[model].rules("geometric")
+    times = {"k": 4, "kappa": 4, "c": 2, "lambda": 2, "tau": 0.5}
+    faster = {name: value * times.get(name, 1) for name, value in values.items()}
+    block, time = Block(0.28, 0.07, 5.84, **shape), np.arange(0, 1.5, 1e-3)
+    heavy = replace(block, gravity_m_s2=4 * GRAVITY)
+    slow, _ = simulate_theta(law, block, values, time, theta0=0.15, rules=rules, solver=Solver(1e-10))
+    fast, _ = simulate_theta(law, heavy, faster, time / 2, theta0=0.15, rules=rules, solver=Solver(1e-10))
+    assert np.ptp(slow) > 0.2
+    np.testing.assert_allclose(fast, slow, atol=1e-7)
+    assert heavy.p == pytest.approx(2 * block.p) and heavy.weight == pytest.approx(4 * block.weight)
 
 
 @pytest.mark.parametrize(("model", "parameters"), LAWS)

@@ -9,10 +9,12 @@ from laboratory import CSV, YAML, problems
 
 from freerock.config.campaign import load_campaign
 from freerock.config.step_settings import inputs
-from freerock.models.block import Block
+from freerock.identification.fit import fit_run
+from freerock.models.block import GRAVITY, Block
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
+from freerock_bench.virtual_run import Truth, virtual_motion
 
 BLOCK = Block(0.28, 0.07, 5.84)
 HIGH, LOW = Laser("horizontal", 0.2, 0.1), Laser("horizontal", 0.1, 0.1)
@@ -103,6 +105,36 @@ def test_a_campaign_states_the_centre_of_mass(tmp_path):
     block = load_campaign(tmp_path / "lab.yaml").blocks
     (found,) = [each.block for each in block.values()]
     assert (found.h, found.e, found.inertia_cm) == (0.15, 0.001, 0.05)
+    assert found.g == GRAVITY
+
+
+def test_gravity_is_an_input_where_it_is_stated(tmp_path):
+    assert "gravity_m_s2" not in of_record(tmp_path, "5.84", "5.84")
+    known = of_record(tmp_path, "5.84", "5.84\n    gravity_m_s2: 9.787")["gravity_m_s2"]
+    assert (known["u"], known["stated"]) == (5e-4, False)
+    (found,) = [each.block for each in load_campaign(tmp_path / "lab.yaml").blocks.values()]
+    assert (found.g, found.weight) == (9.787, 5.84 * 9.787)
+    moved = Laboratory(found, {"high": HIGH}).moved(Input("b", "gravity_m_s2", 5e-4, True), -2.0).block
+    assert moved.g == pytest.approx(9.786)
+    assert moved.p / found.p == pytest.approx(1 - 5e-4 / 9.787, rel=1e-8)
+
+
+def test_a_run_of_another_gravity_is_explained_where_that_is_stated_or_moves():
+    there = replace(BLOCK, gravity_m_s2=9.78)
+    truth = Truth(
+        "hunt_crossley", there, {"k": 6.88e6, "lambda": 1.3e8}, math.radians(8), math.radians(0.002)
+    )
+    motion, laser = virtual_motion(truth, np.random.default_rng(1)), Laser(units="deg")
+    fits = []
+    for stated, u in ((9.78, 0.0), (9.81, 0.0), (9.81, 0.02)):
+        block = replace(BLOCK, gravity_m_s2=stated)
+        inputs_of = (Input("b", "gravity_m_s2", u, True),) if u else ()
+        seen = replace(motion, laboratory=Laboratory(block, {"l": laser}, inputs_of))
+        fits.append(fit_run("hunt_crossley", block, seen))
+    assert [bool(fit.diagnostics["noise"]) for fit in fits] == [True, False, True]
+    right, wrong, moved = (fit.values["k"] / 6.88e6 - 1 for fit in fits)
+    assert max(abs(right), abs(moved)) < 3 * fits[0].stderr[0] / 6.88e6 < abs(wrong) / 10
+    assert fits[2].contributions.moved[0] == pytest.approx(-1.5, abs=0.02)
 
 
 @pytest.mark.parametrize(

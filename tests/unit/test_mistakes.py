@@ -109,7 +109,7 @@ YAML_MISTAKES = {
         ("mass_kg: 5.84", "mass_kg: 5.84\n    zebra: 1"),
         "lab.yaml:8: blocks.tall.zebra: unknown key; "
         "use one of height_m, width_m, mass_kg, contact_width_m, com_height_m, com_offset_m, inertia_kg_m2, "
-        "release_angle_deg, label, uncertainty",
+        "gravity_m_s2, release_angle_deg, label, uncertainty",
     ),
     "missing key": (
         ("    width_m: 0.07\n", ""),

@@ -175,13 +175,12 @@ def program(campaign: Campaign, to: str, scene: ExportedScene, epsilon: str) -> 
     """Text of a program for an engine."""
     from jinja2 import StrictUndefined, Template
 
-    from freerock.models.block import GRAVITY
     from freerock.models.contact import Foundation, static_depth
 
     engine, block = ENGINES[to], campaign.blocks[scene.block].block
     theta, other = _solved(campaign, engine, scene)
     numbers = {name: scene.values.get(name, 0.0) for name in ("k", "c", "lambda")}
-    numbers |= {"b": block.b, "h": block.h, "m": block.mass_kg, "g": GRAVITY, "theta0": scene.theta0}
+    numbers |= {"b": block.b, "h": block.h, "m": block.mass_kg, "g": block.g, "theta0": scene.theta0}
     numbers["z0"] = static_depth(block, Foundation.of(scene.values), scene.theta0)
     numbers |= {"until_s": SPAN_S, "every_s": EVERY_S}
     text = Path(__file__).with_name("program.py.j2").read_text(encoding="utf-8")

@@ -34,7 +34,7 @@ from freerock.config.values import (
     check_name,
     key,
 )
-from freerock.models.block import Block
+from freerock.models.block import GRAVITY, Block
 from freerock.models.given import Given, faults
 from freerock.models.laws import CANDIDATES, KINEMATICS, LAWS, MODELS, Law
 
@@ -71,6 +71,9 @@ class BlockSection(Section):
     )
     inertia_kg_m2: Positive | None = key(
         "the moment of inertia about its centre of mass in kg m²; by default as for a uniform rectangle", None
+    )
+    gravity_m_s2: Positive | None = key(
+        f"the acceleration of gravity where it rocks in m/s²; by default {GRAVITY:g}", None
     )
     release_angle_deg: Number | None = key(
         "the nominal release angle in degrees, as printed in table 1", None, gt=0, lt=90

@@ -2,10 +2,10 @@
 
 The defaults are type B evaluations (JCGM 100:2008, 4.3.7) of plain instruments: a rule with 1 mm divisions,
 1 mm/√12; a centre of mass found with it over an edge; a moment of inertia to 0.5 %, as some grams glued on
-change it; a beam whose height is read to ±1 mm, 1 mm/√3; a mass to 0.1 %; a triangulation sensor whose scale
-is linear to ±0.18 % of its range, over √3; a quartz that is right to ±100 ppm, over √3. The
-effect of a sensor's response grows with the square of its time; its mean over all times up to 5 ms is that of
-5 ms/√3.
+change it; gravity by latitude and altitude, from which it differs by some 50 mGal; a beam whose height is
+read to ±1 mm, 1 mm/√3; a mass to 0.1 %; a triangulation sensor whose scale is linear to ±0.18 % of its
+range, over √3; a quartz that is right to ±100 ppm, over √3. The effect of a sensor's response grows with
+the square of its time; its mean over all times up to 5 ms is that of 5 ms/√3.
 """
 
 from typing import Any
@@ -17,6 +17,7 @@ DEFAULTS = {
     **dict.fromkeys(["height_m", "width_m", "contact_width_m", "com_height_m", "com_offset_m"], 3e-4),
     "mass_fraction": 1e-3,
     "inertia_fraction": 5e-3,
+    "gravity_m_s2": 5e-4,
     "position_m": 6e-4,
     "scale_fraction": 1e-3,
     "sampling_rate_fraction": 6e-5,
@@ -56,6 +57,11 @@ class BlockUncertainty(Section):
     inertia_kg_m2: NotNegative | None = key(
         "the uncertainty of its moment of inertia in kg m²; by default "
         f"{100 * DEFAULTS['inertia_fraction']:g} % of it (some grams glued on)",
+        None,
+    )
+    gravity_m_s2: NotNegative | None = key(
+        "the uncertainty of gravity_m_s2 in m/s²; by default "
+        f"{DEFAULTS['gravity_m_s2']:g} (from latitude and altitude) if gravity_m_s2 is stated",
         None,
     )
 

@@ -40,6 +40,7 @@ LOOKS: dict[str, Style] = {
     "com_height_m": {"color": "#117733", "hatch": "||"},
     "inertia_kg_m2": {"color": "#882255", "hatch": "--"},
     "com_offset_m": {"color": "#999933", "hatch": "++"},
+    "gravity_m_s2": {"color": "#88ccee", "hatch": "oooo"},
 }
 OTHERS: Style = {"color": "0.9"}
 SHOWN = 1.0  # per cent of a square, from which an input is named

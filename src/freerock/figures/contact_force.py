@@ -8,7 +8,7 @@ import xarray as xr
 
 from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, printed
-from freerock.models.block import GRAVITY, Block
+from freerock.models.block import Block
 from freerock.models.corners import corners_over_time
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, law_of
 from freerock.populations.estimate import Estimate
@@ -96,7 +96,7 @@ def _over_time(tree: xr.DataTree, estimate: Estimate, block: Block, debonding: s
         "time_s": time_s,
         "left_mm": 1e3 * left,
         "right_mm": 1e3 * right,
-        "force_over_weight": force / (block.mass_kg * GRAVITY),
+        "force_over_weight": force / block.weight,
     }
     return pd.DataFrame(columns)
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-GRAVITY = 9.81  # m/s²
+GRAVITY = 9.81  # m/s², where none is stated
 SQUAT = math.radians(30)  # from this critical angle on a block may bounce, and then swing higher or longer
 
 
@@ -33,6 +33,8 @@ class Block:
         Distance of the centre of mass to the right of the middle of the base [m]; 0 if None.
     inertia_kg_m2 : float, optional
         Moment of inertia about the centre of mass [kg m²]; that of the full uniform rectangle if None.
+    gravity_m_s2 : float, optional
+        Acceleration of gravity where it rocks [m/s²]; `GRAVITY` if None.
 
     Examples
     --------
@@ -49,6 +51,17 @@ class Block:
     com_height_m: float | None = None
     com_offset_m: float | None = None
     inertia_kg_m2: float | None = None
+    gravity_m_s2: float | None = None
+
+    @cached_property
+    def g(self) -> float:
+        """Acceleration of gravity g [m/s²]."""
+        return GRAVITY if self.gravity_m_s2 is None else self.gravity_m_s2
+
+    @cached_property
+    def weight(self) -> float:
+        """Weight m g [N]."""
+        return self.mass_kg * self.g
 
     @cached_property
     def h(self) -> float:
@@ -97,8 +110,8 @@ class Block:
         """θ_cr [rad] and p [rad/s] about the corner on a side, 1 the right one, -1 the left one."""
         towards = self.e if side > 0 else -self.e
         arm = self.b - towards
-        weight = self.mass_kg * GRAVITY * math.hypot(arm, self.h)
-        return math.atan2(arm, self.h), math.sqrt(weight / self.inertia_corner(towards))
+        moment = self.weight * math.hypot(arm, self.h)
+        return math.atan2(arm, self.h), math.sqrt(moment / self.inertia_corner(towards))
 
     @property
     def is_uniform(self) -> bool:
@@ -133,6 +146,7 @@ class Block:
     def moved(self, name: str, by: float) -> "Block":
         """The block with one number larger by so much; one that is not given is a uniform block's."""
         uniform = {"com_height_m": self.h, "com_offset_m": 0.0, "inertia_kg_m2": self.inertia_cm}
+        uniform["gravity_m_s2"] = self.g
         value = getattr(self, name)
         return replace(self, **{name: (uniform[name] if value is None else value) + by})
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
-from freerock.models.block import GRAVITY, Block
+from freerock.models.block import Block
 from freerock.models.compiled import compiled
 from freerock.models.refusals import check_corners
 
@@ -116,8 +116,8 @@ def standing_on(block: Block, corner: int, theta: float, rate: float, x: float =
 def _shape(block: Block, tilt: float) -> tuple[float, float, float, float, float, float, float]:
     """What moves: half width, height of the centre of mass, inertia over mass, the rate of a quiet corner,
     offset of the centre of mass, and gravity along the base and across it [SI]."""
-    quiet = QUIET * math.sqrt(GRAVITY * block.R)
-    pull = GRAVITY * math.sin(tilt), GRAVITY * math.cos(tilt)
+    quiet = QUIET * math.sqrt(block.g * block.R)
+    pull = block.g * math.sin(tilt), block.g * math.cos(tilt)
     return block.b, block.h, block.inertia_cm / block.mass_kg, quiet, block.e, *pull
 
 

@@ -19,7 +19,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 from freerock.errors import FreerockError
-from freerock.models.block import GRAVITY, Block
+from freerock.models.block import Block
 from freerock.models.laws import GEOMETRIC, Rules
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ class Foundation(NamedTuple):
     def constants(self, block: Block, pivots: bool = False) -> tuple[float, ...]:
         """The law and the block as `kernel.integrate` takes them."""
         m = block.mass_kg
-        law = (self.k / m, self.c / m, self.lam / m, block.flat, block.h, block.inertia_base / m, GRAVITY)
+        law = (self.k / m, self.c / m, self.lam / m, block.flat, block.h, block.inertia_base / m, block.g)
         return (*law, block.flat if pivots else 0.0, block.edge_radius, block.e, self.kappa / m)
 
 
@@ -226,16 +226,16 @@ def accelerations(
     lever, lever_slope = sideways(block, state.theta, rules)
     turning = hand - moment + along * force + m * lever * (x_ground - lever_slope * w**2)
     theta_acceleration = turning / (block.inertia_cm + m * lever**2)
-    return GRAVITY + z_ground - force / m - above * w**2 - along * theta_acceleration, theta_acceleration
+    return block.g + z_ground - force / m - above * w**2 - along * theta_acceleration, theta_acceleration
 
 
 def static_depth(block: Block, foundation: Foundation, theta: float) -> float:
     """Depth z_cb [m] at which the foundation carries the block's weight at rotation theta [rad]."""
     s = abs(math.sin(theta))
-    flat = block.mass_kg * GRAVITY / (2 * block.b * foundation.k)
+    flat = block.weight / (2 * block.b * foundation.k)
     depth = flat
     if flat < block.b * s:
-        depth = math.sqrt(2 * block.mass_kg * GRAVITY * s / foundation.k) - block.b * s
+        depth = math.sqrt(2 * block.weight * s / foundation.k) - block.b * s
     if foundation.kappa:
         return _on_hard_bed(block, foundation, s, depth)
     return _deeper(block, foundation, theta, depth) if block.edge_radius else depth
@@ -249,7 +249,7 @@ def lean(block: Block, foundation: Foundation, tilt_rad: float) -> float:
     m g (h sin τ + e cos τ) / (2/3 b³ k - m g (h cos τ - e sin τ)); k is the tangent at rest of a bed that
     hardens.
     """
-    s, cos, weight = math.sin(tilt_rad), math.cos(tilt_rad), block.mass_kg * GRAVITY
+    s, cos, weight = math.sin(tilt_rad), math.cos(tilt_rad), block.weight
     turning, falling = weight * block.h * s, weight * block.h * cos
     turning, falling = turning + weight * block.e * cos, falling - weight * block.e * s
     tangent = foundation.tangent(static_depth(block, foundation, 0.0)) if foundation.kappa else foundation.k
@@ -293,7 +293,7 @@ def energy(
     sinking = z_cb_rate + along * theta_rate
     kinetic = 0.5 * m * ((lever * theta_rate) ** 2 + sinking**2) + 0.5 * block.inertia_cm * theta_rate**2
     at_rest = static_depth(block, foundation, 0.0)
-    weight = m * GRAVITY * (-2 * h * np.sin(0.5 * theta) ** 2 - block.e * s - (z_cb - at_rest))
+    weight = block.weight * (-2 * h * np.sin(0.5 * theta) ** 2 - block.e * s - (z_cb - at_rest))
     rest = np.full(1, at_rest)
     if foundation.kappa:
         elastic = elastic + _stored_beyond(foundation, left, right, s, b)
@@ -381,7 +381,7 @@ def _on_hard_bed(block: Block, foundation: Foundation, s: float, depth: float) -
 
     The force grows ever faster with the depth: Newton's method from below overshoots once and comes down.
     """
-    weight, thick, swing = block.mass_kg * GRAVITY, foundation.thickness_m, block.b * s
+    weight, thick, swing = block.weight, foundation.thickness_m, block.b * s
     z = min(depth, 0.5 * thick - swing)
     for _ in range(100):
         low = max(z - swing, 0.0)
@@ -405,7 +405,7 @@ def _deeper(block: Block, foundation: Foundation, theta: float, depth: float) ->
     there comes down to it. The slope of the force is k times the length that touches.
     """
     radius, s = block.edge_radius, abs(math.sin(theta))
-    wanted = block.mass_kg * GRAVITY / foundation.k
+    wanted = block.weight / foundation.k
     z = depth + radius
     for _ in range(100):
         low, high = z - block.flat * s, z + block.flat * s

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.models.block import GRAVITY, Block
+from freerock.models.block import Block
 from freerock.models.contact import Foundation, State, contact_force, lean
 from freerock.models.laws import CANDIDATES, law_of
 from freerock.models.simulate import simulate_fitted
@@ -50,7 +50,7 @@ def corners_over_time(
     if law_of(model).relaxes:  # what moves the block: the bed's own force depends on what it remembers
         along = found.h * np.sin(theta) + found.e * np.cos(theta)
         fall = np.gradient(depth_rate + along * rate, time_s)
-        force = np.where(np.maximum(left, right) > 0, found.mass_kg * (GRAVITY - fall), 0.0)
+        force = np.where(np.maximum(left, right) > 0, found.mass_kg * (found.g - fall), 0.0)
     else:
         states = zip(depth, depth_rate, theta, rate, strict=True)
         pressed = (contact_force(found, foundation, State(*map(float, each)), rules)[0] for each in states)

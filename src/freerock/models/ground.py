@@ -40,14 +40,14 @@ class GroundMotion:
     breaks: np.ndarray
     coefficients: np.ndarray
 
-    def leans(self, time: Floats) -> bool:
+    def leans(self, time: Floats, gravity: float) -> bool:
         """Whether it is that of a base that leans (`tilted`), from t = 0 to the last of the instants [s]: one
         horizontal acceleration that stays, and less gravity."""
         if len(self.coefficients) != 1:
             return False
         along, less = self.coefficients[0, [0, 7]]
         spans = self.breaks[0] <= 0 and self.breaks[1] > time[-1] and not self.coefficients[0, VARYING].any()
-        return bool(spans and along and -GRAVITY < less <= 0)
+        return bool(spans and along and -gravity < less <= 0)
 
     def __call__(self, time: ArrayLike) -> Floats:
         """Accelerations ẍ_g and z̈_g [m/s²], shape (2, n_time), at instants [s] of shape (n_time,)."""
@@ -109,15 +109,15 @@ def accelerogram(
     return GroundMotion(time, coefficients)
 
 
-def tilted(tilt_rad: float, until_s: float) -> GroundMotion:
-    """What gravity does on a base off level, from before the release up to an instant [s] and beyond.
+def tilted(tilt_rad: float, until_s: float, gravity: float = GRAVITY) -> GroundMotion:
+    """What gravity [m/s²] does on a base off level, from before the release up to an instant [s] and beyond.
 
     Along a base that leans to the right by τ, and so sees the block tilted clockwise, gravity is g sin τ,
     across it g cos τ.
     """
     coefficients = np.zeros((1, 14))
-    coefficients[0, 0] = GRAVITY * math.sin(tilt_rad)
-    coefficients[0, 7] = -2 * GRAVITY * math.sin(tilt_rad / 2) ** 2
+    coefficients[0, 0] = gravity * math.sin(tilt_rad)
+    coefficients[0, 7] = -2 * gravity * math.sin(tilt_rad / 2) ** 2
     return GroundMotion(np.array([-1.0, max(until_s, 0.0) + 1.0]), coefficients)
 
 

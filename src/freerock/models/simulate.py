@@ -261,7 +261,7 @@ class _Scene:
             return viscoelastic.integrate_viscoelastic(
                 constants, element, state, time, *on, *accuracy, theta, rates
             )
-        if is_foundation and not odd and (not len(motion.coefficients) or motion.leans(time)):
+        if is_foundation and not odd and (not len(motion.coefficients) or motion.leans(time, self.block.g)):
             return series.integrate_series(constants, state, time, *on, *accuracy, theta, rates)
         r = -1.0 if is_foundation else float(self.parameters["r"])
         return kernel.integrate(constants, r, tensionless, state, time, *on, *accuracy, theta, rates)
@@ -278,7 +278,7 @@ def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None =
             rates[:] = np.column_stack(_of_base(block, found.state))[:, -rates.shape[1] :]
         return found.theta.copy(), _end_of(found)
     if tilt:
-        scene = replace(scene, motion=tilted(tilt, float(time[-1])))
+        scene = replace(scene, motion=tilted(tilt, float(time[-1]), block.g))
     if scene.motion is None and not is_foundation and not block.e:
         swings = housner_swings(block, scene.parameters["r"], theta0, 0.0, time[-1], scene.solver.max_steps)
         theta, rate = housner_motion(swings, time, theta0, 0.0, rates=rates is not None)

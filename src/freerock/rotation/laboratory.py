@@ -14,7 +14,7 @@ from freerock.rotation.beam_kernel import seen
 from freerock.rotation.sensor import Laser
 
 UNITS = dict.fromkeys(("height_m", "width_m", "contact_width_m", "com_height_m", "com_offset_m"), "m")
-UNITS |= {"mass_kg": "kg", "inertia_kg_m2": "kg m2"}
+UNITS |= {"mass_kg": "kg", "inertia_kg_m2": "kg m2", "gravity_m_s2": "m s-2"}
 OF_BLOCK = (*UNITS,)
 UNITS |= {"position_m": "m", "scale_fraction": "1", "sampling_rate_fraction": "1", "response_ms": "ms"}
 UNITS |= {"levelled_deg": "deg"}

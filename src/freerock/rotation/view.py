@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.models.block import GRAVITY, Block
+from freerock.models.block import Block
 from freerock.models.contact import Foundation, static_depth
 from freerock.rotation import beam_kernel
 from freerock.rotation.beam import beam_of, mirrored
@@ -74,7 +74,7 @@ class View:
             return theta0
         load = rests = 0.0
         if foundation is not None:
-            load, rests = block.mass_kg * GRAVITY / foundation.k, self._rests(block, foundation)
+            load, rests = block.weight / foundation.k, self._rests(block, foundation)
         return float(self._sign * beam_kernel.released(self._sign * theta0, load, rests, *self._beams(block)))
 
     @cached_property

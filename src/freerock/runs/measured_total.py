@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.models.block import GRAVITY
 from freerock.models.contact import Foundation
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.total_uncertainty import Contributions
@@ -79,7 +78,7 @@ def sunk(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Floats:
     view = view_of(list(laboratory.lasers.values()), block) if laboratory.lasers else None
     if view is None or view.laser.beam is None or not impacts.theta_uplift > 0:
         return np.zeros(len(angles) + len(impacts.time_s))
-    bed = Foundation(block.mass_kg * GRAVITY / (2 * block.b**2 * math.sin(impacts.theta_uplift)))
+    bed = Foundation(block.weight / (2 * block.b**2 * math.sin(impacts.theta_uplift)))
     known = np.abs(angles) < block.theta_cr
     turned = angles.copy()
     turned[known] = [view.released(angle, block, bed) for angle in angles[known].tolist()]

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.models.block import GRAVITY, Block
+from freerock.models.block import Block
 
 TAIL_SWINGS = 2  # full contact is believed when this many swings stay in it
 
@@ -23,7 +23,7 @@ def uplift_amplitude(t: Floats, theta: Floats, passages: Sequence[float], block:
     gives an uplift amplitude, and the swing is in full contact if it is lower than that. Any other
     swing gives too small a value (on a rigid base about a quarter of its height), so it excludes itself.
     """
-    weight = block.mass_kg * GRAVITY
+    weight = block.weight
     found = []
     for start, end in pairwise(passages):
         stiffness = block.inertia_base * (math.pi / (end - start)) ** 2 + weight * block.h  # (2/3) b³ k

@@ -20,7 +20,7 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.against_noise import noise_of
 from freerock.identification.inputs_with_priors import Posterior
-from freerock.models.block import GRAVITY, Block
+from freerock.models.block import Block
 from freerock.models.contact import Foundation
 from freerock.models.ground import accelerogram
 from freerock.models.laws import CANDIDATES, MODELS, Rules, law_of
@@ -186,7 +186,7 @@ class _Path:
         most = np.abs(ground).max()
         if not most > 0:
             return None
-        size = TRIES.small * GRAVITY * math.tan(self.block.theta_cr) / most
+        size = TRIES.small * self.block.g * math.tan(self.block.theta_cr) / most
         try:
             change = (self._moved(size * ground)[0] - self.states[0]) / size
         except FreerockError:
@@ -244,7 +244,7 @@ class _Path:
         sideways, up = self.lever * rate, -fall - self.along * rate
         return (
             m * np.gradient(sideways, TRIES.step_s),
-            np.maximum(m * (GRAVITY + np.gradient(up, TRIES.step_s)), 0.0),
+            np.maximum(m * (self.block.g + np.gradient(up, TRIES.step_s)), 0.0),
         )
 
 

@@ -21,6 +21,7 @@ INPUT_LABELS = {
     "com_height_m": "centre of mass",
     "com_offset_m": "its offset",
     "inertia_kg_m2": "moment of inertia",
+    "gravity_m_s2": "gravity",
     "position_m": "beam position",
     "scale_fraction": "scale",
     "sampling_rate_fraction": "sampling rate",

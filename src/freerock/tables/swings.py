@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import pandas as pd
 
-from freerock.models.block import GRAVITY, Block
+from freerock.models.block import Block
 
 GAP = 1.25  # times the period before, above which an impact between was not seen: periods fall with amplitude
 FIT = ["test", "run", "source"]
@@ -45,7 +45,7 @@ def swings(
     critical = np.array([block.theta_cr for block in of_block], float)
     peak = np.radians(found["peak_before_deg"].to_numpy(float))
     height = np.cos(critical - peak) - np.cos(critical)
-    weight = np.array([block.mass_kg * GRAVITY * block.R for block in of_block], float)
+    weight = np.array([block.weight * block.R for block in of_block], float)
     p_2b = np.array([block.p * 2 * block.b for block in of_block], float)
     r = found["r"].to_numpy(float)
     found = found.assign(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.models.block import GRAVITY, Block
+from freerock.models.block import Block
 from freerock.models.contact import Foundation, State, accelerations, contact_force, lean, static_depth
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.simulate import Solver, simulate
@@ -170,7 +170,7 @@ def simulate_record(
     truth = {
         **_law(model, rules),
         "block": {key: value for key, value in asdict(block).items() if value is not None},
-        "laser": {key: value for key, value in asdict(laser).items() if key in VOLTS},
+        "laser": {key: getattr(laser, key) for key in VOLTS},
         "noise": asdict(noise),
         "zero_v": recording.zero_v,
         "seed": seed,
@@ -278,7 +278,7 @@ def _fade(scene: VirtualScene, release: VirtualRelease, times: Floats) -> tuple[
         start = [theta0, 0.0, held.z, 0.0]
         moment = contact_force(block, foundation, held, rules)[1]
         along, _ = block.com(math.sin(theta0), math.cos(theta0))
-        moment -= block.mass_kg * GRAVITY * along  # what the finger bears at first
+        moment -= block.weight * along  # what the finger bears at first
 
         def rates(t: float, y: Floats) -> list[float]:
             state = State(y[2], y[3], y[0], y[1])
