@@ -137,6 +137,23 @@ def test_each_run_of_a_record_is_held_against_the_others():
     assert held[1] > 10 * held[0]
 
 
+def test_fits_of_a_run_that_nothing_explains_widen_what_leaves_least_whatever_their_release(monkeypatch):
+    """A tilted base, of which each fit leaves more than noise, with a release at its bound."""
+
+    def bounded(model, block, motions, settings, **options):
+        fit = fit_record(model, block, motions, settings, **options)
+        at = fit.parameters.index("theta0")
+        stderr = np.where(np.arange(len(fit.stderr)) == at, np.nan, fit.stderr)
+        return replace(fit, stderr=stderr, diagnostics=fit.diagnostics | {"noise_p": 0.0, "noise": 0.0})
+
+    hypotheses = replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
+    monkeypatch.setattr(hypotheses_tried, "fit_record", bounded)
+    motion = motion_of(released("hunt_crossley", BLOCK, MARBLE | {"tilt": 0.01}, 8))
+    found = identify_run(BLOCK, motion, hypotheses)
+    assert not found.explained and found.widened == ("tilt",)
+    assert found.fits["hunt_crossley"].values["k"] == pytest.approx(MARBLE["k"], rel=0.01)
+
+
 def test_a_widened_prior_with_a_number_at_a_bound_is_not_named(monkeypatch):
     """A block let go lower than it was held needs another release, which may lie at its bound."""
 

@@ -2,8 +2,9 @@
 
 Reasons are made in `checks`; of a beginning in `beginning` and `begun_in_motion`; of r in
 `uneven_restitution` and `impacts`; of a signal in `rotation.faults`; after the fits in `selection.doubts` and
-`selection.fit_reasons`. They are joined in `judged` and `products.verdicts`. Thresholds with a key are in
-`config.defaults`, levels of tests in `identification.levels`, others beside their check.
+`selection.fit_reasons`; of corrections in `by_hand` and `left_out`; of fits and records that failed in
+`products.verdicts` and the jobs. They are joined in `judged` and `products.verdicts`. Thresholds with a key
+are in `config.defaults`, levels of tests in `identification.levels`, others beside their check.
 """
 
 from collections.abc import Iterable

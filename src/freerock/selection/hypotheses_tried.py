@@ -333,9 +333,10 @@ class _Search:
         return self.lasting.get(each, True)
 
     @staticmethod
-    def _known(each: Hypothesis, fit: Fit) -> bool:
-        """Whether no number of a fit that widens a prior lies at a bound."""
-        return not each.widened or bool(np.isfinite(fit.stderr).all())
+    def _known(each: Hypothesis, fit: Fit, but: Sequence[str] = ()) -> bool:
+        """Whether no number of a fit that widens a prior, but some, lies at a bound."""
+        known = zip(fit.parameters, np.isfinite(fit.stderr), strict=True)
+        return not each.widened or all(is_known for name, is_known in known if name not in but)
 
     @property
     def _with_inputs(self) -> float:
@@ -594,8 +595,13 @@ class _Search:
         return found
 
     def _nearest(self) -> Hypothesis:
-        """Where nothing explains a run: of the fits that leave about the least, one that widens least."""
-        usable = [h for h, fit in self.fits.items() if fit.success and self._known(h, fit)]
+        """Where nothing explains a run: of the fits that leave about the least, one that widens least. A
+        release that it does not widen may lie at a bound."""
+        usable = [
+            each
+            for each, fit in self.fits.items()
+            if fit.success and self._known(each, fit, () if "release" in each.widened else PER_RUN)
+        ]
         left = {each: self._mean_square(each) for each in usable}
         near = [each for each in left if left[each] <= EFFORT.contends * min(left.values())]
         return min(near, key=lambda each: (len(each.widened), left[each]), default=Hypothesis(""))
