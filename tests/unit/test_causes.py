@@ -197,7 +197,7 @@ def test_causes_that_no_run_tells_apart_change_by_the_most_of_each():
     assert together.shifts["k"] < -0.05 * fit.values["k"] and together.shifts["c"] < -0.1 * fit.values["c"]
 
 
-def test_a_bed_that_has_become_rigid_has_no_causes(monkeypatch):
+def test_a_bed_that_has_become_rigid_has_no_causes():
     """It may leave less of a rigid block in air than the rigid law, and names another cause."""
     hypotheses = replace(BY_DEFAULT, models=("winkler", "hunt_crossley"), kinematics=())
     found = identify_run(BLOCK, seen({"relaxing": 0.3, "relaxes_s": 0.05}), hypotheses)

@@ -15,7 +15,7 @@ from freerock.models.laws import CANDIDATES
 
 @dataclass(frozen=True, kw_only=True)
 class LaserKeys:
-    """The values of `rotation.sensor.Laser`, which describes them, that no key states."""
+    """The keys of a laser that have defaults; `rotation.sensor.Laser` describes them."""
 
     face: str = "left"
     sign: int = 1

@@ -144,11 +144,11 @@ class Block:
         return self.height_m, self.width_m, 2 * self.b
 
     def moved(self, name: str, by: float) -> "Block":
-        """The block with one number larger by so much; one that is not given is a uniform block's."""
-        uniform = {"com_height_m": self.h, "com_offset_m": 0.0, "inertia_kg_m2": self.inertia_cm}
-        uniform["gravity_m_s2"] = self.g
+        """The block with one number larger by so much; one that is not given has its default."""
+        default = {"com_height_m": self.h, "com_offset_m": 0.0, "inertia_kg_m2": self.inertia_cm}
+        default |= {"gravity_m_s2": self.g}
         value = getattr(self, name)
-        return replace(self, **{name: (uniform[name] if value is None else value) + by})
+        return replace(self, **{name: (default[name] if value is None else value) + by})
 
     def as_found(self, values: Mapping[str, float]) -> "Block":
         """The block with the width and the edge radius [m] that a fit found, where it freed them."""

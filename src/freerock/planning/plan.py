@@ -18,7 +18,7 @@ from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import CANDIDATES, KINEMATICS, PAPER_MODELS
 from freerock.planning.cramer_rao import standard_errors
-from freerock.planning.rivals import Rival, best_rival, expected_motion, rivals_of
+from freerock.planning.rivals import best_rival, expected_motion, rivals_of
 from freerock.rotation.beam import displacement_from_rotation, sensitivity
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.sensor import Laser
@@ -200,35 +200,26 @@ def plan_rivals(setups: Iterable[Setup], choices: Choices) -> pd.DataFrame:
     rows: list[tuple[Any, ...]] = []
     for setup, model, duration, angle in cases_of(setups, choices):
         motion = expected_of(setup, model, duration, angle, choices)
+        seen = [
+            (rate, *each)
+            for rate in choices.sampling_rates_hz
+            for each in _with_each_sensor(setup, model, duration, angle, rate, choices)
+        ]
         for rival in rivals_of(model, choices.laws, choices.kinematics, choices.free):
             best = (
                 motion
                 if isinstance(motion, FreerockError)
                 else best_rival(rival, setup.block, motion, choices.settings_of(rival))
             )
-            rows += _of_rival(rival, best, setup, model, duration, angle, choices)
+            for rate, case, sigma, off in seen:
+                if isinstance(best, FreerockError) or off:
+                    note = best.what if isinstance(best, FreerockError) else off
+                    rows.append((*case, rival, np.nan, np.nan, False, note))
+                    continue
+                delta = best.bic_difference(n_freed(model, choices.free), sigma, rate)
+                apart = best.told_apart(delta, choices.model_error)
+                rows.append((*case, rival, delta, best.epsilon_theta, apart, ""))
     return _in_order_of_appearance(pd.DataFrame(rows, columns=RIVALS))
-
-
-def _of_rival(
-    rival: str,
-    best: Rival | FreerockError,
-    setup: Setup,
-    model: str,
-    duration_s: float,
-    angle_deg: float,
-    choices: Choices,
-) -> Iterator[tuple[Any, ...]]:
-    """Rows of a case and a rival, by sampling rate and sensor; `best` of the rival, or why there is none."""
-    for rate in choices.sampling_rates_hz:
-        for case, sigma, off in _with_each_sensor(setup, model, duration_s, angle_deg, rate, choices):
-            if isinstance(best, FreerockError) or off:
-                note = best.what if isinstance(best, FreerockError) else off
-                yield *case, rival, np.nan, np.nan, False, note
-                continue
-            delta = best.bic_difference(n_freed(model, choices.free), sigma, rate)
-            apart = best.told_apart(delta, choices.model_error)
-            yield *case, rival, delta, best.epsilon_theta, apart, ""
 
 
 def cases_of(setups: Iterable[Setup], choices: Choices) -> Iterator[tuple[Setup, str, float, float]]:

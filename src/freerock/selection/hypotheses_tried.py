@@ -9,7 +9,7 @@ run with an input beyond its prior, and no hypothesis with one number more does.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -363,8 +363,7 @@ class _Search:
     def worth_trying(self) -> list[Hypothesis]:
         """The next hypotheses to try together; none where the search is at its end."""
         possible = self.possible
-        extended = [parent for parent in self._extended() if not self._is_rigid(parent)]
-        beside = [each for parent in extended for each in self.hypotheses.neighbours(parent)]
+        beside = [each for parent in self._extended() for each in self._neighbours(parent)]
         if not possible:
             beside += self._beside_the_best()
         untried = [
@@ -431,16 +430,17 @@ class _Search:
                 kept.append(each)
         return kept
 
-    def _is_rigid(self, each: Hypothesis) -> bool:
-        return is_rigid((self.fits.get(each) or self.quick[each]).values)
+    def _neighbours(self, each: Hypothesis) -> Iterable[Hypothesis]:
+        """What may be tried beside a hypothesis that was; nothing beside a bed that has become rigid."""
+        end = self.fits.get(each) or self.quick[each]
+        return () if is_rigid(end.values) else self.hypotheses.neighbours(each)
 
     def _beside_the_best(self) -> list[Hypothesis]:
         """What frees as many numbers as the best, with other kinematics: inputs may take up so much of the
         wrong ones that the right ones without a width or tilt seem hopeless."""
         least = min(map(self._mean_square, self._whole), default=0.0)
         near = [each for each in self._whole if self._mean_square(each) <= EFFORT.contends * least]
-        near = [each for each in near if not self._is_rigid(each)]
-        pairs = [(each, beside) for each in near for beside in self.hypotheses.neighbours(each)]
+        pairs = [(each, beside) for each in near for beside in self._neighbours(each)]
         return [beside for each, beside in pairs if self.rank(beside) == self.rank(each)]
 
     @property
