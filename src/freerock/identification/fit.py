@@ -238,7 +238,7 @@ def fit_record(
         problem, end, resolution = search(problem, start)
     if law_of(model).bounces and len(motions) == 1:
         return _of_bounces(problem, end, resolution)
-    fit, nearest = _fit(problem, end, resolution, moved), stopped(problem, end)
+    fit, nearest = _fit(problem, end, resolution, moved, start), stopped(problem, end)
     return fit if nearest is None or fit.diagnostics["noise"] else _of_stopped(*nearest, fit, resolution)
 
 
@@ -265,7 +265,7 @@ def _holding(names: Sequence[str], problem: Problem, end: Solution, resolution: 
     value, at = problem.physical(end.x), [problem.names.index(name) for name in names]
     given = {name: Given(value=float(value[i]), vary=False) for name, i in zip(names, at, strict=True)}
     settings = replace(problem.settings, parameters={CANDIDATES[problem.model].law: problem.given | given})
-    fit = _fit(replace(problem, settings=settings), end, resolution, None)
+    fit = _fit(replace(problem, settings=settings), end, resolution)
     for values in (fit.stderr, fit.ci95_low, fit.ci95_high, fit.discrepancy):
         values[at] = np.nan
     told = [f"the run does not determine {symbol_of(n)}, held at {given[n].value:.3g}" for n in names]
@@ -286,11 +286,20 @@ def _of_stopped(problem: Problem, end: Solution, in_phase: Fit, resolution: Reso
 
 
 def _fit(
-    problem: Problem, solution: Solution, resolution: Resolution, moved_by: Mapping[Input, float] | None
+    problem: Problem,
+    solution: Solution,
+    resolution: Resolution,
+    moved_by: Mapping[Input, float] | None = None,
+    start: Mapping[str, float] | None = None,
 ) -> Fit:
-    """What the end of the search is worth: with the inputs moved where that leaves noise, else held."""
+    """What the end of the search is worth: with the inputs moved where that leaves noise, else held.
+
+    With inputs as stated, edges that are rounded may become sharp: these move from the start of the search.
+    """
     moves = solution.success and Nuisances.of(problem).sources
-    best = settled(problem, solution.x, moved=moved_by) if moves else None
+    bound = problem.at_bound(solution.x)[: len(problem.common)].any()
+    x = problem.start_at(start) if start and bound else solution.x
+    best = settled(problem, x, moved=moved_by) if moves else None
     if best is None or best.result is None:
         return _held(problem, solution, resolution)
     moved = _End(best, *uncertainty(best))

@@ -314,6 +314,7 @@ class _Search:
     left_out: dict[Hypothesis, LeftOut] = field(default_factory=dict)
     errors: dict[Hypothesis, FreerockError] = field(default_factory=dict)
     lasting: dict[Hypothesis, bool] = field(default_factory=dict)
+    effects: dict[Hypothesis, Cause | None] = field(default_factory=dict)
 
     def rank(self, each: Hypothesis) -> int:
         """How many numbers a hypothesis frees; a release other than measured counts as one more."""
@@ -375,7 +376,7 @@ class _Search:
             least = min(map(self.rank, untried), default=0)
             return [each for each in untried if self.rank(each) == least <= self._with_inputs]
         smallest = min(map(self.rank, possible))
-        best = min(possible, key=lambda each: possible[each].bic)
+        best = min(possible, key=self._bic)
         alike = [each for each in possible if each.widened == best.widened]
         named = min(alike, key=lambda each: (self.rank(each), possible[each].bic))
         now = [each for each in untried if self.rank(each) <= smallest]
@@ -388,15 +389,18 @@ class _Search:
         """Hypotheses with one number more that the derivatives of the named one require.
 
         Where the width alone is required, that is the only one. Where a rival is named, or a width or a
-        damping is required beside others, these are all that free one number more: beside pivoting corners a
-        tilt has been required where the contact was narrower.
+        damping is required beside others, or an effect that no law has, these are all that free one number
+        more: beside pivoting corners a tilt has been required where the contact was narrower, and drag where
+        edges were rounded.
         """
         one_more = [each for each in untried if self.rank(each) == self.rank(named) + 1]
         required = self._required(named) if one_more else ()
         if required == ("width",):
             wider = self.hypotheses.of(replace(CANDIDATES[named.model], width=True).name, named.widened)
-        elif not required or {"width", "damping"} & {*required} or named.model not in self.hypotheses.laws:
-            return one_more if required else []
+        elif not required:
+            return []
+        elif {"width", "damping", "effect"} & {*required} or named.model not in self.hypotheses.laws:
+            return one_more
         else:
             wider = self.hypotheses.of(named.model, (*named.widened, required[0]))
         return [each for each in one_more if each == wider]
@@ -405,11 +409,25 @@ class _Search:
         fit = self.fits[named]
         if not {*PER_RUN} <= {*fit.parameters} or law_of(named.model).bounces:
             return ()
-        settings = self.hypotheses.settings(*named)
-        required = asks_for(at_end_of(fit, self.block, self.motion, settings))
+        required = asks_for(self._end_of(named)) or (("effect",) if self._effect(named) else ())
         lacking = fit.diagnostics.get("added_damping", 0.0)
         charged = math.log(fit.diagnostics["effective_samples"])
         return required if lacking <= 0 or lacking**2 < charged else (*required, "damping")
+
+    def _end_of(self, each: Hypothesis) -> Posterior:
+        return at_end_of(self.fits[each], self.block, self.motion, self.hypotheses.settings(*each))
+
+    def _effect(self, each: Hypothesis) -> Cause | None:
+        """What no law has and a fit requires."""
+        if each not in self.effects:
+            self.effects[each] = required_effect(self._end_of(each))
+        return self.effects[each]
+
+    def _bic(self, each: Hypothesis) -> float:
+        """That of a fit, or with the effect that it requires, where one was looked for."""
+        fit, effect = self.fits[each], self.effects.get(each)
+        charged = math.log(fit.diagnostics["effective_samples"])
+        return fit.bic - (effect.deviations**2 - charged if effect else 0.0)
 
     def _extended(self) -> list[Hypothesis]:
         """Hypotheses whose neighbours are tried: the laws, and what took most of its parents' misfit.
@@ -501,8 +519,7 @@ class _Search:
             if each in self.explaining:
                 continue
             if CANDIDATES[larger.model].width > CANDIDATES[each.model].width:
-                settings = self.hypotheses.settings(*larger)
-                start = narrowed(at_end_of(found, self.block, self.motion, settings))
+                start = narrowed(self._end_of(larger))
             if start is not None:
                 self._fit_from(each, *start)
 
@@ -554,7 +571,7 @@ class _Search:
     def found(self) -> Identified:
         """The best hypothesis, all candidates that widen the same priors, and what does as well otherwise."""
         explaining = self.explaining
-        best = min(explaining, key=lambda each: explaining[each].bic, default=self._nearest())
+        best = min(explaining, key=self._bic, default=self._nearest())
         for law in self.hypotheses.laws:
             each = self.hypotheses.of(law, best.widened)
             if each not in self.fits and each not in self.errors:
@@ -567,7 +584,7 @@ class _Search:
             return {model: of[each] for model, each in alike.items() if each in of}
 
         found = Identified(told(self.fits), told(self.left_out), told(self.errors), best.widened)
-        bar = explaining[best].bic + TELLS if explaining else -math.inf
+        bar = self._bic(best) + TELLS if explaining else -math.inf
         for each, fit in (*explaining.items(), *self.others):
             named = found.fits.get(each.model)
             if fit.bic <= bar and evidence(fit).explains and fit is not named:
@@ -588,7 +605,7 @@ class _Search:
             found.before = found.fits[selected]
         found.fits |= of_set(found.fits, tuple(found.alternatives.values()))
         if found.before:
-            effect = required_effect(found.at_best(selected, self.block, self.motion, self.hypotheses))
+            effect = self._effect(alike[selected])
             if effect:
                 found.effects[selected] = effect
                 found.fits[selected] = allowing(found.fits[selected], [effect], [1.0])
