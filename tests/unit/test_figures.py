@@ -33,9 +33,12 @@ from freerock.figures import (
 from freerock.figures.looks import MODEL_STYLES
 from freerock.jobs.make_misfit_maps import make_misfit_maps
 from freerock.models.block import Block
+from freerock.models.contact import Foundation
 from freerock.models.housner import housner_swings
 from freerock.populations.predict import PREDICTIONS
 from freerock.products.groups import runs_of
+from freerock.rotation.sensor import Laser
+from freerock.rotation.view import View, sensor_attributes
 from freerock.tables.quantities import quantity
 from freerock.tables.tidy import choice_table, epsilon_table, restitution_table, runs_table
 
@@ -193,6 +196,26 @@ def test_contact_begins_in_equilibrium_and_lifts_the_other_corner(datasets):
     deeper, lifted = (first[["left_mm", "right_mm"]].agg(end, axis=1) for end in ("max", "min"))
     assert (deeper > 0).all() and (lifted < 0).all()
     assert contact_force.draw([fits(failed_record())], BLOCKS, "geometric", "simulated")[1].empty
+
+
+def test_contact_begins_where_the_block_lay_and_not_where_the_beam_sees_it(datasets):
+    """A beam below the top shows another angle of a block whose corner has sunk."""
+    tree, view = datasets[1][0].copy(), View(BLOCKS["b1"], Laser("horizontal", 0.2))
+    of_block = {f"block_{name}": value for name, value in asdict(view.block).items() if value is not None}
+    leans = []
+    for attrs in ({}, sensor_attributes(view) | of_block):
+        tree.attrs |= attrs
+        first = contact_force.draw([tree], BLOCKS, "geometric", "simulated", LABELS)[1].iloc[0]
+        leans.append(np.arcsin(1e-3 * (first["right_mm"] - first["left_mm"]) / BLOCKS["b1"].width_m))
+    seen, lay = leans
+    law = {name: float(value) for name, value in _selected(tree).items()}
+    assert lay == pytest.approx(view.released(seen, view.block, Foundation.of(law)))
+    assert abs(lay / seen - 1) > 1e-3
+
+
+def _selected(tree):
+    fit = runs_of(tree)[1]["hunt_crossley"].dataset
+    return dict(zip(fit["parameter"].values, fit["value"].values, strict=True))
 
 
 def test_the_set_up_is_drawn_to_scale():

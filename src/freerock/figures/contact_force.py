@@ -15,6 +15,8 @@ from freerock.populations.estimate import Estimate
 from freerock.products.choices import named_in
 from freerock.products.estimates import ESTIMATED, estimates_in
 from freerock.products.groups import runs_of
+from freerock.products.runs import sensors_view
+from freerock.rotation.as_measured import as_released
 
 FIGURE = {
     "title": "Contact over the first swings",
@@ -65,7 +67,7 @@ def draw(
     figure, panels = style.panels_per_scene(scenes, labels, 2.1, (1.0, 1.0))
     parts = []
     for scene, (tree, estimate) in zip(scenes, found, strict=True):
-        own = _over_time(tree, estimate, estimate.block_of(blocks[scene[0]]), debonding)
+        own = _over_time(tree, estimate, blocks[scene[0]], debonding)
         parts.append(own)
         depth, force = panels[scene]
         _draw(depth, force, own)
@@ -91,12 +93,14 @@ def _over_time(tree: xr.DataTree, estimate: Estimate, block: Block, debonding: s
     impacts = fit["impact_time"].values if "impact_time" in fit else np.empty(0)
     end = impacts[min(SWINGS, len(impacts)) - 1] if len(impacts) else LONGEST_S
     time_s = np.linspace(0.0, 1.03 * end, N_SAMPLES)
-    left, right, force = corners_over_time(estimate.model, block, estimate.values, time_s, debonding)
+    view, turning = estimate.view_of(sensors_view(tree.attrs), block), estimate.block_of(block)
+    values = as_released(CANDIDATES[estimate.model].law, turning, estimate.values, view)
+    left, right, force = corners_over_time(estimate.model, turning, values, time_s, debonding)
     columns = {name: getattr(estimate, name) for name in OF_ESTIMATE} | {
         "time_s": time_s,
         "left_mm": 1e3 * left,
         "right_mm": 1e3 * right,
-        "force_over_weight": force / block.weight,
+        "force_over_weight": force / turning.weight,
     }
     return pd.DataFrame(columns)
 

@@ -12,6 +12,13 @@ from freerock.models.simulate import SOLVER, Solver, simulate_fitted
 from freerock.rotation.view import View
 
 
+def as_released(law: str, block: Block, values: Mapping[str, float], view: View | None) -> dict[str, float]:
+    """What a fit found, with the angle at which the block lay before its release in place of the angle seen."""
+    foundation = Foundation.of(values) if LAWS[law].is_foundation else None
+    lay = values["theta0"] if view is None else view.released(values["theta0"], block.as_found(values), foundation)
+    return {**values, "theta0": lay}
+
+
 def as_measured(
     law: str,
     block: Block,

@@ -32,7 +32,7 @@ def restitution_comparison(
         Columns `COMPARISON`, one row per record with measured impacts: r_fitted and its standard error (mean
         of the runs), r_first, the mean r of the runs' first impacts, r_median, r_low and r_high, median
         and range of all impacts, first_impact_s, the mean time from release to the first impact, rigid_s, the
-        mean time of a rigid block from the angles of the same runs [s], r_housner of a rigid block,
+        mean time of a rigid block from the angles of the same releases [s], r_housner of a rigid block,
         r_fitted_u, the total uncertainty of r_fitted, r_first_u and r_median_u, those of a single impact:
         mean and median of the impacts.
     """
@@ -43,9 +43,9 @@ def restitution_comparison(
     for test, impacts in measured.groupby("test", sort=False):
         fitted = of_records[(of_records["test"] == test) & (of_records["model"] == "housner")]
         first = impacts[impacts["impact"] == 1]
-        own = runs[(runs["test"] == test) & runs["run"].isin(impacts["run"])]
-        scene = own[["campaign", "test", "block", "foundation"]].iloc[0].to_dict()
-        rigid = _rigid_s(blocks[scene["block"]], own["theta0_deg"])
+        scene = impacts[["campaign", "test", "block", "foundation"]].iloc[0].to_dict()
+        released = first["peak_before_block_deg"].fillna(first["peak_before_deg"])
+        rigid = _rigid_s(blocks[scene["block"]], released)
         rows.append(
             {
                 **scene,
