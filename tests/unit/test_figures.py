@@ -189,23 +189,26 @@ def test_a_rigid_block_decays_as_its_swings_do():
 
 
 def test_contact_begins_in_equilibrium_and_lifts_the_other_corner(datasets):
-    figure, data = contact_force.draw(datasets[1], BLOCKS, "geometric", "simulated", LABELS)
+    figure, data = contact_force.draw(
+        datasets[1], runs_table(datasets[0]), BLOCKS, "geometric", "simulated", LABELS
+    )
     assert set(data["model"]) == {"hunt_crossley"} and len(figure.axes) == 8
     first = data.groupby("test").first()
     np.testing.assert_allclose(first["force_over_weight"], 1.0, rtol=1e-6)
     deeper, lifted = (first[["left_mm", "right_mm"]].agg(end, axis=1) for end in ("max", "min"))
     assert (deeper > 0).all() and (lifted < 0).all()
-    assert contact_force.draw([fits(failed_record())], BLOCKS, "geometric", "simulated")[1].empty
+    failed = failed_record()
+    assert contact_force.draw([fits(failed)], runs_table([failed]), BLOCKS, "geometric", "simulated")[1].empty
 
 
 def test_contact_begins_where_the_block_lay_and_not_where_the_beam_sees_it(datasets):
     """A beam below the top shows another angle of a block whose corner has sunk."""
     tree, view = datasets[1][0].copy(), View(BLOCKS["b1"], Laser("horizontal", 0.2))
     of_block = {f"block_{name}": value for name, value in asdict(view.block).items() if value is not None}
-    leans = []
+    runs, leans = runs_table(datasets[0]), []
     for attrs in ({}, sensor_attributes(view) | of_block):
         tree.attrs |= attrs
-        first = contact_force.draw([tree], BLOCKS, "geometric", "simulated", LABELS)[1].iloc[0]
+        first = contact_force.draw([tree], runs, BLOCKS, "geometric", "simulated", LABELS)[1].iloc[0]
         leans.append(np.arcsin(1e-3 * (first["right_mm"] - first["left_mm"]) / BLOCKS["b1"].width_m))
     seen, lay = leans
     law = {name: float(value) for name, value in _selected(tree).items()}
@@ -383,7 +386,9 @@ def test_footer_says_that_a_record_is_simulated(origin, said):
 def test_every_axis_is_labelled_with_its_unit_and_nothing_overlaps(datasets):
     records, fitted = datasets
     figures = [foundation_effect.draw(records, "simulated", LABELS)[0]]
-    figures += [contact_force.draw(fitted[:2], BLOCKS, "geometric", "simulated", LABELS)[0]]
+    figures += [
+        contact_force.draw(fitted[:2], runs_table(records), BLOCKS, "geometric", "simulated", LABELS)[0]
+    ]
     figures += [models.draw(fitted[:2], runs_table(records), "simulated", LABELS)[0]]
     figures += [drawn_restitution(records, fitted, LABELS)[0], quality.draw(records[0], fitted[0])[0][2]]
     for figure in figures:

@@ -1,6 +1,8 @@
 """Contact of the selected law over the first swings: depth of the corners, and force."""
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -25,7 +27,7 @@ FIGURE = {
     "reading": "The corner that is down sinks deepest between two impacts and hands over to the other one. "
     "The peak of the force at an impact, in weights of the block, grows with the stiffness of "
     "the base. Both are computed from the fitted law, so they are as good as that law.",
-    "reads": ["fits", "blocks", "debonding"],
+    "reads": ["fits", "runs", "blocks", "debonding"],
 }
 
 OF_FITS = (*ESTIMATED, "impact_time")  # shown
@@ -38,6 +40,7 @@ COLUMNS = [*OF_ESTIMATE, "time_s", "left_mm", "right_mm", "force_over_weight"]
 @printed
 def draw(
     fits: Sequence[xr.DataTree],
+    runs: pd.DataFrame,
     blocks: Mapping[str, Block],
     debonding: str,
     origin: str,
@@ -49,6 +52,8 @@ def draw(
     ----------
     fits : sequence of xarray.DataTree
         Fit datasets.
+    runs : pandas.DataFrame
+        Tidy table, for the release angles of fits that free none.
     blocks : mapping of str to freerock.models.block.Block
         The blocks by name.
     debonding : str
@@ -65,9 +70,12 @@ def draw(
         return style.nothing_drawn(why, origin), pd.DataFrame(columns=COLUMNS)
     scenes = [(estimate.block, estimate.foundation) for _, estimate in found]
     figure, panels = style.panels_per_scene(scenes, labels, 2.1, (1.0, 1.0))
+    angles = runs[["test", "run", "theta0_deg"]].itertuples(index=False)
+    theta0 = {(test, str(run)): math.radians(angle) for test, run, angle in angles}
     parts = []
     for scene, (tree, estimate) in zip(scenes, found, strict=True):
-        own = _over_time(tree, estimate, blocks[scene[0]], debonding)
+        values = {"theta0": theta0[estimate.test, str(estimate.run)], **estimate.values}
+        own = _over_time(tree, replace(estimate, values=values), blocks[scene[0]], debonding)
         parts.append(own)
         depth, force = panels[scene]
         _draw(depth, force, own)

@@ -13,10 +13,11 @@ from freerock.rotation.view import View
 
 
 def as_released(law: str, block: Block, values: Mapping[str, float], view: View | None) -> dict[str, float]:
-    """What a fit found, with the angle at which the block lay before its release in place of the angle seen."""
+    """What a fit found, with the angle at which the block lay before its release instead of that seen."""
+    if view is None:
+        return {**values}
     foundation = Foundation.of(values) if LAWS[law].is_foundation else None
-    lay = values["theta0"] if view is None else view.released(values["theta0"], block.as_found(values), foundation)
-    return {**values, "theta0": lay}
+    return {**values, "theta0": view.released(values["theta0"], block.as_found(values), foundation)}
 
 
 def as_measured(
