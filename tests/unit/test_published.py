@@ -18,7 +18,7 @@ NAMES = ("runs", "foundations", "restitution_comparison", "table2", "table3")
 def beside(tmp_path):
     """Sentences for published parameters, discrepancies and durations of one block on two foundations."""
 
-    def told(parameters, epsilon, longest, durations=(4.0, 2.0)):
+    def told(parameters, epsilon, longest, durations=(4.0, 2.0), unsure=1.0):
         trees = [record("b1_marble", n_runs=1), record("b1_mat", foundation="mat", n_runs=1)]
         tables_of(tmp_path, (trees, [fits(tree) for tree in trees]))
         tables = {name: read_csv(tmp_path / f"{name}.csv") for name in NAMES}
@@ -26,6 +26,7 @@ def beside(tmp_path):
         for name, value in parameters.items():
             rows = on_marble & (tables["table2"]["model"] + "_" + tables["table2"]["parameter"] == name)
             tables["table2"].loc[rows, "published"] = value
+        tables["table2"]["u_total"] *= unsure
         on_marble = tables["table3"]["foundation"] == "marble"
         for model, value in epsilon.items():
             tables["table3"].loc[on_marble & (tables["table3"]["model"] == model), "published"] = value
@@ -43,13 +44,20 @@ def beside(tmp_path):
 
 def test_parameters_agree_to_within_a_tenth_and_r_by_what_an_impact_takes(beside):
     agrees, differs = beside({"hunt_crossley_k": 6.5e6, "winkler_k": 6e6, "housner_r": 0.95}, {}, {})
-    assert agrees.startswith("Within a tenth of the published value (in brackets): Hunt–Crossley k on Marble")
+    assert agrees.startswith("The records are simulated: agreement with the law that made them tests")
+    assert "alone. Within a tenth of the published value (in brackets): Hunt–Crossley k on Marble" in agrees
     assert "Hunt–Crossley k on Marble (6.880 ± 0.012)·10⁶ N m⁻² [6.50·10⁶ N m⁻²]" in agrees
     assert differs.startswith(
         "More than a tenth off the published value (in brackets; r by its difference from one"
     )
-    assert "Winkler k on Marble" in differs
-    assert "Housner r on Marble 0.9570 ± 0.0012 [0.950]" in differs  # 4.3 against 5 %
+    assert "Winkler (rejected) k on Marble" in differs
+    assert "Housner (rejected) r on Marble 0.9570 ± 0.0012 [0.950]" in differs  # 4.3 against 5 %
+
+
+def test_what_is_too_uncertain_neither_agrees_nor_differs(beside):
+    for unsure, size in ((1.0, "More than a tenth off the"), (1000.0, "off, but by less than two standard")):
+        agrees, differs = beside({"winkler_k": 6e6}, {}, {}, unsure=unsure)
+        assert size in differs and "Winkler (rejected) k on Marble" in differs and not agrees
 
 
 def test_discrepancies_rank_the_laws(beside):

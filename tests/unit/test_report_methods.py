@@ -45,6 +45,9 @@ def test_methods_tell_the_settings_of_the_campaign(written):
     text, _ = written()
     assert "**Tests.** 9 simulated runs in 5 records: Slender and Squat on Marble and Soft mat" in text
     assert "The first 30 ms after the release" in text
+    assert "or below 2 times the amplitude from which the base lifts off" in text
+    assert "Gravity: 9.81 m/s²." in text
+    assert "these are 0.3 mm for lengths of a block, 0.1 % for its mass" in text
     assert (
         "Laws fitted: Housner [@housner1963], Winkler [@koh1986], Hunt–Crossley [@hunt1975; @spanos2017]. "
         "General and Hardening would have been fitted where the residuals of the others exceed the noise. "

@@ -4,6 +4,7 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from freerock.models.block import Block
@@ -46,6 +47,8 @@ def facts(
     """
     timed = compared.dropna(subset=["first_impact_s", "rigid_s"])
     fitted = compared.dropna(subset=["r_fitted", "r_first"])
+    apart = np.hypot(fitted["r_fitted_u"].astype(float), fitted["r_first_u"].astype(float))
+    above = fitted["r_fitted"] - fitted["r_first"] > 2 * apart.fillna(0.0)
     later = 100 * (timed["first_impact_s"] / timed["rigid_s"] - 1)
     fits = [fit for section in sections for run in section["runs"] for fit in run["fits"]]
     integrated = pd.DataFrame(
@@ -59,7 +62,7 @@ def facts(
         "earliest": _later(later.min()),
         "some_earlier": bool((later < 0).any()),
         "n_timed": len(timed),
-        "n_above": int((fitted["r_fitted"] > fitted["r_first"]).sum()),
+        "n_above": int(above.sum()),
         "n_fitted": len(fitted),
         "laws": [law.label for law in LAWS.values() if law.label in {fit["model"] for fit in fits}],
         "n_integrated": len(integrated),

@@ -163,8 +163,8 @@ def _explained(known: Tables) -> list[Sentence]:
     ]
     if counted:
         more = ", further laws some of the others" if len(named) > MOST else ""
-        residual = "its residual is" if len(named) == 1 else "their residuals are"
-        told.append(said("{}{}: {} the noise of the sensor.", listed(counted), more, residual))
+        residual = "its residual agrees" if len(named) == 1 else "their residuals agree"
+        told.append(said("{}{}: {} with the noise of the sensor.", listed(counted), more, residual))
         told.append(_as_possible(known, found))
     if lost := [each for each in found if not each.explained]:
         told += _unexplained(lost, n)
@@ -351,7 +351,7 @@ def _agree(known: Tables, label: str, scene: Where) -> Sentence:
         return said(told, label, blocks, symbols, chance, apart)
     if rows["shared"].isna().any():
         return said("{}: too few runs to know whether {} blocks share {}.", label, blocks, symbols)
-    told = "{}: {} blocks show no difference{}; a difference of {} would mostly show."
+    told = "{}: {} blocks are not shown to differ{}; a difference of {} would show in four of five campaigns."
     return said(told, label, blocks, chance, percent("visible_percent", "or"))
 
 
@@ -360,8 +360,8 @@ def _chance(known: Tables, where: Where) -> Sentence:
     the inputs, where they are not too small to matter."""
     told, inputs = _p(known, "f_p", where), _p(known, "inputs_p", where)
     if told and inputs:
-        told = (*told, "; with what block and sensor may shift them, ", *inputs)
-    return (" (", *told, ")") if told else ()
+        told = (*told, "; by means and inputs, ", *inputs, "; they differ if both are below one in twenty")
+    return (" (by scatter, ", *told, ")") if told else ()
 
 
 def _p(known: Tables, column: str, where: Where) -> Sentence:

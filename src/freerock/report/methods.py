@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from freerock.config.uncertainty import DEFAULTS
 from freerock.identification.levels import REJECTS, TELLS, TRACE
+from freerock.models.block import GRAVITY
 from freerock.models.laws import LAWS
 from freerock.report.facts import Pairs
 from freerock.tables.markdown import SIGNS
@@ -32,6 +34,13 @@ class Reference(NamedTuple):
 _FILE = (HERE / "references.bib").read_text(encoding="utf-8")
 REFERENCES = {key: Reference(short, entry) for short, entry, key in _ENTRY.findall(_FILE)}
 assert len(REFERENCES) == _FILE.count("\n@"), "references.bib: an entry was passed over"
+ASSUMED = (
+    f"{1e3 * DEFAULTS['height_m']:g} mm for lengths of a block, {100 * DEFAULTS['mass_fraction']:g} % for "
+    f"its mass, {100 * DEFAULTS['inertia_fraction']:g} % for its moment of inertia, "
+    f"{1e3 * DEFAULTS['position_m']:g} mm for the position of a beam, {100 * DEFAULTS['scale_fraction']:g} % "
+    f"for the scale of a sensor, {DEFAULTS['response_ms']:g} ms for its response and "
+    f"{1e6 * DEFAULTS['sampling_rate_fraction']:g} ppm for the sampling rate"
+)
 _KEY = f"@(?:{'|'.join(REFERENCES)})"
 CITED = re.compile(rf"\[({_KEY}(?:; {_KEY})*)\]")
 PLAIN = SIGNS | {ord("@"): "\\@"}  # in Markdown, where @ begins a citation
@@ -76,6 +85,8 @@ def methods(
         laws={model: LAWS[model] for model in config["fits"]["models"]},
         bouncing=[law for law in LAWS.values() if law.bounces and law.label in facts["laws"]],
         scenes={(line["foundation"], line["block"]) for line in config["records"]},
+        gravity=_gravity(config["blocks"]),
+        assumed=ASSUMED,
         limits={"rejects": REJECTS, "trace": TRACE, "tells": TELLS},
     )
     _, *parts = _HEAD.split(text)
@@ -83,6 +94,14 @@ def methods(
         head: re.sub("[ \n]+", " ", body).strip() for head, body in zip(parts[::2], parts[1::2], strict=True)
     }
     return [Paragraph(head, text) for head, text in told.items() if text]
+
+
+def _gravity(blocks: Mapping[str, Mapping[str, Any]]) -> dict[float, list[str]]:
+    """The acceleration of gravity [m/s²] with the labels of the blocks that rocked there."""
+    found: dict[float, list[str]] = {}
+    for name, block in blocks.items():
+        found.setdefault(block.get("gravity_m_s2") or GRAVITY, []).append(block.get("label", name))
+    return found
 
 
 def cited(paragraphs: Sequence[Paragraph]) -> list[str]:
