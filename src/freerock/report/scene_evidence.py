@@ -160,7 +160,7 @@ def _against_rest(own: pd.DataFrame) -> str:
     known = own.dropna(subset=["noise_p", "noise_ratio"])
     if known.empty:
         return "–"
-    worst = known.loc[known["noise_p"].idxmin()]
+    worst = known.sort_values(["noise_p", "noise_ratio"], ascending=[True, False]).iloc[0]
     band = f"{quantity(worst['noise_low_hz'])}–{quantity(worst['noise_high_hz'])} Hz"
     if worst["noise_ratio"] < 1:
         return "as at rest"

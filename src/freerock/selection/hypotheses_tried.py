@@ -424,7 +424,7 @@ class _Search:
         return self.effects[each]
 
     def _bic(self, each: Hypothesis) -> float:
-        """That of a fit, or with the effect that it requires, where one was looked for."""
+        """The criterion of a fit, with the effect that it requires where one was looked for."""
         fit, effect = self.fits[each], self.effects.get(each)
         charged = math.log(fit.diagnostics["effective_samples"])
         return fit.bic - (effect.deviations**2 - charged if effect else 0.0)
