@@ -20,13 +20,14 @@ from freerock.identification.levels import EFFECTS
 from freerock.identification.likelihood import Whitened
 from freerock.models.free_parameters import symbol_of
 from freerock.rotation.laboratory import Input, Laboratory
-from freerock.selection.unmodelled import EITHER, Effect, effects, forces, line_in
+from freerock.selection.unmodelled import Effect, effects, forces, line_in
 
 TOLD = 3  # causes; a line in the residual is always one of them
 LINE = "oscillation"
 LEAST = 0.05  # of the misfit
 TWINS = 3  # that are named together, at most
 ALIKE = 0.95  # cosine of derivatives that no run tells apart
+FARTHEST = 50.0  # standard uncertainties by which an input may be off that was measured at all
 OFFSET_M = 3e-4  # in units of which an offset of the centre of mass is tried
 
 
@@ -220,7 +221,7 @@ def _effect_of(source: Input, laboratory: Laboratory) -> Effect:
     def text(by: float) -> str:
         return f"{by * source.u:+.2g}{unit} of {source.owner}{twin}"
 
-    return Effect(source.name, np.empty(0), text, EITHER, source.u)
+    return Effect(source.name, np.empty(0), text, (-FARTHEST, FARTHEST), source.u)
 
 
 def _tried(inputs: tuple[Input, ...]) -> Iterator[Input]:

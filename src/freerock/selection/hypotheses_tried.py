@@ -634,7 +634,7 @@ class _Search:
             source, pull = known.inputs[known.most_pulled], known.pulls[known.most_pulled]
             named = (fit.bic <= bar and each in explaining) or source.name == "response_ms"
             at_most = fit.bic - pull**2  # the most that it may gain
-            within = replace(fit, diagnostics=fit.diagnostics | {"pulls_p": 1.0})
+            within = replace(fit, diagnostics=fit.diagnostics | {"pulls_p": 1.0, "added_damping": 0.0})
             if named or at_most > bar or not self._explains(each, within):
                 continue
             try:
