@@ -18,9 +18,9 @@ FIGURE = {
     "caption": "Each run with its 95 % interval from noise (within the symbol if none is visible; open "
     "if the law is rejected for that run). Diamond and square: mean of a "
     "record, and of the records of a foundation, with the 95 % interval of its total "
-    "uncertainty, which includes scatter, noise, block, sensor and clock. Shaded: 95 % "
-    "prediction interval of the next run or record. τ: standard deviation between them "
-    "without their noise, in per cent of the mean.",
+    "uncertainty, which includes scatter, noise, block, sensor, clock and law. Shaded: 95 % "
+    "prediction interval of the next run or record at the estimated τ, which is small or zero where "
+    "< stands. τ: standard deviation between them without their noise, in per cent of the mean.",
     "reading": "Read each panel from the runs down to the square, which is the value to quote. Diamonds "
     "that agree within their bars show that blocks share the foundation. A shaded bar much "
     "wider than the bar of a run means that runs differ by more than their noise.",
@@ -39,7 +39,7 @@ LOOKS: dict[str, tuple[Style, str]] = {
     "record": ({"fmt": "D", "color": "0.15", "markersize": 4}, "mean of a record"),
     "foundation": ({"fmt": "s", "color": "#0a5bd3", "markersize": 5}, "mean of the records"),
 }
-NEXT = {"record": "where the next run lies", "foundation": "where the next record lies"}
+NEXT = {"record": "95 % of next runs", "foundation": "95 % of next records"}
 HIGH = {"record": 5, "foundation": 9}  # of the bar of the next [points]
 
 
