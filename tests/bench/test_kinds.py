@@ -86,6 +86,12 @@ def test_rounded_edges_are_named_and_give_the_law(i, kinematics):
     assert fit.parameters[:2] == (*made.true,) and np.abs(off).max() < 3
 
 
+def test_an_input_off_by_far_is_not_hidden_by_a_second_damping():
+    """Hunt and Crossley's law lacks one as long as the moment of inertia is as stated."""
+    rows = rows_of(("inertia 3 % too large", 4))
+    assert len(rows) > 1 and all(row["first"] and abs(row["z_u"]) < 2 for row in rows)
+
+
 def test_a_mat_that_hardens_is_named_and_gives_its_law():
     """From volts, on springs that share nothing with the law; Hunt and Crossley's leaves λ far off."""
     for row in rows_of(("mat of 12 mm that hardens", 1)):

@@ -61,6 +61,17 @@ def test_what_is_off_stands_among_the_causes_with_its_value(name, u):
     assert [cause.share for cause in causes] == sorted((cause.share for cause in causes), reverse=True)
 
 
+def test_an_input_that_would_be_off_by_far_is_no_cause():
+    """A beam 3 mm higher, which is stated to a fiftieth and to a hundredth of that."""
+    motion = measured(STATED.moved(Input("l", "position_m", 6e-4, True), 5.0))
+    fit = fit_run("housner", BLOCK, replace(motion, laboratory=None))
+    for u, is_named in ((7e-5, True), (3e-5, False)):
+        stated = replace(STATED, inputs=(Input("l", "position_m", u, True),))
+        problem = posed("housner", (BLOCK,), (replace(motion, laboratory=stated),), FitSettings())
+        names = [cause.name for cause in ranked(at_end(problem, fit.values, None))]
+        assert ("position_m" in names) is is_named
+
+
 def test_a_run_of_no_known_laboratory_has_no_causes():
     motion = replace(measured(STATED), laboratory=None)
     fit = fit_run("housner", BLOCK, motion)
