@@ -35,7 +35,8 @@ def run(chosen: Namespace) -> None:
     told, whole = verification(names)
     print(told, end="")
     if not whole:
-        remedy = "run snakemake, and delete what is foreign"
+        of_names = f" --config campaigns=[{','.join(chosen.campaign)}]" if chosen.campaign else ""
+        remedy = f"run snakemake{of_names}, and delete what is foreign"
         raise FreerockError("results", "some products are not as a run would make them", remedy)
 
 

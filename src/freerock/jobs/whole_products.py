@@ -16,7 +16,7 @@ from freerock.jobs.ledger import FOLDER, Entry, as_json, entry_path, read_entry,
 
 VERIFIED = "verified:"  # comes before what a verification found, below what Snakemake tells
 QUICK_LOOK = "quick_look.png"  # what `freerock new-campaign` shows of the records
-NOT_PRODUCTS = {FOLDER, "logs", "benchmarks", QUICK_LOOK}  # in a campaign's folder of results
+NOT_PRODUCTS = {FOLDER, "logs", "benchmarks", "plan", QUICK_LOOK}  # in a campaign's folder of results
 SHOWN = 5  # of a list
 State = Literal["missing", "damaged", "stale"]
 

@@ -201,9 +201,10 @@ def block_peaks(
 
 
 def _shifted(fit: Fit, shift: Floats) -> dict[str, float]:
-    """The numbers of a fit, shifted; a force that the motion hardly determines stays above 0."""
+    """The numbers of a fit, shifted; a force or a length that the motion hardly determines stays above 0."""
+    above = {*MODELS[fit.model], "width", "edge_radius"}
     return {
-        name: max(value + by, ENERGY.least * value) if name in MODELS[fit.model] else value + by
+        name: max(value + by, ENERGY.least * value) if name in above else value + by
         for (name, value), by in zip(fit.values.items(), shift.tolist(), strict=True)
     }
 

@@ -89,6 +89,8 @@ def cells_of(line: str, delimiter: str) -> list[str]:
 def tables(path: Path, encoding: str, layouts: Iterable[Layout]) -> Iterator[dict[int, Floats]]:
     """Yield the columns of numbers of each table of a file, in one pass.
 
+    A last line that does not end is left out: its number may be cut.
+
     Raises
     ------
     FreerockError
@@ -130,7 +132,10 @@ def _numbers(path: Path, encoding: str, layout: Layout, lines: _Lines) -> dict[i
     last = table.iloc[-1, list(layout.numeric)]
     if layout.rows is None and last.isna().any() and not _ends_a_line(path):
         raise FreerockError(path, "the file is truncated: its last line is incomplete", COPY_AGAIN)
-    return {i: table[i].to_numpy() for i in layout.numeric} | clocks
+    n = len(table) if layout.rows or _ends_a_line(path) else len(table) - 1
+    return {
+        i: values[:n] for i, values in {**{i: table[i].to_numpy() for i in layout.numeric}, **clocks}.items()
+    }
 
 
 def kind_of(cell: str, decimal: str) -> str:

@@ -27,6 +27,7 @@ from freerock.selection.fit_reasons import (
     pulled_inputs,
     slow_sensor,
     unmodelled_effect,
+    wider_than_block,
 )
 from freerock.selection.hypotheses_tried import Identified
 from freerock.selection.quick import leaves_noise
@@ -68,6 +69,7 @@ def doubts_about(
         for other, fit in found.alternatives.items():
             notes += explains_as_well(other, fit, found.before or found.fits[chosen], possible, found.widened)
         notes += pulled_inputs(found.fits[chosen])
+        notes += wider_than_block(found.fits[chosen], block)
         notes += slow_sensor(found.at_best(chosen, block, motion, hypotheses), motion)
         if chosen in found.effects and not any(note.verdict == "warn" for note in notes):
             notes.append(unmodelled_effect(found.fits[chosen], found.effects[chosen]))
@@ -122,22 +124,17 @@ def hints_for(
     settings : callable
         Of the fit of each candidate.
     """
-    laws = [
-        model
-        for model in fits
-        if law_of(model).is_foundation and not law_of(model).cases and not CANDIDATES[model].width
-    ]
+    laws = [model for model in fits if not law_of(model).cases and not CANDIDATES[model].width]
     as_mirrored = with_other_sign(motion)
     for model in laws:
         own, start = settings(model), {name: fits[model].values[name] for name in MODELS[model]}
         (other,) = {*DEBONDING} - {own.debonding}
         would = f"would fit with {{}}: {MODEL_LABELS[model]} then agrees with the noise"
-        if leaves_noise(model, block, replace(own, debonding=other), start, motion):
+        foundation = law_of(model).is_foundation
+        if foundation and leaves_noise(model, block, replace(own, debonding=other), start, motion):
             text = would.format(f"fits.debonding: {other}")
             yield Reason("warn", "other_debonding", text)
-        if as_mirrored is None or CANDIDATES[model].is_rival:
-            continue
-        if leaves_noise(model, block, own, None, as_mirrored):
+        if as_mirrored is not None and leaves_noise(model, block, own, None, as_mirrored):
             yield Reason("warn", "other_sign", would.format("the other sign of the laser"))
 
 

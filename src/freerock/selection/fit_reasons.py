@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from freerock.identification.fit import Fit
 from freerock.identification.inputs_with_priors import Posterior
-from freerock.identification.levels import EFFECTS, NORMAL_95, PULLED, SLOWER, WARNS
+from freerock.identification.levels import EFFECTS, NORMAL_95, PULLED, SLOWER, WARNS, chance_of
 from freerock.identification.problem import release_bounds
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS, MODELS
@@ -125,6 +125,23 @@ def pulled_inputs(fit: Fit) -> Iterator[Reason]:
             text = f"{source.label} fitted {by} off, a pull of {pull:.1f}"
             text += ": measure it again" if beyond else ""
             yield Reason("warn" if beyond else "ok", "pulled_input", text, float(abs(pull)), PULLED, "1")
+
+
+def wider_than_block(fit: Fit, block: Block) -> Iterator[Reason]:
+    """A freed contact width beyond the width of the block, where no corner is; as for a pull."""
+    found = fit.contributions
+    if found is None or "width" not in fit.parameters:
+        return
+    known = zip(found.inputs, found.moved, found.remaining, strict=True)
+    of_width = [(by * each.u, left * each.u) for each, by, left in known if each.name == "width_m"]
+    moved, u = of_width[0] if of_width else (0.0, 0.0)
+    off = fit.values["width"] - block.width_m - moved
+    pull = off / math.hypot(fit.u_total[fit.parameters.index("width")], u)
+    if pull > PULLED:
+        beyond = chance_of(pull) < WARNS
+        text = f"contact width fitted {off:+.2g} m wider than the block, a pull of {pull:.1f}"
+        text += ": measure width, height of the beam and scale again" if beyond else ""
+        yield Reason("warn" if beyond else "ok", "pulled_input", text, float(pull), PULLED, "1")
 
 
 def slow_sensor(best: Posterior, motion: Motion) -> Iterator[Reason]:
