@@ -21,7 +21,7 @@ from freerock.runs.motion import Motion
 from freerock.selection import hypotheses_tried, unmodelled
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.causes import Cause, ranked, required_effect
-from freerock.selection.fit_reasons import unmodelled_effect
+from freerock.selection.fit_reasons import unmodelled_effect, wider_than_block
 from freerock.selection.hypotheses_tried import allowing, identify_run, identify_runs, take_up_causes
 from freerock_bench.springs import Motion as Rocking
 from freerock_bench.springs import Scene, read
@@ -70,6 +70,16 @@ def test_an_input_that_would_be_off_by_far_is_no_cause():
         problem = posed("housner", (BLOCK,), (replace(motion, laboratory=stated),), FitSettings())
         names = [cause.name for cause in ranked(at_end(problem, fit.values, None))]
         assert ("position_m" in names) is is_named
+
+
+def test_a_contact_wider_than_the_block_is_a_warning():
+    width = Input("b", "width_m", 3e-4, True)
+    motion = replace(measured(STATED), laboratory=replace(STATED, inputs=(*INPUTS, width)))
+    fit = fit_run("housner_width", BLOCK, motion)
+    assert not [*wider_than_block(fit, BLOCK)]
+    (reason,) = wider_than_block(fit, replace(BLOCK, width_m=BLOCK.width_m - 2e-3))
+    assert (reason.verdict, reason.name) == ("warn", "pulled_input")
+    assert "fitted 0.0019 m wider than the block, a pull of 7.5" in reason.text
 
 
 def test_a_run_of_no_known_laboratory_has_no_causes():

@@ -174,6 +174,12 @@ def test_blocks_in_another_unit(doubts, old, new):
     assert any("as deep as it is high, the block would have" in each for each in found)
 
 
+@pytest.mark.parametrize("g, doubted", [(98.1, True), (1.62, True), (9.78, False), (9.83, False)])
+def test_gravity_is_that_of_the_earth(doubts, g, doubted):
+    found = doubts(("mass_kg: 150", f"mass_kg: 150, gravity_m_s2: {g}"))
+    assert any(f"gravity_m_s2 is {g:g}, on Earth 9.76 to 9.84 m/s²" in each for each in found) is doubted
+
+
 def test_milliamperes_that_are_declared_as_volts(doubts):
     volts = 12 + (swings() - 5) * 1.6
     assert doubts(volts=volts, unit="mA") == []

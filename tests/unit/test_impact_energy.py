@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from freerock.models.block import GRAVITY
 from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
 from freerock.models.published import TABLE_2
 from freerock.models.simulate import simulate
-from freerock.populations.impact_energy import block_peaks, impact_energy
+from freerock.populations.impact_energy import _shifted, block_peaks, impact_energy
 from freerock.populations.sensitivity import contributions
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
@@ -232,3 +233,12 @@ def test_inputs_reach_the_restitution_of_the_block_itself():
     higher = laboratory.moved(source, 1.0)
     moved = block_peaks(exact, impacts, 0.0, higher, read_by=laboratory)
     assert found.u_total[:2] == pytest.approx(abs(moved.restitution - found.restitution)[:2], rel=0.05)
+
+
+def test_inputs_shift_no_force_or_length_below_zero():
+    """Edges that a run hardly determines: a corner of negative radius ended the job."""
+    values = {"k": 1e6, "lambda": 1e7, "edge_radius": 1e-4, "theta0": 0.1}
+    fit = SimpleNamespace(model="hunt_crossley", values=values)
+    found = _shifted(fit, np.array([-2e6, 1e5, -1e-3, -0.2]))
+    assert 0 < found["k"] < 1e6 and 0 < found["edge_radius"] < 1e-4
+    assert found["lambda"] == 1.01e7 and found["theta0"] == pytest.approx(-0.1)

@@ -180,6 +180,15 @@ def test_a_last_line_that_is_cut_off(tmp_path):
     )
 
 
+def test_a_last_line_that_does_not_end_is_left_out(tmp_path):
+    """Its number may be cut, and a rest would end in a jump."""
+    path = table(tmp_path / "a.csv", "time [s];laser [V]")
+    whole, text = read_record(path, "laser"), path.read_text()
+    path.write_text(text[:-3])
+    (cut,), (every,) = (found.data_vars.values() for found in (read_record(path, "laser"), whole))
+    np.testing.assert_array_equal(cut.values, every.values[:-1])
+
+
 @pytest.mark.parametrize("head", [[], ["time,volts"]])
 def test_decimal_commas_between_commas(tmp_path, head):
     path = tmp_path / "a.csv"

@@ -305,8 +305,10 @@ def test_other_software_is_named_and_makes_nothing_stale(lab, monkeypatch):
 def test_verification_names_each_product_and_each_foreign_file(lab):
     (lab / "results/lab/x.nc").unlink()
     (lab / "results/lab/y.nc").write_text("cut")
-    (lab / "results/lab/figures").mkdir()
-    for path in ("figures/old.pdf", "logs/old.log", ".hidden", "figures/.hidden", "quick_look.png"):
+    for folder in ("figures", "plan"):
+        (lab / "results/lab" / folder).mkdir()
+    beside = (".hidden", "figures/.hidden", "quick_look.png", "plan/plan.csv")
+    for path in ("figures/old.pdf", "logs/old.log", *beside):
         (lab / "results/lab" / path).touch()
     lines, whole = verified(compare([MADE, READ]), Path("results/lab"))
     assert not whole

@@ -43,6 +43,7 @@ LEAST_ANGLE, MOST_ANGLE = 0.04, 4.0  # swept, of the critical angle; the least a
 LEAST_NOMINAL, MOST_NOMINAL = 0.3, 5.0  # swept, of the release angle in the configuration
 LEAST_SAMPLES, LEAST_LENGTH = 8.0, 5.0  # of a record: samples in 1/p, length in 1/p
 MOST_BEYOND = 2e-3  # share of the samples outside the declared output of the sensor
+EARTH = (9.76, 9.84)  # gravity [m/s²], from high on the equator to the poles
 LIGHTEST, DENSEST = 5.0, 5e4  # density of the block, were it as deep as it is high [kg/m³]
 MOST_WORK = 1e9  # bytes of record files that a check reads: some seconds
 SLOWER = {".xlsx": 100, ".xlsm": 100, ".csv": 10, ".tsv": 10, ".txt": 10, ".lvm": 10}  # to read, by the byte
@@ -262,6 +263,10 @@ def _block(where: str, block: BlockSection, planned: Iterable[float]) -> Iterato
     if not LIGHTEST < density < DENSEST:
         what = f"as deep as it is high, the block would have {density:.3g} kg/m³"
         yield FreerockError(where, what, "give height_m and width_m in metres, mass_kg in kilograms")
+    gravity = block.block.g
+    if not EARTH[0] <= gravity <= EARTH[1]:
+        what = f"gravity_m_s2 is {gravity:g}, on Earth {EARTH[0]} to {EARTH[1]} m/s²"
+        yield FreerockError(where, what, "give it in m/s²")
     for angle in filter(None, {block.release_angle_deg, *planned}):
         if angle < LEAST_ANGLE * critical:
             share = f"{100 * angle / critical:.2g} % of the critical angle"
@@ -341,7 +346,7 @@ def _beyond_output(where: str, values: "Floats", quantity: str, sensor: "Laser")
     ):
         if beyond.size > MOST_BEYOND * values.size:
             share, farthest = 100 * beyond.size / values.size, max(beyond, key=abs)
-            what = f"{share:.2g} % of the samples lie {side} {limit:g} {unit}, {far} to {farthest:.3g} {unit}"
+            what = f"{share:.3g} % of the samples lie {side} {limit:g} {unit}, {far} to {farthest:.3g} {unit}"
             one_level = np.ptp(beyond) < SEVERAL_LEVELS
             remedy = f"if that means no target give error_level_{suffix}, else " if one_level else ""
             yield FreerockError(where, what, f"{remedy}correct {keys} of the laser")

@@ -6,6 +6,7 @@ A row with too many cells, or a cell that is no number, is an error; an empty ce
 import codecs
 import csv
 import io
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
@@ -89,7 +90,7 @@ def cells_of(line: str, delimiter: str) -> list[str]:
 def tables(path: Path, encoding: str, layouts: Iterable[Layout]) -> Iterator[dict[int, Floats]]:
     """Yield the columns of numbers of each table of a file, in one pass.
 
-    A last line that does not end is left out: its number may be cut.
+    A last line that does not end and is shorter than the one above is left out: its number may be cut.
 
     Raises
     ------
@@ -129,13 +130,12 @@ def _numbers(path: Path, encoding: str, layout: Layout, lines: _Lines) -> dict[i
         clocks = {i: seconds(f"{path}: column {i + 1}", table[i]) for i in layout.clocks}
     except (ValueError, pd.errors.ParserError) as error:
         raise _fault(path, encoding, layout) or error from None
-    last = table.iloc[-1, list(layout.numeric)]
-    if layout.rows is None and last.isna().any() and not _ends_a_line(path):
+    n, last = len(table), table.iloc[-1, list(layout.numeric)]
+    unended, short = _cut(path) if layout.rows is None else (False, False)
+    if unended and last.isna().any():
         raise FreerockError(path, "the file is truncated: its last line is incomplete", COPY_AGAIN)
-    n = len(table) if layout.rows or _ends_a_line(path) else len(table) - 1
-    return {
-        i: values[:n] for i, values in {**{i: table[i].to_numpy() for i in layout.numeric}, **clocks}.items()
-    }
+    n -= unended and short
+    return {i: table[i].to_numpy()[:n] for i in layout.numeric} | {i: each[:n] for i, each in clocks.items()}
 
 
 def kind_of(cell: str, decimal: str) -> str:
@@ -165,7 +165,10 @@ def _fault(path: Path, encoding: str, layout: Layout) -> FreerockError | None:
     return None
 
 
-def _ends_a_line(path: Path) -> bool:
+def _cut(path: Path) -> tuple[bool, bool]:
+    """Whether the last line does not end, and whether it is shorter than the one above."""
     with open(path, "rb") as file:
-        file.seek(-2, 2)
-        return b"\n" in (end := file.read()) or end.endswith(b"\r")
+        file.seek(max(0, file.seek(0, 2) - HEAD))
+        end = file.read().rstrip(b"\0")  # of a line's end in two bytes
+    above, last = ([b"", b"", *(line for line in re.split(rb"[\r\n]+", end) if line)])[-2:]
+    return not end.endswith((b"\r", b"\n")), len(last) < len(above)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from freerock.identification.fit import Fit
 from freerock.identification.inputs_with_priors import Posterior
-from freerock.identification.levels import EFFECTS, NORMAL_95, PULLED, SLOWER, WARNS, chance_of
+from freerock.identification.levels import EFFECTS, NORMAL_95, PULLED, SLOWER, WARNS
 from freerock.identification.problem import release_bounds
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS, MODELS
@@ -128,7 +128,7 @@ def pulled_inputs(fit: Fit) -> Iterator[Reason]:
 
 
 def wider_than_block(fit: Fit, block: Block) -> Iterator[Reason]:
-    """A freed contact width beyond the width of the block, where no corner is; as for a pull."""
+    """A warning where a freed contact width exceeds the width of the block, as no corner does."""
     found = fit.contributions
     if found is None or "width" not in fit.parameters:
         return
@@ -138,10 +138,9 @@ def wider_than_block(fit: Fit, block: Block) -> Iterator[Reason]:
     off = fit.values["width"] - block.width_m - moved
     pull = off / math.hypot(fit.u_total[fit.parameters.index("width")], u)
     if pull > PULLED:
-        beyond = chance_of(pull) < WARNS
-        text = f"contact width fitted {off:+.2g} m wider than the block, a pull of {pull:.1f}"
-        text += ": measure width, height of the beam and scale again" if beyond else ""
-        yield Reason("warn" if beyond else "ok", "pulled_input", text, float(pull), PULLED, "1")
+        text = f"contact width fitted {off:.2g} m wider than the block, a pull of {pull:.1f}: measure width, "
+        text += "height of the beam and scale again"
+        yield Reason("warn", "pulled_input", text, float(pull), PULLED, "1")
 
 
 def slow_sensor(best: Posterior, motion: Motion) -> Iterator[Reason]:
