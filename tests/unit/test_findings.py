@@ -172,8 +172,7 @@ def test_both_chances_are_told_and_one_near_one_is_a_bound_below_it(tmp_path):
     found = findings(frames, LABELS)
     found_again(found, tmp_path, LABELS)
     (shared,) = [each.sentences for each in found if each.head == "Shared by blocks"]
-    chances = " (by scatter, p > 0.99; by means and inputs, p = 0.048; they differ if both are below one in "
-    chances += "twenty); "
+    chances = " (by scatter, p > 0.99; by means and inputs, p = 0.048); "
     assert chances in plain(shared[0]) and plain(shared[0]).endswith(" would show in four of five campaigns.")
 
 

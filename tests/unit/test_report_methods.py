@@ -47,7 +47,7 @@ def test_methods_tell_the_settings_of_the_campaign(written):
     assert "The first 30 ms after the release" in text
     assert "or below 2 times the amplitude from which the base lifts off" in text
     assert "Gravity: 9.81 m/s²." in text
-    assert "these are 0.3 mm for lengths of a block, 0.1 % for its mass" in text
+    assert "no other: 0.3 mm (lengths of a block), 0.1 % (mass), 0.5 % (inertia), 0.6 mm (beam)" in text
     assert (
         "Laws fitted: Housner [@housner1963], Winkler [@koh1986], Hunt–Crossley [@hunt1975; @spanos2017]. "
         "General and Hardening would have been fitted where the residuals of the others exceed the noise. "

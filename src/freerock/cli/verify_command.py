@@ -35,7 +35,10 @@ def run(chosen: Namespace) -> None:
     told, whole = verification(names)
     print(told, end="")
     if not whole:
-        of_names = f" --config campaigns=[{','.join(chosen.campaign)}]" if chosen.campaign else ""
+        listed = ",".join(chosen.campaign)
+        of_names = f" --config campaigns={listed if len(chosen.campaign) == 1 else f'[{listed}]'}" * bool(
+            listed
+        )
         remedy = f"run snakemake{of_names}, and delete what is foreign"
         raise FreerockError("results", "some products are not as a run would make them", remedy)
 

@@ -360,7 +360,7 @@ def _chance(known: Tables, where: Where) -> Sentence:
     the inputs, where they are not too small to matter."""
     told, inputs = _p(known, "f_p", where), _p(known, "inputs_p", where)
     if told and inputs:
-        told = (*told, "; by means and inputs, ", *inputs, "; they differ if both are below one in twenty")
+        told = (*told, "; by means and inputs, ", *inputs)
     return (" (by scatter, ", *told, ")") if told else ()
 
 

@@ -35,11 +35,10 @@ _FILE = (HERE / "references.bib").read_text(encoding="utf-8")
 REFERENCES = {key: Reference(short, entry) for short, entry, key in _ENTRY.findall(_FILE)}
 assert len(REFERENCES) == _FILE.count("\n@"), "references.bib: an entry was passed over"
 ASSUMED = (
-    f"{1e3 * DEFAULTS['height_m']:g} mm for lengths of a block, {100 * DEFAULTS['mass_fraction']:g} % for "
-    f"its mass, {100 * DEFAULTS['inertia_fraction']:g} % for its moment of inertia, "
-    f"{1e3 * DEFAULTS['position_m']:g} mm for the position of a beam, {100 * DEFAULTS['scale_fraction']:g} % "
-    f"for the scale of a sensor, {DEFAULTS['response_ms']:g} ms for its response and "
-    f"{1e6 * DEFAULTS['sampling_rate_fraction']:g} ppm for the sampling rate"
+    f"{1e3 * DEFAULTS['height_m']:g} mm (lengths of a block), {100 * DEFAULTS['mass_fraction']:g} % (mass), "
+    f"{100 * DEFAULTS['inertia_fraction']:g} % (inertia), {1e3 * DEFAULTS['position_m']:g} mm (beam), "
+    f"{100 * DEFAULTS['scale_fraction']:g} % (scale), {DEFAULTS['response_ms']:g} ms (response), "
+    f"{1e6 * DEFAULTS['sampling_rate_fraction']:g} ppm (sampling rate)"
 )
 _KEY = f"@(?:{'|'.join(REFERENCES)})"
 CITED = re.compile(rf"\[({_KEY}(?:; {_KEY})*)\]")
