@@ -414,7 +414,7 @@ def _cells(name: str, own: pd.DataFrame) -> list[str]:
     truly = runs["case"].map(lambda each: bool(KINDS[each].names)).astype(bool)
     seen = runs[warned & truly]
     cells = [name, *(str((runs["verdict"] == level).sum()) for level in ("ok", "warn", "fail"))]
-    right = [int(seen[each].eq(True).sum()) for each in ("first", "among")]  # none of a record that is refused
+    right = [int(seen[each].eq(True).sum()) for each in ("first", "among")]  # refused: NaN
     cells += [f"{n} of {len(seen)}" * bool(len(seen)) for n in right]
     cells += [f"{int(known['inside'].astype(bool).sum())} of {len(known)}" * bool(len(known))]
     cells += [str(int((ok > limit).sum()) or "") for limit in (2, 3)]
