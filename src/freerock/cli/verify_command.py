@@ -36,9 +36,9 @@ def run(chosen: Namespace) -> None:
     print(told, end="")
     if not whole:
         listed = ",".join(chosen.campaign)
-        of_names = f" --config campaigns={listed if len(chosen.campaign) == 1 else f'[{listed}]'}" * bool(
-            listed
-        )
+        if len(chosen.campaign) > 1:
+            listed = f"[{listed}]"
+        of_names = f" --config campaigns={listed}" if listed else ""
         remedy = f"run snakemake{of_names}, and delete what is foreign"
         raise FreerockError("results", "some products are not as a run would make them", remedy)
 

@@ -533,7 +533,7 @@ class _Search:
         ends = [end for end in (self.fits.get(each), fit) if end is not None]
         self.fits[each] = min(ends, key=lambda end: (not end.success, end.diagnostics["mean_square"]))
         if self.fits[each] is fit:
-            for of in (self.errors, self.lasting, self.left_out):
+            for of in (self.errors, self.lasting, self.left_out, self.effects):
                 of.pop(each, None)
 
     def _screened(self, each: Hypothesis, beyond: float) -> list[Screening]:

@@ -25,6 +25,7 @@ from freerock.models.contact import Foundation
 from freerock.models.ground import accelerogram
 from freerock.models.laws import CANDIDATES, MODELS, Rules, law_of
 from freerock.models.simulate import Solver, simulate
+from freerock.rotation.as_measured import as_released
 from freerock.rotation.beam import displaced, turned
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(48)  # over the base
@@ -148,13 +149,11 @@ class _Path:
         problem = best.problem
         values = dict(zip(problem.names, problem.physical(best.x).tolist(), strict=True))
         values = {"theta0": problem.motions[0].theta0, "t0": 0.0, **values}
-        block, view = problem.blocks[0].as_found(values), problem.motions[0].view
-        law = CANDIDATES[problem.model].law
-        foundation = Foundation.of(values) if law_of(problem.model).is_foundation else None
-        if view is not None:
-            values["theta0"] = view.released(values["theta0"], block, foundation)
+        block, law = problem.blocks[0], CANDIDATES[problem.model].law
+        values = as_released(law, block, values, problem.motions[0].view)
         n = min(int((best.own.time_s[-1] - values["t0"]) / TRIES.step_s) + 2, TRIES.longest)
-        path = cls(best, law, block, values, problem.rules, np.arange(n, dtype=float) * TRIES.step_s)
+        time_s = np.arange(n, dtype=float) * TRIES.step_s
+        path = cls(best, law, block.as_found(values), values, problem.rules, time_s)
         try:
             return path if np.all(np.isfinite(path.states)) else None
         except FreerockError:
