@@ -208,8 +208,7 @@ def test_what_is_not_told_is_asked_for(capsys):
         (
             ["stick/gone.tdms", "stick/second.tdms", "stick/notes.docx", "--block", "tall"],
             [
-                "stick/gone.tdms: no such file; "
-                "put it there, or correct the file column of the campaign's CSV",
+                "stick/gone.tdms: no such file; put it there, or correct its name",
                 "stick/notes.docx: unknown format '.docx'; use one of .tdms, .lvm, .mat, .csv, .tsv, .txt, "
                 ".xlsx, .xlsm, .h5, .hdf5, .nc, .c3d",
             ],
@@ -300,8 +299,7 @@ def test_a_file_listed_with_another_content(capsys):
 def test_there_is_no_such_campaign(capsys):
     assert cli.main(["add", "lob", "stick/second.tdms"]) == 1
     assert capsys.readouterr().err == (
-        "config/config.yaml: campaigns: there is no campaign 'lob': config/campaigns/lob.yaml is missing; "
-        "did you mean 'lab'?\n"
+        "campaigns: there is no campaign 'lob': config/campaigns/lob.yaml is missing; did you mean 'lab'?\n"
     )
 
 

@@ -247,7 +247,7 @@ def test_a_plan_without_any_number_is_drawn_too(tmp_path):
 
 
 def test_a_campaign_without_a_plan_is_refused(tmp_path):
-    with pytest.raises(FreerockError, match=r"^lab\.yaml: plan: is missing; write what is expected"):
+    with pytest.raises(FreerockError, match=r"^campaign lab: plan: is missing; write what is expected"):
         plan_campaign(campaign(tmp_path, lambda keys: keys.pop("plan")))
 
 

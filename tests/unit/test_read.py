@@ -12,9 +12,7 @@ EXAMPLES = Path(__file__).parents[3] / "shared/data/acquisition"
 
 
 def test_missing_file(tmp_path):
-    assert refusal(tmp_path / "gone.tdms") == (
-        "no such file; put it there, or correct the file column of the campaign's CSV"
-    )
+    assert refusal(tmp_path / "gone.tdms") == ("no such file; put it there, or correct its name")
 
 
 def test_unknown_format(tmp_path):

@@ -19,7 +19,7 @@ COPY = "copy it again from the acquisition computer"
 CHECK = "check the channel, the cable and the sensor's range"
 DECLARE = "declare it as units of the laser: V, mV, kV, mA, A, m, cm, mm, um, rad, mrad, deg"
 BAD = {
-    "missing": "no such file; put it there, or correct the file column of the campaign's CSV",
+    "missing": "no such file; put it there, or correct its name",
     "empty": f"the file is empty; {COPY}",
     "truncated": f"the file is truncated: its last segment is incomplete; {COPY}",
     "channel": "no channel 'laser_2'; its channels are laser; correct the channel column of the "

@@ -80,14 +80,18 @@ def compare_results(a: str | Path, b: str | Path) -> Comparison:
     Raises
     ------
     FreerockError
-        A folder holds no results of a campaign.
+        A folder holds no results of a campaign, or the two have no record in common.
     """
     a, b = Path(a), Path(b)
     made_by, (in_a, in_b) = [_provenance(a), _provenance(b)], map(_products, (a, b))
+    checksums = [_checksums(each) for each in made_by]
+    if not checksums[0].keys() & checksums[1].keys():
+        remedy = "name two analyses of one campaign"
+        raise FreerockError(f"{a}, {b}", "no record is in both", remedy)
     tables = [_table(folder, "parameters") for folder in (a, b)]
     outcomes = [_outcomes(a, b, "runs", "verdict"), _outcomes(a, b, "choice", "model")]
     return Comparison(
-        _parameters(tables, [_checksums(each) for each in made_by]),
+        _parameters(tables, checksums),
         pd.concat(outcomes, ignore_index=True),
         *(sorted(in_a - in_b), sorted(in_b - in_a)),
         _differences(*map(_settings, made_by)),

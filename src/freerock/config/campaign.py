@@ -239,7 +239,8 @@ def campaign_paths(
         data, lines, found = {"campaigns": [*map(str, names)]}, {}, []
     file = validate(ConfigFile, data, lambda loc: place(path, lines, loc), found)
     problems += found
-    where, paths = place(path, lines, ("campaigns",)), []
+    where = place(path, lines, ("campaigns",)) if campaigns is None else "campaigns"
+    paths = []
     for name in dict.fromkeys(file.campaigns) if file else ():
         campaign_path = path.parent / "campaigns" / f"{name}.yaml"
         if name in RESERVED:

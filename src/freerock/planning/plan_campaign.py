@@ -36,7 +36,7 @@ def plan_campaign(campaign: Campaign) -> Plan:
     section, fits = campaign.plan, campaign.fits
     if section is None:
         remedy = "write what is expected of each foundation, and the sensors (config/README.md)"
-        raise FreerockError(f"{campaign.name}.yaml: plan", "is missing", remedy)
+        raise FreerockError(f"campaign {campaign.name}: plan", "is missing", remedy)
     nominal = {name: block.release_angle_deg for name, block in campaign.blocks.items()}
     angles: dict[str, Sequence[float]] = {name: (angle,) for name, angle in nominal.items() if angle}
     angles |= section.release_angles_deg

@@ -87,8 +87,7 @@ def _opened(path: Path) -> Iterator[Contents]:
     if path.exists():
         check_special(path, path.stat().st_mode)
     if not path.is_file():
-        remedy = "put it there, or correct the file column of the campaign's CSV"
-        raise FreerockError(path, "no such file", remedy)
+        raise FreerockError(path, "no such file", "put it there, or correct its name")
     if path.suffix.lower() not in READERS:
         raise FreerockError(path, f"unknown format {path.suffix!r}", f"use one of {', '.join(READERS)}")
     if path.stat().st_size == 0:
