@@ -38,6 +38,9 @@ class InputSettings:
     ----------
     step : float
         Standard uncertainties to either side, of the difference quotients by an input.
+    moved : float
+        Times the noise by which such a step may move all samples; one that moves them further is shortened
+        until it does not. Set on a run with little damping, whose width was told to 0.02 of its u.
     read_step : float
         Of a rotation, for the slope of its reading [rad].
     near : float
@@ -59,6 +62,7 @@ class InputSettings:
     """
 
     step: float = 0.1
+    moved: float = 200.0
     read_step: float = 1e-5
     near: float = 0.3
     farthest: float = 8.0
@@ -110,19 +114,32 @@ class Nuisances:
 
     def by_inputs(self, z: Floats, x: Floats, samples: Samples) -> Floats:
         """Derivatives by z of the residual [rad] and, below, of what is measured of the release (`rows`)."""
+        sigma = noise_of(self.problem.motions[0]).variance ** 0.5
         columns = []
         for j, source in enumerate(self.sources):
-            low, high = z[j] - INPUTS.step, z[j] + INPUTS.step
             if source.name == "response_ms" and not z[j]:
-                low, high = 0.0, 1.0  # at 0 its derivative is none: what it does grows with its square
-            ends = []
-            for there in (low, high):
-                moved = z.copy()
-                moved[j] = there
-                ends.append(np.concatenate(self.rows(moved, x, samples, self.problem.exact_rtol)))
-            columns.append((ends[1] - ends[0]) / (high - low))
+                # at 0 its derivative is none: what it does grows with its square
+                columns.append(self._quotient(j, (0.0, 1.0), z, x, samples))
+                continue
+            by_j = self._quotient(j, (z[j] - INPUTS.step, z[j] + INPUTS.step), z, x, samples)
+            moved = INPUTS.step * float(np.linalg.norm(by_j[: len(samples.time_s)])) / sigma
+            if moved > INPUTS.moved:
+                closer = INPUTS.step * INPUTS.moved / moved
+                by_j = self._quotient(j, (z[j] - closer, z[j] + closer), z, x, samples)
+            columns.append(by_j)
         n_rows = len(self.problem.prior_of_release(x)[0])
         return np.reshape(columns, (-1, len(samples.time_s) + n_rows)).T
+
+    def _quotient(
+        self, j: int, between: tuple[float, float], z: Floats, x: Floats, samples: Samples
+    ) -> Floats:
+        """Difference quotient by the j-th input, of both `rows` one below the other."""
+        ends = []
+        for there in between:
+            moved = z.copy()
+            moved[j] = there
+            ends.append(np.concatenate(self.rows(moved, x, samples, self.problem.exact_rtol)))
+        return np.asarray((ends[1] - ends[0]) / (between[1] - between[0]))
 
     def rows(
         self, z: Floats, x: Floats, samples: Samples, rtol: float | None = None

@@ -90,12 +90,13 @@ def doubts_about(
     if disturbance is None:
         return [unexplained]
     start_s, end_s = disturbance
-    name, what = "disturbed", f"something acted on the block between {start_s:.2f} and {end_s:.2f} s after "
-    what += "its release: a hit, a hand, or a slip"
-    if start_s == 0:
-        name, what = "disturbed_release", f"free rocking begins only {end_s:.2f} s after the release: the "
-        what += "block was let go slowly, pushed, hit, braked, or caught and let go again"
-    return [Reason("warn", name, f"{what}: leave the run out"), unexplained]
+    if start_s == 0:  # any effect that grows with the angle looks like it: the causes come first
+        what = f"free rocking may begin only {end_s:.2f} s after the release, if the block was let go slowly, "
+        what += "pushed, hit, braked, or caught and let go again: then leave the run out"
+        return [unexplained, Reason("warn", "disturbed_release", what)]
+    what = f"something acted on the block between {start_s:.2f} and {end_s:.2f} s after its release: a hit, a "
+    what += "hand, or a slip: leave the run out"
+    return [Reason("warn", "disturbed", what), unexplained]
 
 
 def _causes_of(found: Identified) -> str:
