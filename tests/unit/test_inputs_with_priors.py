@@ -16,7 +16,9 @@ from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification import intervals
 from freerock.identification.fit import fit_record, fit_run
+from freerock.identification.inputs_with_priors import Nuisances
 from freerock.identification.least_squares import legal
+from freerock.identification.start import posed
 from freerock.models.block import GRAVITY, Block
 from freerock.models.given import Given
 from freerock.models.simulate import simulate_theta
@@ -134,6 +136,25 @@ def test_pulls_are_standard_normal_and_inputs_are_better_known_after_the_fit():
         inside.append(abs(fit.values["r"] - 0.93) < 1.96 * found.total(fit.stderr)[0])
     assert 0.7 < np.std(pulls) < 1.3
     assert np.mean(inside) >= 0.85
+
+
+def test_derivatives_by_inputs_are_those_of_small_steps_also_where_a_run_tells_much_of_an_input():
+    """Little damping: the width's uncertainty would move the curve by thousands of times its noise."""
+    time_s = np.arange(30000) / RATE_HZ
+    law = {"k": 2.8e6, "lambda": 3e6}
+    theta, _ = simulate_theta("hunt_crossley", BLOCK, law, time_s, theta0=0.15)
+    motion = Motion(time_s, theta, SIGMA, 0.15, view=view_of([LASER], BLOCK), laboratory=STATED)
+    problem = posed("hunt_crossley", (BLOCK,), [motion], FitSettings())
+    nuisances, samples = Nuisances.of(problem), problem.samples()
+    z, x = np.zeros(len(nuisances.sources)), problem.start_at(law)
+    got = nuisances.by_inputs(z, x, samples)
+    for j, source in enumerate(nuisances.sources):
+        ends = [
+            np.concatenate(nuisances.rows(z + by * np.eye(len(z))[j], x, samples, 1e-11))
+            for by in (-1e-3, 1e-3)
+        ]
+        column = (ends[1] - ends[0]) / 2e-3
+        assert np.linalg.norm(got[:, j] - column) < 1e-4 * np.linalg.norm(column), source.name
 
 
 @pytest.mark.parametrize("name", ["height_m", "width_m", "position_m"])
