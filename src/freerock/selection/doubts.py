@@ -91,11 +91,11 @@ def doubts_about(
         return [unexplained]
     start_s, end_s = disturbance
     if start_s == 0:  # any effect that grows with the angle looks like it: the causes come first
-        what = f"free rocking may begin only {end_s:.2f} s after the release, if the block was let go slowly, "
-        what += "pushed, hit, braked, or caught and let go again: then leave the run out"
+        what = f"free rocking may begin only {end_s:.2f} s after the release, if the block was let go "
+        what += "slowly, pushed, hit, braked, or caught and let go again: then leave the run out"
         return [unexplained, Reason("warn", "disturbed_release", what)]
-    what = f"something acted on the block between {start_s:.2f} and {end_s:.2f} s after its release: a hit, a "
-    what += "hand, or a slip: leave the run out"
+    what = f"something acted on the block between {start_s:.2f} and {end_s:.2f} s after its release: a "
+    what += "hit, a hand, or a slip: leave the run out"
     return [Reason("warn", "disturbed", what), unexplained]
 
 
