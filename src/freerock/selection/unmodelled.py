@@ -52,6 +52,8 @@ class Tries:
         Depth of a hollow base, for its derivative [m].
     like_it : (float, float)
         Times itself, within which the amount of an effect lies that has no size of its own.
+    inclined_rad, bent : float
+        At most, of a beam and of a sensor over its range: more than twice what kinds of laboratories have.
     places : int
         Instants at which samples may be lost.
     line_hz : (float, float)
@@ -70,6 +72,8 @@ class Tries:
     grips: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
     hollow_m: float = 1e-5
     like_it: tuple[float, float] = (0.3, 3.0)
+    inclined_rad: float = 0.2
+    bent: float = 0.025
     places: int = 48
     line_hz: tuple[float, float] = (14.0, 120.0)
     line_width: float = 0.06
@@ -257,12 +261,12 @@ def _of_reading(best: Posterior) -> Iterator[Effect]:
         way, small = displaced(theta, block, laser), 1e-6
         slope = (turned(way + small, block, laser) - turned(way - small, block, laser)) / (2 * small)
         turn = np.sign(slope) * theta
-        yield Effect(
-            "beam", slope * way * np.tan(turn), lambda a: f"inclined by {math.degrees(a):+.2g}°", EITHER
-        )
+        inclined, lies = slope * way * np.tan(turn), (-TRIES.inclined_rad, TRIES.inclined_rad)
+        yield Effect("beam", inclined, lambda a: f"inclined by {math.degrees(a):+.2g}°", lies)
         span = laser.range_m or 0.1
         bent = 4 * way**2 / span
-        yield Effect("sensor", slope * bent, "bent by {:+.2%} of its range".format, EITHER)
+        lies = (-TRIES.bent, TRIES.bent)
+        yield Effect("sensor", slope * bent, "bent by {:+.2%} of its range".format, lies)
     rate = np.gradient(theta, samples.time_s)
     rate_hz = 1 / float(np.median(np.diff(samples.time_s)))
     for at in np.linspace(0.02, 0.8, TRIES.places) * samples.time_s[-1]:
