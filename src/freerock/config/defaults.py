@@ -1,7 +1,7 @@
 """Settings of the steps, with the defaults of `processing`, of lasers and some of `fits`.
 
-All other defaults stand beside their key, in `keys.py` and the modules of sections; those of uncertainties in
-`uncertainty.py`, also that of the sampling rate.
+Other defaults stand beside their keys in `keys.py`, `campaign.py` and `laser_section.py`, default
+uncertainties in `uncertainty.py`. config/README.md lists all of them.
 """
 
 from collections.abc import Mapping, Sequence

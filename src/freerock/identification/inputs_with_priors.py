@@ -40,7 +40,8 @@ class InputSettings:
         Standard uncertainties to either side, of the difference quotients by an input.
     moved : float
         Times the noise by which such a step may move all samples; one that moves them further is shortened
-        until it does not. Set on a run with little damping, whose width was told to 0.02 of its u.
+        until it does not. Set on a run with little damping, which determines the width to 0.02 of its
+        uncertainty.
     read_step : float
         Of a rotation, for the slope of its reading [rad].
     near : float

@@ -1,4 +1,7 @@
-"""Uncertainty of parameters: covariance under the noise of the sensor, standard errors, intervals."""
+"""Uncertainty of parameters by noise: covariance, standard errors, intervals.
+
+`Fit.u_total` adds the inputs of the laboratory and the law.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

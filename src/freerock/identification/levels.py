@@ -16,9 +16,9 @@ NORMAL_95 = 1.959963984540054  # standard errors to either side of a 95 % interv
 
 
 def level(tests: int, wrongly: float = 0.05, runs: int = 100) -> float:
-    """Chance at which one of so many tests of each run speaks, for a campaign of so many clean runs.
+    """Significance level of each of so many tests per run, by Bonferroni's rule.
 
-    `wrongly` is the chance that it has a law rejected, or a number freed.
+    `wrongly` is the chance that any test rejects a law or frees a number in a campaign of `runs` clean runs.
     """
     return wrongly / (runs * tests)
 

@@ -1,4 +1,8 @@
-"""What makes a step run again besides its inputs and settings: one checksum of the code that it runs."""
+"""Checksum of the code that a step runs.
+
+`whole_products` compares it, the settings and the inputs of the step with the ledger, and decides whether the
+step runs again.
+"""
 
 import ast
 import hashlib

@@ -1,4 +1,7 @@
-"""What a person sets by hand in a record, as the page has it and as the cells of the CSV hold it."""
+"""Corrections by hand: translated between the JSON of the review page and the cells of the campaign's CSV.
+
+`csv_edit` writes the cells. `config.override` reads them and states their way to the fit.
+"""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal

@@ -1,9 +1,9 @@
 """Noise of θ at rest: its spectrum, and the uncertainty of the spectrum.
 
-A law of few numbers, white noise with a slow part, says what the spectrum is like and goes on below the
-lowest frequency that a rest shows; the measured power over that of the law, octave by octave, holds whatever
-else there is: lines of the mains, other colours, the converter. σ of a sample is found in
-`rotation.still_signal`; noise that is louder in motion, in `noise_in_motion`.
+A spectral model, white noise plus a first-order autoregressive part, describes the spectrum and extends it
+below the lowest frequency that a rest resolves. The ratio of measured power to that of the model, octave by
+octave, contains all else: mains lines, other colours, the converter. `rotation.still_signal` estimates σ of a
+sample; `noise_in_motion`, noise that is louder in motion.
 """
 
 import math
@@ -96,7 +96,7 @@ class Noise:
 
     @property
     def stuck(self) -> float:
-        """Of noise over σ, mean square of a converter's error of which a block that stands shows nothing.
+        """Mean square of the quantisation error that a resting block does not show, of noise over σ.
 
         Its first harmonic over the place between two steps (Widrow and Kollár 2008,
         doi:10.1017/CBO9780511754661). σ holds the error of rounding. A rest shows more or less of it, so that
@@ -125,7 +125,7 @@ class Noise:
 
     @property
     def law(self) -> Slow:
-        """What its law says of means of `averaged` samples."""
+        """The spectral model, of means of `averaged` samples."""
         kept = math.exp(-2 * math.pi * self.corner)
         slow = self.slow * (1 - kept) / (1 + kept)
         return Slow(max(self.white, LEAST * (slow + self.white)) / self.averaged, slow / self.averaged, kept)

@@ -4,7 +4,8 @@ Reasons are made in `checks`; of a beginning in `beginning` and `begun_in_motion
 `uneven_restitution` and `impacts`; of a signal in `rotation.faults`; after the fits in `selection.doubts` and
 `selection.fit_reasons`; of corrections in `by_hand` and `left_out`; of fits and records that failed in
 `products.verdicts` and the jobs. They are joined in `judged` and `products.verdicts`. Thresholds with a key
-are in `config.defaults`, levels of tests in `identification.levels`, others beside their check.
+are in `config.defaults`, levels of tests in `identification.levels`, others beside their check. A user finds
+value, limit and key of each reason in `tables/reasons.csv`.
 """
 
 from collections.abc import Iterable

@@ -71,9 +71,12 @@ class Hypotheses:
         return FitSettings(free=free, **self.options)
 
     def on(self, block: Block, motion: Motion) -> "Hypotheses":
-        """The hypotheses on a run: where it bounced, or the block is squat, also a block that bounces; that
-        alone where it was thrown in, since the other laws begin with a release from rest. None on a run that
-        bounced, or was thrown, where that law is not allowed."""
+        """The hypotheses on a run.
+
+        If the run bounced or the block is squat, bouncing laws are added. If the run begins in motion, only
+        they remain: the others begin with a release from rest. If they are not allowed on such a run, or on
+        one that bounced, none remains.
+        """
         bouncing = [name for name, law in LAWS.items() if law.bounces and self.kinematics and motion.bounced]
         if motion.rate0 or (motion.bounced and not bouncing):
             return replace(self, models=bouncing)

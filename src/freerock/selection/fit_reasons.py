@@ -25,7 +25,8 @@ class Telling:
     Parameters
     ----------
     least_deg, least_mm : float
-        Least error of a tilt that is reported, as that of the reading at rest is not in its own; of a radius.
+        Smallest reported tilt, since its standard error omits that of the reading at rest; smallest reported
+        radius of edges.
     rounded : float
         Of b, radius of edges that is a warning: with sharp ones k would be off by percents.
     pushed : float
