@@ -1,6 +1,6 @@
 """Converters of few bits: is a clean run still ok, its noise known and its k as certain as stated?
 
-Records of `integrated` on foundations, which share nothing with the laws that are fitted, with white noise of
+Records of `swings` on foundations, which share nothing with the laws that are fitted, with white noise of
 1, 2 and 5 mV, through converters of 8 to 24 bits over ±10.5 V, go as volts the public way to runs and the fit
 of the law that is true.
 
@@ -16,13 +16,11 @@ import sys
 import numpy as np
 import pandas as pd
 
-from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
 from freerock.identification.levels import NORMAL_95
-from freerock_bench.analysed import measured
 from freerock_bench.document import in_markdown
 from freerock_bench.harness import Study
-from freerock_bench.integrated import RATE_HZ, candidate_of, laser_of, names_of, truth_of
+from freerock_bench.swings import kind_of, truth_of
 from freerock_bench.virtual_run import SEED, Row
 
 BITS, SIGMAS_MV = (8, 10, 12, 14, 16, 24), (1.0, 2.0, 5.0)
@@ -36,7 +34,7 @@ MARK = ("<!-- bits -->\n", "<!-- end of the bits -->\n")
 
 def cases(size: str) -> list[tuple[int, float, int]]:
     """Every converter and noise on scenes in turn."""
-    scenes = [i for i in range(2 * max(SIZES.values())) if names_of(i)[2] != "rigid"][: SIZES[size]]
+    scenes = [i for i in range(2 * max(SIZES.values())) if kind_of(i) != "rigid"][: SIZES[size]]
     return [(bits, sigma, i) for i in scenes for bits in BITS for sigma in SIGMAS_MV]
 
 
@@ -49,22 +47,20 @@ def rows_of(case: tuple[int, float, int]) -> list[Row]:
     run or no fit.
     """
     bits, sigma_mv, i = case
-    row: Row = {"bits": bits, "sigma_mv": sigma_mv, "record": i, "scene": " ".join(names_of(i))}
-    truth, laser, step = truth_of(i), laser_of(i), SPAN_V / 2**bits
+    truth, step = truth_of(i), SPAN_V / 2**bits
     draw = np.random.default_rng([SEED, bits, round(sigma_mv), i])
     offset, volts = draw.uniform(), truth.volts + 1e-3 * sigma_mv * draw.standard_normal(len(truth.volts))
     volts = step * (np.rint(volts / step + offset) - offset)
-    try:
-        found = measured(np.arange(len(volts)) / RATE_HZ, volts, laser, truth.scene.block)
-    except FreerockError as refused:
-        return [row | {"level": "fail", "names": str(refused.what)}]
-    row |= {"level": found.run.verdict.level, "names": " ".join(found.run.verdict.names)}
+    judged, found = truth.first_run(volts)
+    row = {"bits": bits, "sigma_mv": sigma_mv, "record": i, "scene": " ".join(truth.names), **judged}
+    if found is None:
+        return [row]
     row["sigma_ratio"] = found.noise_v / math.hypot(1e-3 * sigma_mv, step / math.sqrt(12))
     if found.motion is None:
         return [row]
-    fit = fit_run(candidate_of(i), truth.scene.block, found.motion)
+    fit = fit_run(truth.candidate, truth.scene.block, found.motion)
     if fit.success:
-        error, stderr = fit.value[0] - truth.scene.parameters["k"], fit.stderr[0]
+        error, stderr = fit.value[0] - truth.parameters["k"], fit.stderr[0]
         row |= {"noise": bool(fit.diagnostics["noise"]), "error": error, "stderr": stderr}
         row["inside"] = bool(abs(error) <= NORMAL_95 * stderr)
     return [row]

@@ -41,7 +41,7 @@ from freerock_bench.truths import OF_LASER, laboratory_of, place, table_2
 from freerock_bench.virtual_run import SEED, Row, correlated
 
 SIZES = {"small": 1, "medium": 3, "full": 5, "long": 20}  # records of each kind
-RATE_HZ, REST_S, TILT_S = 1000.0, 2.0, 1.2
+RATE_HZ, REST_S = 1000.0, 2.0
 ZERO_V, WHITE_V, SPAN_V, RANGE_V = 5.0, 2e-3, 20.0, 10.0
 SCATTER, ANGLES = 0.1, (0.6, 1.0)
 # Blocks of other sizes: depth in widths, stiffness of the bed over that of table 2 under the same pressure,
@@ -242,15 +242,11 @@ def _measured(scene: Scene, true: Laboratory, own: dict[str, Any], draw: Draw) -
     """Volts: rest, tilt, hold, run, rest."""
     rate_hz, (laser,) = RATE_HZ / true.clock, true.lasers.values()
     motion = Motion(scene, rate_hz)
-    stands, held = motion.stands[:6, None], motion.held[:6, None]
-    ramp = np.clip(np.arange(0, TILT_S, 1 / rate_hz) / TILT_S, 0, 1)
-    ramp = ramp**3 * (10 - 15 * ramp + 6 * ramp**2)
-    still = [np.repeat(each, int(s * rate_hz), axis=1) for each, s in _still(stands, held, draw)]
-    states = np.hstack([still[0], stands + (held - stands) * ramp, still[1], motion.states, still[2]])
+    still = REST_S, draw.uniform(1.5, 2.5), draw.uniform(1.5, 2.5)
+    states, begins = motion.record(*(int(each * rate_hz) for each in still))
     way = read(states, scene, laser.position, own.get("incline", 0.0))
     assert laser.range_m is not None
     volts = ZERO_V + RANGE_V / laser.range_m * (way - way[0]) / true.scales[0]
-    begins = still[0].shape[1] + ramp.size + still[1].shape[1]
     if "lost" in own:
         at = begins + int(motion.states.shape[1] * draw.uniform(0.1, 0.4))
         volts = np.delete(volts, np.s_[at : at + own["lost"]])
@@ -262,10 +258,6 @@ def _measured(scene: Scene, true: Laboratory, own: dict[str, Any], draw: Draw) -
         noise = noise + own["slow"] * correlated(volts.size, 0.05, RATE_HZ, draw)
     count = SPAN_V / 2 ** own.get("bits", 24)
     return np.asarray(count * np.rint((volts + WHITE_V * noise) / count))
-
-
-def _still(stands: Floats, held: Floats, draw: Draw) -> list[tuple[Floats, float]]:
-    return [(stands, REST_S), (held, draw.uniform(1.5, 2.5)), (stands, draw.uniform(1.5, 2.5))]
 
 
 def rows_of(case: tuple[str, int]) -> list[Row]:

@@ -1,6 +1,6 @@
 """Are the numbers of a run as certain as stated, whatever the noise?
 
-Records of `integrated`, which share nothing with the laws that are fitted, with seventeen kinds of noise, as
+Records of `swings`, which share nothing with the laws that are fitted, with seventeen kinds of noise, as
 volts through the public way to runs, impacts, the fit of the law that is true, and restitution by energy.
 
     python -m freerock_bench.noises results/studies/noises.csv full docs/validation.md
@@ -18,16 +18,15 @@ import numpy as np
 import pandas as pd
 
 from freerock.arrays import Floats
-from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
 from freerock.identification.levels import NORMAL_95
 from freerock.models.block import Block
 from freerock.populations.impact_energy import block_peaks, impact_energy
 from freerock.rotation.laboratory import Laboratory
-from freerock_bench.analysed import Measured, measured
+from freerock_bench.analysed import Measured
 from freerock_bench.document import in_markdown
 from freerock_bench.harness import Study
-from freerock_bench.integrated import RATE_HZ, Truth, candidate_of, laser_of, names_of, truth_of
+from freerock_bench.swings import RATE_HZ, Truth, truth_of
 from freerock_bench.virtual_run import SEED, Row, converted, correlated
 
 SIZES = {
@@ -118,11 +117,6 @@ def cases(size: str) -> list[tuple[str, int]]:
     return [(noise, i) for i in range(SIZES[size]) for noise in NOISES]
 
 
-def measured_of(truth: Truth, volts: Floats, i: int) -> Measured:
-    """The first run of the i-th record, on the public way."""
-    return measured(np.arange(len(volts)) / RATE_HZ, volts, laser_of(i), truth.scene.block)
-
-
 def rows_of(case: tuple[str, int]) -> list[Row]:
     """Rows of one record, one per number.
 
@@ -132,18 +126,16 @@ def rows_of(case: tuple[str, int]) -> list[Row]:
     used, has a row of the number "none".
     """
     noise, i = case
-    of_record = {"noise": noise, "record": i, "scene": " ".join(names_of(i))}
     truth, volts = record_of(noise, i)
-    try:
-        found = measured_of(truth, volts, i)
-    except FreerockError as error:
-        return [of_record | {"level": "fail", "names": str(error.what), "number": "none"}]
-    of_record |= {"level": found.run.verdict.level, "names": " ".join(found.run.verdict.names)}
+    judged, found = truth.first_run(volts)
+    of_record = {"noise": noise, "record": i, "scene": " ".join(truth.names), **judged}
+    if found is None:
+        return [of_record | {"number": "none"}]
     return [
         of_record
         | {"number": number, "impact": impact, "error": error, "stderr": stderr}
         | {"inside": bool(abs(error) <= NORMAL_95 * stderr)}
-        for number, impact, error, stderr in [*_of_run(truth, found), *_of_fit(truth, found, i)]
+        for number, impact, error, stderr in [*_of_run(truth, found), *_of_fit(truth, found)]
     ]
 
 
@@ -158,13 +150,13 @@ def _of_run(truth: Truth, found: Measured) -> Iterator[Number]:
         yield "restitution", at + 1, off, impacts.restitution_stderr[j]
 
 
-def _of_fit(truth: Truth, found: Measured, i: int) -> Iterator[Number]:
+def _of_fit(truth: Truth, found: Measured) -> Iterator[Number]:
     """What the fit of the law that is true shows."""
     run, impacts, motion, _ = found
     if motion is None:
         return
-    block, true = truth.scene.block, truth.scene.parameters
-    fit = fit_run(candidate_of(i), block, motion)
+    block, true = truth.scene.block, truth.parameters
+    fit = fit_run(truth.candidate, block, motion)
     if not fit.success:
         yield "none", 0, math.nan, math.nan
         return
@@ -172,12 +164,12 @@ def _of_fit(truth: Truth, found: Measured, i: int) -> Iterator[Number]:
     for name, value, stderr in zip(fit.parameters, fit.value, fit.stderr, strict=True):
         if name in true:
             yield name, 0, value - true[name], stderr
-    if not math.isfinite(truth.scene.r):
+    if "r" not in true:
         of_energy = impact_energy(fit, block, impacts.time_s - run.release_s, view=motion.view)
         for j, at in _alike(truth, of_energy.time_s + run.release_s):
             off = of_energy.restitution[j] - math.sqrt(truth.energies[at + 1] / truth.energies[at])
             yield "by energy", at + 1, off, of_energy.stderr[j]
-        laboratory = Laboratory(block, {"laser": laser_of(i)})
+        laboratory = Laboratory(block, {"laser": truth.laser})
         of_block = block_peaks(fit, impacts, run.release_s, laboratory)
         energies = np.array([_rigid_energy(peak, block) for peak in truth.block_peaks])
         for j, at in _alike(truth, impacts.time_s):

@@ -25,6 +25,8 @@ DULL_RAD_S = 2e-3  # rate over which dry friction turns round
 LEAST_RAD = 1e-5  # a rigid block lies still below
 AT_REST = 2e-5  # [rad]
 RTOL, ATOL, LONGEST_S = 1e-8, 1e-11, 60.0
+TILT_S = 1.2  # of a record, before its hold
+AWAY_M = 0.5  # sensor from the face
 N = 12  # coordinates and rates, without what friction and bed remember
 BASE = {  # what a base may be besides flat
     "left_m": 0.0,  # by how much the left corner is worn
@@ -128,7 +130,10 @@ class Scene:
 
 
 class Motion:
-    """States of a scene over time since the finger begins to leave, at even steps, and at rest."""
+    """States of a scene over time since the finger begins to leave, at even steps, and at rest.
+
+    `states` has the shape (12, n): x, y, θ, q, X, Y and their rates, which are zero of a rigid block.
+    """
 
     def __init__(self, scene: Scene, rate_hz: float, longest_s: float = LONGEST_S) -> None:
         self.scene, self.rate_hz = scene, rate_hz
@@ -146,9 +151,18 @@ class Motion:
         """Rotation [rad]."""
         return np.asarray(self.states[2])
 
+    def record(self, rest: int, hold: int, after: int) -> tuple[Floats, int]:
+        """States over so many samples at rest, a tilt, a hold, the run and a rest; where the run begins."""
+        stands, held = self.stands[:N, None], self.held[:N, None]
+        share = np.clip(np.arange(0, TILT_S, 1 / self.rate_hz) / TILT_S, 0, 1)
+        tilt = stands + (held - stands) * share**3 * (10 - 15 * share + 6 * share**2)
+        still = [np.repeat(each, n, axis=1) for each, n in ((stands, rest), (held, hold), (stands, after))]
+        states = np.hstack([still[0], tilt, still[1], self.states, still[2]])
+        return states, rest + share.size + hold
+
 
 def read(states: Floats, scene: Scene, height_m: float, incline: float = 0.0) -> Floats:
-    """Way of a beam to the left face [m] from a sensor half a metre off, by states, shape (6, n).
+    """Way of a beam to the left face [m] from a sensor `AWAY_M` off, by states.
 
     The block turns about its lower corner, as the sensor's equations have it (docs/equations.md, section 8).
 
@@ -161,7 +175,7 @@ def read(states: Floats, scene: Scene, height_m: float, incline: float = 0.0) ->
     incline : float
         Of the beam, upwards [rad].
     """
-    x, y, theta, q, _, _ = states
+    x, y, theta, q = states[:4]
     block, (left, right) = scene.block, scene.ends
     body = scene.numbers[0]
     sin, cos = np.sin(theta), np.cos(theta)
@@ -171,12 +185,23 @@ def read(states: Floats, scene: Scene, height_m: float, incline: float = 0.0) ->
         across = across + np.where(theta > 0, right * (1 - cos), left * (1 - cos))
     face = block.width_m / 2
     bent = q * min(height_m / body[5], 1.0)
-    # the face's points are middle + (-face + bent, Z) turned; the beam's are (-face - 0.5 + s cos, Y + s sin)
-    start = height_m - 0.5 * math.tan(incline)
+    # the face's points are middle + (-face + bent, Z) turned; the beam's (-face - AWAY_M + s cos, Y + s sin)
+    start = height_m - AWAY_M * math.tan(incline)
     px, py = across + (bent - face) * cos, low - (bent - face) * sin
     ahead, up = math.cos(incline), math.sin(incline)
-    s = ((px + face + 0.5) * cos - (py - start) * sin) / (ahead * cos - up * sin)
+    s = ((px + face + AWAY_M) * cos - (py - start) * sin) / (ahead * cos - up * sin)
     return np.asarray(s)
+
+
+def energy(states: Floats, scene: Scene) -> Floats:
+    """Kinetic, of the weight and of the springs of a flat and level bed [J], by states, shape (n,)."""
+    (m, inertia, e, h), (left, right) = scene.numbers[0][:4], scene.ends
+    y, sin, cos = states[1], np.sin(states[2]), np.cos(states[2])
+    depths = np.maximum(np.outer((left, right), sin) - (y + e * sin - h * cos), 0.0)
+    length = np.minimum(right - left, depths.max(axis=0) / np.maximum(np.abs(sin), 1e-300))
+    stored = scene.law["k"] * length * (depths[0] ** 2 + depths[0] * depths[1] + depths[1] ** 2) / 6
+    x_rate, y_rate, w = states[6:9]
+    return np.asarray(m * ((x_rate**2 + y_rate**2) / 2 + GRAVITY * y) + inertia * w**2 / 2 + stored)
 
 
 @compiled()
@@ -343,7 +368,7 @@ def standing(scene: Scene) -> Floats:
 
 
 def _on_springs(scene: Scene, held: Floats, rate_hz: float, longest_s: float) -> Floats:
-    """Coordinates over time, shape (6, n)."""
+    """States over time, shape (12, n)."""
     pulled = _at(scene, held, 1.0)[8] - _at(scene, held)[8]
     hand = -float(_at(scene, held)[8] / pulled)
     given = (*scene.numbers[:2], scene.cells, scene.numbers[2], hand, scene.fade_s)
@@ -358,7 +383,7 @@ def _on_springs(scene: Scene, held: Floats, rate_hz: float, longest_s: float) ->
             _rates, (begins, ends), y, "DOP853", at, rtol=RTOL, atol=ATOL, max_step=5e-3, args=given
         )
         assert found.success, found.message
-        parts.append(found.y[:6])
+        parts.append(found.y[:N])
         y, begins = _end(found, begins, ends, y, given), ends
         y[6:N] *= kept
         _turn(scene, y, added)
@@ -383,6 +408,11 @@ def _end(found: Any, begins: float, ends: float, y: Floats, given: Any) -> Float
         return np.array(start)
     rest = solve_ivp(_rates, (last, ends), start, "DOP853", rtol=RTOL, atol=ATOL, args=given)
     return np.array(rest.y[:, -1])
+
+
+def on_corners(scene: Scene, theta: Floats) -> Floats:
+    """States of a rigid block that stands on a corner at some angles [rad], shape (12, n)."""
+    return np.array([_state(scene, _down(scene, each), each)[:N] for each in theta]).T
 
 
 def _down(scene: Scene, theta: float) -> float:
@@ -447,7 +477,7 @@ def rigid_swings(
 
 
 def _rigid(scene: Scene, rate_hz: float, longest_s: float) -> Floats:
-    """Coordinates over time of a rigid block that turns about its corners, shape (6, n)."""
+    """States over time of a rigid block that turns about its corners, shape (12, n)."""
     block, known, (left, right) = scene.block, scene.known, scene.ends
     m, tilt, radius = block.mass_kg, known["tilt"], known["radius_m"]
 
@@ -471,4 +501,4 @@ def _rigid(scene: Scene, rate_hz: float, longest_s: float) -> Floats:
 
     time_s = np.arange(0.0, longest_s, 1 / rate_hz)
     theta, _ = rigid_swings(moves, scene.law["r"], (scene.theta0, scene.rate), scene.fade_s, time_s)
-    return np.array([_state(scene, _down(scene, each), each)[:6] for each in theta]).T
+    return on_corners(scene, theta)

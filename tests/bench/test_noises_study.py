@@ -13,7 +13,7 @@ from freerock.runs.noise import autocovariance, noise_at_rest, white_noise
 from freerock.runs.noise_in_motion import in_motion
 from freerock.runs.sums import covariance_of_means, covariance_of_sums, stderr_of_mean, unsure_of_sum
 from freerock.runs.whitening import Slow, transposed, whiten
-from freerock_bench import integrated, noises
+from freerock_bench import noises, swings
 
 RATE_HZ = 2000.0
 
@@ -67,11 +67,12 @@ def test_noise_that_is_louder_in_motion():
 def test_a_fit_takes_the_noise_that_is_heard_in_motion():
     """A residual twice as loud as the rest is noise where the motion itself shows it, and else is not."""
     truth, volts = noises.record_of("speckle by rate", 1)
-    motion = noises.measured_of(truth, volts, 1).motion
+    _, found = truth.first_run(volts)
+    motion = found.motion
     at_rest = replace(motion.noise, ratio=np.ones_like(motion.noise.ratio))
     assert motion.noise.ratio[-1] > 1.2
     fits = [
-        fit_run(integrated.candidate_of(1), truth.scene.block, replace(motion, noise=each))
+        fit_run(truth.candidate, truth.scene.block, replace(motion, noise=each))
         for each in (motion.noise, at_rest)
     ]
     assert [fit.diagnostics["noise"] for fit in fits] == [1.0, 0.0]
@@ -97,9 +98,16 @@ def test_rests_of_one_value_show_no_spectrum():
 
 
 def test_the_truth_keeps_its_energy_but_for_what_the_bed_takes():
-    truth = integrated.truth_of(7)
+    truth = swings.truth_of(7)
     assert np.all(np.diff(truth.energies) < 0)
     assert abs(truth.peaks[1]) < abs(truth.theta0) and truth.peaks[1] * truth.theta0 < 0
+
+
+def test_a_rigid_block_loses_at_each_impact_what_its_restitution_says():
+    truth = swings.truth_of(19)
+    block, tops = truth.scene.block, truth.block_peaks[:8]
+    lifted = block.h * (np.cos(tops) - 1) + block.b * np.abs(np.sin(tops))
+    assert np.sqrt(lifted[1:] / lifted[:-1]) == pytest.approx(truth.parameters["r"], abs=1e-4)
 
 
 def test_intervals_hold_the_truth_in_slow_noise_as_in_white():
@@ -122,5 +130,6 @@ def test_an_outlier_in_the_hold_is_no_release():
     """A sample that stands out by half the held angle, long before the release."""
     truth, volts = noises.record_of("white", 0)
     at = round((truth.release_s - 0.5) * RATE_HZ)
-    volts[at] += 0.4 * (integrated.ZERO_V - volts[at])
-    assert abs(noises.measured_of(truth, volts, 0)[0].release_s - truth.release_s) < 2e-3
+    volts[at] += 0.4 * (swings.ZERO_V - volts[at])
+    _, found = truth.first_run(volts)
+    assert abs(found.run.release_s - truth.release_s) < 2e-3

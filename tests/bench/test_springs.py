@@ -12,7 +12,7 @@ from freerock.models.published import TABLE_2
 from freerock.models.simulate import Solver, simulate
 from freerock.rotation.beam import displaced
 from freerock.virtual_lab.palermo import CONFIGURATIONS
-from freerock_bench.springs import BESIDES, Motion, Scene, read
+from freerock_bench.springs import BESIDES, Motion, Scene, energy, read
 
 pytestmark = pytest.mark.slow
 
@@ -147,3 +147,12 @@ def test_a_beam_reads_a_block_that_has_sunk():
     inclined = read(motion.states, scene, LASER.position, 0.05)
     start = read(motion.stands[:6, None], scene, LASER.position, 0.05)
     assert np.abs((inclined - start) / np.where(way, way, 1.0) - 1)[:50].max() < 0.02
+
+
+@pytest.mark.parametrize("pivoting", [False, True])
+def test_a_bed_without_damping_keeps_the_energy(pivoting):
+    base = {"left_m": 1e-3, "right_m": 1e-3}
+    scene = Scene(BLOCK, {"k": SOIL["k"]}, pivoting, 0.8 * ANGLE, AT_ONCE_S, base)
+    kept = energy(Motion(scene, RATE_HZ, N / RATE_HZ).states, scene)
+    lifted = kept[0] - energy(Motion(replace(scene, theta0=0.01), RATE_HZ, 0.1).states, scene)[0]
+    assert np.ptp(kept) < 1e-4 * lifted
