@@ -155,7 +155,7 @@ class Motion:
         """States over so many samples at rest, a tilt, a hold, the run and a rest; where the run begins."""
         stands, held = self.stands[:N, None], self.held[:N, None]
         share = np.clip(np.arange(0, TILT_S, 1 / self.rate_hz) / TILT_S, 0, 1)
-        tilt = stands + (held - stands) * share**3 * (10 - 15 * share + 6 * share**2)
+        tilt = stands + (held - stands) * (share**3 * (10 - 15 * share + 6 * share**2))
         still = [np.repeat(each, n, axis=1) for each, n in ((stands, rest), (held, hold), (stands, after))]
         states = np.hstack([still[0], tilt, still[1], self.states, still[2]])
         return states, rest + share.size + hold

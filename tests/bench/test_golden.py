@@ -34,15 +34,6 @@ def test_every_scene_is_quoted_and_the_methods_agree(golden):
     assert rows["end_s"].min() > 1.0
 
 
-def test_the_tables_are_the_netcdf_file(golden):
-    tables = files.read_solution(files.SOLUTIONS / files.TRAJECTORIES)
-    assert list(tables) == list(golden)
-    for name, read in tables.items():
-        assert np.array_equal(read.time_s, golden[name].time_s)
-        assert np.allclose(read.theta_rad, golden[name].theta_rad, rtol=1e-14, atol=1e-300)
-        assert np.allclose(read.theta_rate_rad_s, golden[name].theta_rate_rad_s, rtol=1e-14, atol=1e-300)
-
-
 def test_sine_in_fixed_point_and_the_inverse_of_a_series():
     s, c = fixed_point.sine(fixed_point.fixed(-0.3))
     assert fixed_point.number(s) == math.sin(-0.3)
@@ -269,17 +260,11 @@ def test_files_that_are_none_are_refused(tmp_path):
     with pytest.raises(FreerockError) as refused:
         files.read_solution(tmp_path / "gone.csv")
     assert str(refused.value) == f"{tmp_path / 'gone.csv'}: no such file{LAYOUT}"
-    path = tmp_path / "theirs.nc"
-    path.write_text("scene\n")
-    with pytest.raises(FreerockError) as refused:
-        files.read_solution(path)
-    layout = "; give variables scene, time and theta(scene, time), as golden.nc has them"
-    assert str(refused.value) == f"{path}: is no netCDF file{layout}"
 
 
 def test_the_command_prints_a_row_and_every_scene(capsys, tmp_path):
     written_to = tmp_path / "digits.csv"
-    golden_file = str(files.SOLUTIONS / files.NETCDF)
+    golden_file = str(files.SOLUTIONS / files.TRAJECTORIES)
     grade.main([golden_file, "--name", "itself", "--csv", str(written_to)])
     out = capsys.readouterr().out
     assert "| itself | 124 of 124 | 15.0 | 15.0 | 15.0 | 15.0 | 15.0 |" in out

@@ -4,38 +4,20 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
 import pandas as pd
-import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.files import atomic
 from freerock_bench.golden.make import Golden
-from freerock_bench.golden.scenes import Scene, instants
+from freerock_bench.golden.scenes import Scene
 
 SOLUTIONS = Path(__file__).parent / "solutions"
-NETCDF, TRAJECTORIES, EVENTS, SCENES = "golden.nc", "trajectories.csv", "events.csv", "scenes.csv"
+TRAJECTORIES, EVENTS, SCENES = "trajectories.csv", "events.csv", "scenes.csv"
 COLUMNS = ["scene", "time_s", "theta_rad", "theta_rate_rad_s"]
 NEEDED = COLUMNS[:3]
 LAYOUT = "give a CSV with the columns scene, time_s, theta_rad and, if known, theta_rate_rad_s"
 PARAMETERS = {"r": "r", "k": "k_n_m2", "c": "c_n_s_m2", "lambda": "lambda_n_s_m3"}
-ATTRIBUTES = {
-    "title": "Golden solutions of the free-rocking benchmark",
-    "summary": "Rotation of rocking blocks by two independent methods that agree within 1e-11 rad",
-    "license": "CC0-1.0",
-    "Conventions": "CF-1.11",
-    "references": "docs/benchmark.md of freerock; doi:10.1016/j.proeng.2017.09.024",
-}
-UNITS = {  # of the variables of the netCDF file
-    "time": ("s", "time from the release"),
-    "theta": ("rad", "rotation, positive clockwise"),
-    "theta_rate": ("rad s-1", "angular rate"),
-    "impact_time": ("s", "instant at which the rotation changes its sign"),
-    "impact_rate": ("rad s-1", "angular rate then; of a rigid block before the impact"),
-    "peak_time": ("s", "instant at which the angular rate changes its sign"),
-    "peak_theta": ("rad", "rotation then"),
-}
 
 
 class Trajectory(NamedTuple):
@@ -53,7 +35,7 @@ class Trajectory(NamedTuple):
 
 
 def write(made: Sequence[Golden], folder: Path = SOLUTIONS) -> None:
-    """Write the golden solutions: one netCDF file, and the same as three tables.
+    """Write the golden solutions as three tables.
 
     Raises
     ------
@@ -68,18 +50,15 @@ def write(made: Sequence[Golden], folder: Path = SOLUTIONS) -> None:
     for name, table in tables.items():
         with atomic(folder / name) as part:
             table.to_csv(part, index=False, lineterminator="\n")
-    with atomic(folder / NETCDF) as part:
-        _dataset(made, tables[SCENES]).to_netcdf(part)
 
 
-def read_golden(folder: Path = SOLUTIONS) -> dict[str, Trajectory]:
+def read_golden() -> dict[str, Trajectory]:
     """What is quoted of each scene."""
-    with xr.open_dataset(folder / NETCDF) as dataset:
-        return dict(_of_dataset(dataset.load()))
+    return read_solution(SOLUTIONS / TRAJECTORIES)
 
 
 def read_solution(path: str | Path) -> dict[str, Trajectory]:
-    """Anybody's solutions by scene: a CSV with `COLUMNS`, or a netCDF file like `golden.nc`.
+    """Anybody's solutions by scene: a CSV with `COLUMNS`.
 
     Raises
     ------
@@ -89,8 +68,6 @@ def read_solution(path: str | Path) -> dict[str, Trajectory]:
     path = Path(path)
     if not path.is_file():
         raise FreerockError(path, "no such file", LAYOUT)
-    if path.suffix in (".nc", ".nc4"):
-        return _read_netcdf(path)
     try:
         frame = pd.read_csv(path, dtype={"scene": str}, comment="#")
     except (ValueError, OSError) as error:
@@ -110,33 +87,6 @@ def read_solution(path: str | Path) -> dict[str, Trajectory]:
         )
         for scene, rows in frame.groupby("scene", sort=False)
     }
-
-
-def _read_netcdf(path: Path) -> dict[str, Trajectory]:
-    layout = "give variables scene, time and theta(scene, time), as golden.nc has them"
-    try:
-        with xr.open_dataset(path) as dataset:
-            loaded = dataset.load()
-    except (OSError, ValueError) as error:
-        raise FreerockError(path, "is no netCDF file", layout) from error
-    for name in ("scene", "time", "theta"):
-        if name not in loaded.variables:
-            raise FreerockError(path, f"lacks the variable {name}", layout)
-    if loaded["theta"].dims != ("scene", "time"):
-        raise FreerockError(
-            path, f"theta has the dimensions {', '.join(map(str, loaded['theta'].dims))}", layout
-        )
-    return dict(_of_dataset(loaded))
-
-
-def _of_dataset(dataset: xr.Dataset) -> Iterator[tuple[str, Trajectory]]:
-    """Each scene without the instants after its end."""
-    time = dataset["time"].to_numpy().astype(float)
-    for i, scene in enumerate(dataset["scene"].to_numpy().tolist()):
-        theta = dataset["theta"].to_numpy()[i]
-        end = 1 + int(np.flatnonzero(np.isfinite(theta)).max(initial=-1))
-        rate = dataset["theta_rate"].to_numpy()[i][:end] if "theta_rate" in dataset else None
-        yield str(scene), Trajectory(time[:end], theta[:end], rate)
 
 
 def _samples(made: Golden) -> Iterator[tuple[str, float, str, str]]:
@@ -179,30 +129,3 @@ def _row(made: Golden) -> dict[str, Any]:
         "apart_rad_s": f"{made.apart_rad_s:.1e}",
         "apart_s": f"{made.apart_s:.1e}",
     }
-
-
-def _dataset(made: Sequence[Golden], rows: pd.DataFrame) -> xr.Dataset:
-    time = np.array(instants(max(each.time_s[-1] for each in made)))
-    columns = {
-        "theta": (("scene", "time"), _padded([each.theta_rad for each in made], time.size)),
-        "theta_rate": (("scene", "time"), _padded([each.theta_rate_rad_s for each in made], time.size)),
-    }
-    for kind, value, part in (("impact", "impact_rate", 2), ("peak", "peak_theta", 1)):
-        events = [np.array(getattr(each, f"{kind}s")).reshape(-1, 3) for each in made]
-        longest = max(len(each) for each in events)
-        columns[f"{kind}_time"] = (("scene", kind), _padded([each[:, 0] for each in events], longest))
-        columns[value] = (("scene", kind), _padded([each[:, part] for each in events], longest))
-    stated = {name: ("scene", rows[name].to_numpy()) for name in rows.columns[1:]}
-    for name in ("theta0_rad", "z_cb0_m", "apart_rad", "apart_rad_s", "apart_s"):
-        stated[name] = ("scene", rows[name].astype(float).to_numpy())
-    dataset = xr.Dataset(columns | stated, {"scene": rows["scene"].to_numpy(), "time": time}, ATTRIBUTES)
-    for name, (unit, meaning) in UNITS.items():
-        dataset[name].attrs = {"units": unit, "long_name": meaning}
-    return dataset
-
-
-def _padded(rows: Sequence[Floats], length: int) -> Floats:
-    table = np.full((len(rows), length), np.nan)
-    for i, row in enumerate(rows):
-        table[i, : len(row)] = row
-    return table

@@ -19,8 +19,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = ArgumentParser(
         "python -m freerock_bench.golden.grade",
         description="Grade somebody's solutions of the free-rocking benchmark.",
-        epilog="FILE is a CSV with the columns scene, time_s, theta_rad and, if known, theta_rate_rad_s, or "
-        "a netCDF file like golden.nc; README.md beside golden.nc states the scenes. You may omit scenes. "
+        epilog="FILE is a CSV with the columns scene, time_s, theta_rad and, if known, theta_rate_rad_s; "
+        "README.md in src/freerock_bench/golden/solutions states the scenes. You may omit scenes. "
         "Prints a row for the table there, and each scene, the worst first.",
     )
     parser.add_argument("file", metavar="FILE", help="trajectories of the benchmark's scenes")
