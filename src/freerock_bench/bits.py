@@ -66,29 +66,18 @@ def rows_of(case: tuple[int, float, int]) -> list[Row]:
     return [row]
 
 
-def told(frame: pd.DataFrame) -> pd.DataFrame:
-    """Of each noise and converter: records, shares [%] ok and failed, of σ within `ALIKE`, of k inside; the
-    step over σ."""
+def markdown(frame: pd.DataFrame) -> str:
+    """A row per noise and converter: the step over σ, records, shares ok and failed, of σ within `ALIKE`, of
+    fits whose residual agrees with the noise, and of k inside."""
     rows = []
     for (sigma_mv, bits), own in frame.groupby(["sigma_mv", "bits"]):
         usable = own[own["level"] != "fail"]
-        row = {"sigma_mv": sigma_mv, "bits": bits, "steps": SPAN_V / 2**bits / (1e-3 * sigma_mv)}
-        row |= {"records": len(own), "ok": 100 * (own["level"] == "ok").mean()}
-        row |= {"failed": 100 * (own["level"] == "fail").mean()}
-        row["sigma"] = 100 * ((usable["sigma_ratio"] - 1).abs() <= ALIKE).mean()
-        row["explained"] = 100 * usable["noise"].dropna().astype(float).mean()
-        row["k"] = 100 * usable["inside"].dropna().astype(float).mean()
-        rows.append(row)
-    return pd.DataFrame(rows)
-
-
-def markdown(frame: pd.DataFrame) -> str:
-    """A row per noise and converter."""
-    rows = []
-    for row in told(frame).to_dict("records"):
-        shares = [f"{row[name]:.0f} %" for name in ("ok", "failed", "sigma", "explained", "k")]
-        cells = [f"{row['sigma_mv']:g}", int(row["bits"]), f"{row['steps']:.2g}", int(row["records"])]
-        rows.append([*cells, *shares])
+        shares = [(own["level"] == level).mean() for level in ("ok", "fail")]
+        shares.append(((usable["sigma_ratio"] - 1).abs() <= ALIKE).mean())
+        shares += [usable[name].dropna().astype(float).mean() for name in ("noise", "inside")]
+        step = SPAN_V / 2**bits / (1e-3 * sigma_mv)
+        cells = [f"{sigma_mv:g}", bits, f"{step:.2g}", len(own)]
+        rows.append([*cells, *(f"{100 * share:.0f} %" for share in shares)])
     heads = ["noise [mV]", "bits", "a step [σ]", "records", "ok", "failed"]
     return in_markdown([*heads, "σ within 5 %", "fit is noise", "k inside"], rows) + "\n"
 

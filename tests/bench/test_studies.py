@@ -33,7 +33,7 @@ for name in figures.__all__:
     import_module(f"freerock_bench.figures.{name}")
 
 
-@pytest.mark.parametrize("name", [*figures.__all__, "paper", "success", "kinds"])
+@pytest.mark.parametrize("name", [*figures.__all__, "bits", "paper", "success", "kinds"])
 def test_a_study_is_one_module_with_one_function(name):
     run = inspect.signature(import_module(f"freerock_bench.{name}").run)
     assert [(each.name, each.default) for each in run.parameters.values()] == [("size", "full")]

@@ -21,7 +21,7 @@ DATA = {"kinds": "kinds.yaml", "speed_accuracy": "engines.yaml"}
 
 # The stability atlas is a figure for each of its pages.
 PAGES = ["stiffness", "step", "release"]
-AS_TABLES = ["faults", "kinds", "paper", "success"]  # their numbers are on docs/validation.md
+AS_TABLES = ["bits", "faults", "kinds", "paper", "success"]  # their numbers are on docs/validation.md
 FIGURES_OF_STUDIES = [study for study in STUDIES if study not in ("stability", *AS_TABLES)]
 
 
