@@ -37,7 +37,7 @@ from freerock_bench.analysed import Analysed, analysed
 from freerock_bench.document import in_markdown
 from freerock_bench.harness import NUMBERS, Study, rows_of_fit
 from freerock_bench.springs import Motion, Scene, read
-from freerock_bench.truths import OF_LASER, laboratory_of, place, table_2
+from freerock_bench.truths import place, table_2
 from freerock_bench.virtual_run import SEED, Row, correlated
 
 SIZES = {"small": 1, "medium": 3, "full": 5, "long": 20}  # records of each kind
@@ -52,6 +52,7 @@ CALIPER = {"height_m": 3e-5, "width_m": 3e-5, "position_m": 2e-4, "scale_fractio
 CALIPER |= {"sampling_rate_fraction": 2e-5, "com_height_m": 1e-4, "inertia_kg_m2": 2e-3}
 INPUTS = ["height_m", "width_m", "mass_kg", "com_height_m", "inertia_kg_m2"]
 INPUTS += ["position_m", "scale_fraction", "sampling_rate_fraction", "response_ms"]
+OF_LASER = ("position_m", "scale_fraction", "sampling_rate_fraction", "response_ms")
 ADVICE = re.compile(
     r"(\w+) of (\S+) (?:fitted|off by) ([+-][\d.e+-]+)"  # measure it again
     r"|(\w+), ([+-][\d.e+-]+)(?: [\w ]+?)? of (\w+)"  # a cause, by how much it is off
@@ -185,7 +186,9 @@ def stated_laboratory(name: str, block: Block, laser: Laser, caliper: bool) -> L
     u = DEFAULTS | (CALIPER if caliper else {})
     u["mass_kg"] = DEFAULTS["mass_fraction"] * block.mass_kg
     u["inertia_kg_m2"] = u.get("inertia_kg_m2", DEFAULTS["inertia_fraction"]) * block.inertia_cm
-    return laboratory_of(name, block, laser, {each: u[each] for each in INPUTS}, caliper)
+    owners = dict.fromkeys(OF_LASER, "laser")
+    inputs = (Input(owners.get(each, name), each, u[each], caliper) for each in INPUTS)
+    return Laboratory(block, {"laser": laser}, tuple(inputs))
 
 
 class Record(NamedTuple):

@@ -7,7 +7,6 @@ integrates; a rigid block goes from event to event. Of freerock it takes the con
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -379,12 +378,13 @@ def _on_springs(scene: Scene, held: Floats, rate_hz: float, longest_s: float) ->
         if ends <= begins:
             continue
         at = np.arange(math.ceil(begins * rate_hz - 1e-9), math.ceil(ends * rate_hz - 1e-9)) / rate_hz
+        at = np.append(at[at < ends], ends)
         found = solve_ivp(
             _rates, (begins, ends), y, "DOP853", at, rtol=RTOL, atol=ATOL, max_step=5e-3, args=given
         )
         assert found.success, found.message
-        parts.append(found.y[:N])
-        y, begins = _end(found, begins, ends, y, given), ends
+        parts.append(found.y[:N, :-1])
+        y, begins = found.y[:, -1].copy(), ends
         y[6:N] *= kept
         _turn(scene, y, added)
     return np.hstack(parts)
@@ -400,16 +400,6 @@ def _turn(scene: Scene, y: Floats, by: float) -> None:
     y[8] += by
 
 
-def _end(found: Any, begins: float, ends: float, y: Floats, given: Any) -> Floats:
-    """State at the end of a span, from its last sample."""
-    last = found.t[-1] if found.t.size else begins
-    start = found.y[:, -1] if found.t.size else y
-    if last >= ends:
-        return np.array(start)
-    rest = solve_ivp(_rates, (last, ends), start, "DOP853", rtol=RTOL, atol=ATOL, args=given)
-    return np.array(rest.y[:, -1])
-
-
 def on_corners(scene: Scene, theta: Floats) -> Floats:
     """States of a rigid block that stands on a corner at some angles [rad], shape (12, n)."""
     return np.array([_state(scene, _down(scene, each), each)[:N] for each in theta]).T
@@ -421,67 +411,13 @@ def _down(scene: Scene, theta: float) -> float:
     return -(right if theta > 0 else -left) * abs(math.sin(theta))
 
 
-def rigid_swings(
-    turning: Callable[[float, float, float, float], float],
-    r: float,
-    start: tuple[float, float],
-    fade_s: float,
-    time_s: Floats,
-) -> Floats:
-    """θ and its rate over time of a rigid block, from impact to impact, shape (2, n).
-
-    Parameters
-    ----------
-    turning : callable
-        Side it stands on (1 right, -1 left), angle and rate away from rest, share of the hand's support → the
-        second rate of that angle.
-    r : float
-    start : (float, float)
-        Angle [rad], and rate away from rest [rad/s].
-    fade_s : float
-        Time over which the hand leaves.
-    time_s : ndarray, shape (n,)
-    """
-    side, begins, y = math.copysign(1.0, start[0]), 0.0, [abs(start[0]), start[1]]
-    found = np.zeros((2, len(time_s)))
-    while begins < time_s[-1]:
-
-        def rates(t: float, y: Any, side: float = side) -> list[float]:
-            support = 0.5 * (1 + math.cos(math.pi * t / fade_s)) if t < fade_s else 0.0
-            return [y[1], turning(side, y[0], y[1], support)]
-
-        def lands(_: float, y: Any) -> float:
-            return float(y[0])
-
-        lands.terminal, lands.direction = True, -1  # type: ignore[attr-defined]
-        swing = solve_ivp(
-            rates,
-            (begins, time_s[-1]),
-            y,
-            "DOP853",
-            events=lands,
-            dense_output=True,
-            rtol=1e-11,
-            atol=1e-14,
-            max_step=math.inf if begins else 0.02,
-        )
-        first, last = np.searchsorted(time_s, (begins, swing.t[-1])).tolist()
-        during = slice(first, last if swing.status else len(time_s))
-        if during.start < during.stop:
-            found[:, during] = side * swing.sol(time_s[during])
-        begins, side = float(swing.t[-1]), -side
-        y = [1e-300, r * abs(float(swing.y[1, -1]))]
-        if y[1] ** 2 < 2 * abs(turning(side, 0.0, 0.0, 0.0)) * LEAST_RAD:
-            break
-    return found
-
-
 def _rigid(scene: Scene, rate_hz: float, longest_s: float) -> Floats:
-    """States over time of a rigid block that turns about its corners, shape (12, n)."""
+    """States over time of a rigid block that turns about its corners, from impact to impact; (12, n)."""
     block, known, (left, right) = scene.block, scene.known, scene.ends
     m, tilt, radius = block.mass_kg, known["tilt"], known["radius_m"]
 
     def turning(side: float, t: float, w: float, couple: float) -> float:
+        """Second rate of the angle away from rest, on its right corner (1) or left one (-1) [rad/s²]."""
         b = right - block.e if side > 0 else block.e - left
         sin, cos = math.sin(t), math.cos(t)
         across, up = b - radius, block.h - radius
@@ -492,13 +428,29 @@ def _rigid(scene: Scene, rate_hz: float, longest_s: float) -> Floats:
         moment -= known["rub_nm"] * math.tanh(w / DULL_RAD_S) - couple
         return moment / (block.inertia_cm + m * (x1 * x1 + z1 * z1))
 
+    def rates(t: float, y: Any) -> list[float]:
+        support = 0.5 * (1 + math.cos(math.pi * t / scene.fade_s)) if t < scene.fade_s else 0.0
+        return [y[1], turning(side, y[0], y[1], support * hand)]
+
+    def lands(_: float, y: Any) -> float:
+        return float(y[0])
+
+    lands.terminal, lands.direction = True, -1  # type: ignore[attr-defined]
     side, held = math.copysign(1.0, scene.theta0), abs(scene.theta0)
     weigh = turning(side, held, 0.0, 0.0)
     hand = -weigh / (turning(side, held, 0.0, 1.0) - weigh)
-
-    def moves(side: float, t: float, w: float, support: float) -> float:
-        return turning(side, t, w, hand * support)
-
     time_s = np.arange(0.0, longest_s, 1 / rate_hz)
-    theta, _ = rigid_swings(moves, scene.law["r"], (scene.theta0, scene.rate), scene.fade_s, time_s)
+    theta, begins, y = np.zeros(len(time_s)), 0.0, [held, scene.rate]
+    how: dict[str, Any] = {"events": lands, "dense_output": True, "rtol": 1e-11, "atol": 1e-14}
+    while begins < time_s[-1]:
+        longest = math.inf if begins else 0.02
+        swing = solve_ivp(rates, (begins, time_s[-1]), y, "DOP853", max_step=longest, **how)
+        first, last = np.searchsorted(time_s, (begins, swing.t[-1])).tolist()
+        during = slice(first, last if swing.status else len(time_s))
+        if during.start < during.stop:
+            theta[during] = side * swing.sol(time_s[during])[0]
+        begins, side = float(swing.t[-1]), -side
+        y = [1e-300, scene.law["r"] * abs(float(swing.y[1, -1]))]
+        if y[1] ** 2 < 2 * abs(turning(side, 0.0, 0.0, 0.0)) * LEAST_RAD:
+            break
     return on_corners(scene, theta)

@@ -1,16 +1,13 @@
 """Truths of the studies of the choice: published laws, worn corners, records with holds and rests."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from freerock.models.block import Block
 from freerock.models.laws import LAWS, Candidate
 from freerock.models.published import TABLE_2
-from freerock.rotation.laboratory import Input, Laboratory
-from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock_bench.virtual_run import Truth, virtual_motion
@@ -18,22 +15,12 @@ from freerock_bench.virtual_run import Truth, virtual_motion
 ANGLES = (0.6, 1.0)  # of the release angle of table 1
 SIGMA_DEG = (0.005, 0.05)
 STILL_S = (1.0, 3.0)  # shortest and longest hold, and rest
-OF_LASER = ("position_m", "scale_fraction", "sampling_rate_fraction", "response_ms")
 
 
 def place(i: int) -> tuple[str, str]:
     """Block and foundation of the i-th of six scenes, and so on in turn."""
     blocks, foundations = list(CONFIGURATIONS), list(FOUNDATIONS)
     return blocks[i % len(blocks)], foundations[i // len(blocks) % len(foundations)]
-
-
-def laboratory_of(
-    name: str, block: Block, laser: Laser, uncertainties: Mapping[str, float], stated: bool = True
-) -> Laboratory:
-    """A block of some name and its laser, with standard uncertainties of inputs by name."""
-    owners = dict.fromkeys(OF_LASER, "laser") | {"levelled_deg": "base"}
-    inputs = (Input(owners.get(each, name), each, u, stated) for each, u in uncertainties.items())
-    return Laboratory(block, {"laser": laser}, tuple(inputs))
 
 
 def table_2(law: str, foundation: str) -> dict[str, float]:
