@@ -11,7 +11,7 @@ and the two halves change places.
 import math
 import os
 import sys
-from itertools import pairwise, product
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +27,6 @@ from freerock.response.motions import Accelerogram
 
 ALPHA, SIZE_M, RESTITUTION = np.linspace(0.04, 0.28, 13), np.geomspace(0.06, 1.0, 6), (0.65, 0.85)
 TOGETHER = 2  # samples of the table, averaged into one
-BINS = np.array([0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0])
 ROCKS = ("rock 1", "rock 2")
 
 
@@ -37,9 +36,8 @@ def run(folder: str = "") -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns rock, way (equivalent block, logistic regression, always stands), n, right (share), brier
-        (mean square of probability less outcome), alpha, size_m, restitution (of the best block, first
-        half). Rows of way "reliability" have n, foretold (mean probability), fell (share) of each bin.
+        Columns rock, way (equivalent block, logistic regression, always stands), n, right (share), alpha,
+        size_m, restitution (of the best block, first half).
 
     Raises
     ------
@@ -63,15 +61,8 @@ def run(folder: str = "") -> pd.DataFrame:
         shape = dict(zip(("alpha", "size_m", "restitution"), best, strict=True))
         ways = {"equivalent block": chance, "logistic regression": regressed, "always stands": stands}
         for way, found in ways.items():
-            rows.append({"rock": name, "way": way, "n": truth.size, "right": np.mean((found > 0.5) == truth)})
-            rows[-1] |= {"brier": np.mean((found - truth) ** 2)} | (
-                shape if way == "equivalent block" else {}
-            )
-        for low, high in pairwise(BINS):
-            own = (chance >= low) & ((chance < high) | (high == 1))
-            if own.any():
-                of_bin = {"n": int(own.sum()), "foretold": chance[own].mean(), "fell": truth[own].mean()}
-                rows.append({"rock": name, "way": "reliability"} | of_bin)
+            row = {"rock": name, "way": way, "n": truth.size, "right": np.mean((found > 0.5) == truth)}
+            rows.append(row | (shape if way == "equivalent block" else {}))
     return pd.DataFrame(rows)
 
 

@@ -120,19 +120,12 @@ def coverage(frame: pd.DataFrame) -> pd.DataFrame:
         shares in per cent; z: root mean square of error over u.
     """
     known = frame.dropna(subset=["inside"])
-    rows = []
-    for (case, parameter), own in known.groupby(["case", "parameter"], sort=False):
-        off = own["value"] - own["truth"]
-        percent = {"error": off, "stderr": own["stderr"], "u": own["u"]}
-        rows.append(
-            {
-                "case": case,
-                "parameter": parameter,
-                "n": len(own),
-                **{name: 100 * (each / own["truth"]).abs().median() for name, each in percent.items()},
-                **{name: 100 * own[name].astype(float).mean() for name in ("inside_stderr", "inside")},
-                "z": float(np.sqrt(np.mean((off / own["u"]) ** 2))),
-            }
-        )
-    columns = ["case", "parameter", "n", "error", "stderr", "u", "inside_stderr", "inside", "z"]
-    return pd.DataFrame(rows, columns=columns)
+    off, percent = known["value"] - known["truth"], 100 / known["truth"].abs()
+    sizes = {"error": off.abs(), "stderr": known["stderr"], "u": known["u"]}
+    shares = {name: 100 * known[name].astype(float) for name in ("inside_stderr", "inside")}
+    square = (off / known["u"]) ** 2
+    known = known.assign(**{name: each * percent for name, each in sizes.items()}, **shares, z=square)
+    taken = {name: (name, "median") for name in sizes} | {name: (name, "mean") for name in (*shares, "z")}
+    groups = known.groupby(["case", "parameter"], sort=False)
+    found = groups.agg(n=("z", "size"), **taken).reset_index()
+    return found.assign(z=np.sqrt(found["z"]))

@@ -29,12 +29,7 @@ from freerock_bench.harness import Study
 from freerock_bench.swings import RATE_HZ, Truth, truth_of
 from freerock_bench.virtual_run import SEED, Row, converted, correlated
 
-SIZES = {
-    "small": 3,
-    "round": 24,
-    "two": 48,
-    "full": 168,
-}  # records of each noise; twenty-four make a round of scenes
+SIZES = {"small": 3, "full": 168}  # records of each noise; twenty-four make a round of scenes
 SIGMA_V = 2e-3
 ALIKE_S = 0.02  # between an impact found and that of the truth
 NUMBERS = {

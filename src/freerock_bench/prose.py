@@ -14,6 +14,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import pandas as pd
 from proselint.registry.checks import Check, types
 from proselint.registry.checks.engine import Fancy
 from proselint.tools import LintFile
@@ -87,28 +88,18 @@ def pages(root: Path) -> dict[str, str]:
 
 def count(root: Path) -> None:
     """Print words as `wc` has them, written words, words a sentence and numbers of each page."""
-    print(f"{'page':36}{'words':>8}{'written':>9}{'a sentence':>12}{'numbers':>9}")
     rows = {page: row_of(text) for page, text in pages(root).items()}
-    for page, row in rows.items():
-        print(shown(page, row))
-    docs = [row for page, row in rows.items() if page.startswith("docs/")]
-    print(shown("docs, all", tuple(map(sum, zip(*docs, strict=True)))))
+    columns = ["words", "written", "in sentences", "sentences", "numbers"]
+    table = pd.DataFrame.from_dict(rows, orient="index", columns=columns)
+    table.loc["docs, all"] = table[table.index.str.startswith("docs/")].sum()
+    table["words a sentence"] = (table["in sentences"] / table["sentences"].clip(lower=1)).round(1)
+    print(table.to_string())
 
 
-Row = tuple[int, ...]
-
-
-def row_of(text: str) -> Row:
+def row_of(text: str) -> tuple[int, ...]:
     """Words, written words, words in sentences, sentences, numbers."""
     said = sentences(text)
     return len(text.split()), len(written(text)), sum(map(len, said)), len(said), numbers(text)
-
-
-def shown(page: str, row: Row) -> str:
-    """A line of the table."""
-    everything, by_hand, in_sentences, n_sentences, n_numbers = row
-    mean = in_sentences / max(n_sentences, 1)
-    return f"{page:36}{everything:8}{by_hand:9}{mean:12.1f}{n_numbers:9}"
 
 
 def docstrings(root: Path) -> Iterator[tuple[Path, int, str]]:

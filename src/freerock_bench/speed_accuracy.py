@@ -33,7 +33,7 @@ from freerock_bench import peers
 from freerock_bench.document import in_markdown, renew
 from freerock_bench.golden.files import read_golden
 from freerock_bench.methods.by_name import METHODS, TIME_STEPPING, freerock
-from freerock_bench.methods.foundation import cyrk_installed, ode45
+from freerock_bench.methods.foundation import ode45
 from freerock_bench.methods.housner import housner_eventless
 from freerock_bench.methods.problem import NOISE_RAD, SAMPLING_HZ, Problem, Solution, errors, solution
 from freerock_bench.timing import interleaved
@@ -141,7 +141,7 @@ def _own(problem: Problem, size: str) -> Iterator[tuple[str, str, str, str, Call
         call = partial(_by_step, METHODS["SciPy LSODA, NumPy"], rtol)
         yield "SciPy LSODA", "library", f"rtol {rtol:g}", "law in Python, no events", call
     compiled = {"SciPy DOP853, compiled": METHODS["SciPy DOP853, numba"]}
-    if size == "full" and cyrk_installed():  # it compiles for half a minute
+    if size == "full":  # it compiles for half a minute
         compiled |= {name: METHODS[name] for name in ("CyRK DOP853", "CyRK RK45")}
     for name, method in compiled.items():
         for rtol in RTOLS[size]:

@@ -22,7 +22,6 @@ from freerock.models.published import TABLE_2
 from freerock.models.simulate import Solver, simulate, simulate_theta
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock_bench.methods.by_name import METHODS
-from freerock_bench.methods.foundation import cyrk_installed
 from freerock_bench.methods.housner import housner_overturns
 from freerock_bench.methods.problem import NOISE_RAD, Problem, errors
 from freerock_bench.stability import problem_of
@@ -66,10 +65,9 @@ def loosest(run, reference, error):
 def methods():
     """Time at the same error, against other methods."""
     reference = METHODS["SciPy DOP853, numba"](HC, TIME, 1e-13).theta
-    names = [name for name in (*TARGETS, "CyRK RK45") if cyrk_installed() or not name.startswith("CyRK")]
-    calls = {name: lambda rtol, solve=METHODS[name]: solve(HC, TIME, rtol).theta for name in names}
+    calls = {name: lambda rtol, solve=METHODS[name]: solve(HC, TIME, rtol).theta for name in TARGETS}
     noise = NOISE_RAD**2 / float(np.mean(reference**2))
-    for error, others in ((ERROR, names), (noise, [name for name in names if name.startswith("CyRK")])):
+    for error, others in ((ERROR, TARGETS), (noise, [name for name in TARGETS if name.startswith("CyRK")])):
         runs = {"freerock": own} | {name: calls[name] for name in others}
         at = {name: loosest(run, reference, error) for name, run in runs.items()}
         timed = interleaved([partial(run, at[name]) for name, run in runs.items()], 20, 15.0, in_a_row=3)

@@ -19,8 +19,8 @@ from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import DEBONDING, LAWS, Rules
 from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
 from freerock.models.simulate import simulate_theta
-from freerock_bench.methods.by_name import HOUSNER_METHODS, METHODS, Method, freerock
-from freerock_bench.methods.foundation import cyrk_installed
+from freerock_bench.methods.by_name import METHODS, Method, freerock
+from freerock_bench.methods.housner import housner_events, housner_linearised
 from freerock_bench.methods.problem import Problem, Solution
 
 STATES = ("converged", "inaccurate", "unstable", "too_slow", "refused")
@@ -140,10 +140,9 @@ def _released(size: str, span: float, block: Block, share: float, slenderness: f
     if isinstance(exact, FreerockError):
         yield from rows(Cell("release", problem, x, y, pipeline), methods, time, None)
         return
-    events = "SciPy DOP853, events"
-    methods[events] = (HOUSNER_METHODS[events], 1e-9, EVALUATIONS_PER_SECOND * span)
+    methods["SciPy DOP853, events"] = (housner_events, 1e-9, EVALUATIONS_PER_SECOND * span)
     if share < 1:
-        methods["linearised"] = (HOUSNER_METHODS["linearised"], 0.0, 2e6)
+        methods["linearised"] = (housner_linearised, 0.0, 2e6)
     yield from rows(Cell("release", problem, x, y, pipeline), methods | near, time, exact)
 
 
@@ -233,7 +232,7 @@ def reference(problem: Problem, time: Floats, size: str) -> Solution | None:
     """
     limit = 20 * STEPS_PER_SECOND * time[-1]
     tight = {"freerock": 1e-10, "SciPy DOP853, numba": 1e-9, "SciPy Radau, numba": 1e-9}
-    if _with_cyrk(size):
+    if size == "full":  # CyRK compiles for half a minute
         tight = {"freerock": 1e-10, "CyRK DOP853": 1e-10, "CyRK RADAU": 1e-9, "CyRK LSODA": 1e-9}
     found: list[Solution] = []
     for name, rtol in tight.items():
@@ -259,14 +258,9 @@ def adaptive(size: str, span_s: float) -> dict[str, tuple[Method, float, float]]
     """The adaptive methods under study."""
     steps, evaluations = STEPS_PER_SECOND * span_s, EVALUATIONS_PER_SECOND * span_s
     names, limit = [f"SciPy {name}, numba" for name in ("DOP853", "LSODA", "Radau")], evaluations
-    if _with_cyrk(size):
+    if size == "full":
         names, limit = [f"CyRK {name}" for name in ("DOP853", "LSODA", "RADAU")], steps
     return {"freerock": (freerock, RTOL, steps)} | {name: (METHODS[name], RTOL, limit) for name in names}
-
-
-def _with_cyrk(size: str) -> bool:
-    """Whether CyRK is to be used: it compiles for half a minute."""
-    return size == "full" and cyrk_installed()
 
 
 def fixed(step: float, span_s: float) -> dict[str, tuple[Method, float, float]]:

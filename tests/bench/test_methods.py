@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from freerock.models.block import Block
-from freerock_bench.methods.by_name import HOUSNER_METHODS, METHODS
+from freerock_bench.methods.by_name import METHODS, freerock
 from freerock_bench.methods.foundation import plain_right_hand_side, right_hand_side
+from freerock_bench.methods.housner import housner_events, housner_linearised
 from freerock_bench.methods.problem import Problem, errors
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -87,11 +88,10 @@ def test_linearised_housner():
     """Quarter period of configuration 2 from 10°: 0.268633 s linearised, 0.268884 s exact."""
     time = np.linspace(0, 0.5, 500_001)
     scene = Problem("housner", BLOCK, {"r": 0.958}, math.radians(10))
+    methods = {"linearised": (housner_linearised, 0.0), "freerock": (freerock, 1e-10)}
+    methods["SciPy DOP853, events"] = (housner_events, 1e-10)
     crossing = {
-        name: time[
-            np.argmax(HOUSNER_METHODS[name](scene, time, 0.0 if name == "linearised" else 1e-10).theta < 0)
-        ]
-        for name in HOUSNER_METHODS
+        name: time[np.argmax(solve(scene, time, rtol).theta < 0)] for name, (solve, rtol) in methods.items()
     }
     assert crossing["linearised"] == pytest.approx(0.268633, abs=2e-6)
     assert crossing["freerock"] == pytest.approx(0.268884, abs=2e-6)
@@ -100,7 +100,5 @@ def test_linearised_housner():
     slender = replace(scene, block=Block(2.8, 0.07, 58.4), theta0=math.radians(1))
     for span in np.linspace(2, 3, 9):
         long = np.arange(0, span, 1e-3)
-        linear, exact = (
-            HOUSNER_METHODS[name](slender, long, 1e-8).theta for name in ("linearised", "freerock")
-        )
+        linear, exact = (solve(slender, long, 1e-8).theta for solve in (housner_linearised, freerock))
         assert errors(linear, exact)[0] < 1e-5

@@ -10,8 +10,9 @@ from pathlib import Path
 
 from freerock.errors import exit_code, printable
 from freerock.tables.csvfile import write_csv
+from freerock_bench.document import in_markdown
 from freerock_bench.golden.files import read_golden, read_solution
-from freerock_bench.golden.score import HEAD, line, listing, score
+from freerock_bench.golden.score import HEADS, line, listing, score
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -29,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     chosen = parser.parse_args(arguments)
     golden = read_golden()
     graded = score(read_solution(chosen.file), golden, chosen.file)
-    print(f"{HEAD}\n{line(graded, chosen.name or Path(chosen.file).stem, len(golden))}\n")
+    print(in_markdown(HEADS, [line(graded, chosen.name or Path(chosen.file).stem, len(golden))]) + "\n")
     print(printable(listing(graded)))
     if chosen.csv:
         write_csv(graded, chosen.csv)

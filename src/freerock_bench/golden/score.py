@@ -20,6 +20,7 @@ SAME_INSTANT_S = 1e-6
 MOST_DIGITS = 15.0  # of double precision
 COLUMNS = ["scene", "digits", "digits_of_rate", "largest_error_rad", "at_s"]
 LAWS = {"housner": "Housner", "winkler": "Winkler", "hunt_crossley": "Hunt–Crossley"}
+HEADS = ["solution", "scenes", *LAWS.values(), "least digits", "median"]
 
 
 def score(
@@ -99,8 +100,8 @@ def _digits(errors: Floats) -> float:
     return min(MOST_DIGITS, max(0.0, -math.log10(max(float(np.max(errors)), 1e-300))))
 
 
-def line(graded: pd.DataFrame, name: str, n_scenes: int) -> str:
-    """A row of the table of scores: scenes solved, and digits.
+def line(graded: pd.DataFrame, name: str, n_scenes: int) -> list[str]:
+    """Cells of the table of scores, below `HEADS`: scenes solved, and digits.
 
     The digits of a law are those of its worst scene, — where none was solved; the last two are of all scenes.
     """
@@ -109,14 +110,7 @@ def line(graded: pd.DataFrame, name: str, n_scenes: int) -> str:
     for law in LAWS:
         of_law = digits[graded["scene"].str.contains(f"_{law}_")]
         least.append(_shown(of_law.min()) if len(of_law) else "—")
-    cells = [name, f"{len(graded)} of {n_scenes}", *least, _shown(digits.min()), _shown(digits.median())]
-    return f"| {' | '.join(cells)} |"
-
-
-HEAD = (
-    f"| solution | scenes | {' | '.join(LAWS.values())} | least digits | median |\n"
-    f"|{'---|' * (len(LAWS) + 4)}"
-)
+    return [name, f"{len(graded)} of {n_scenes}", *least, _shown(digits.min()), _shown(digits.median())]
 
 
 def _shown(digits: float) -> str:

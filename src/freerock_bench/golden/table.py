@@ -7,11 +7,11 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
-from freerock_bench.document import renew
+from freerock_bench.document import in_markdown, renew
 from freerock_bench.golden import ours
 from freerock_bench.golden.files import Trajectory, read_golden
 from freerock_bench.golden.scenes import Scene, scenes
-from freerock_bench.golden.score import HEAD, line, score
+from freerock_bench.golden.score import HEADS, line, score
 from freerock_bench.methods.by_name import METHODS, TIME_STEPPING, Method
 from freerock_bench.methods.foundation import ode45
 from freerock_bench.methods.housner import housner_eventless, housner_events
@@ -35,7 +35,7 @@ OTHERS: dict[str, tuple[Method, Method | None, float]] = {
 }
 
 
-def rows(wanted: Mapping[str, Scene]) -> Iterator[str]:
+def rows(wanted: Mapping[str, Scene]) -> Iterator[list[str]]:
     """Rows of the table; the methods solve the free scenes of guided and of rigid blocks.
 
     Parameters
@@ -55,7 +55,7 @@ def _row(
     solve: Callable[[Scene, Trajectory], Trajectory | None],
     wanted: Mapping[str, Scene],
     golden: Mapping[str, Trajectory],
-) -> str:
+) -> list[str]:
     found = {scene.name: solve(scene, golden[scene.name]) for scene in wanted.values()}
     solved = {scene: trajectory for scene, trajectory in found.items() if trajectory is not None}
     return line(score(solved, golden, name), name, len(golden))
@@ -78,7 +78,7 @@ def _by_method(
 
 def main(document: str = "docs/validation.md") -> None:
     """Put the table into the document."""
-    renew(document, MARK, "\n".join([HEAD, *rows(scenes())]))
+    renew(document, MARK, in_markdown(HEADS, rows(scenes())))
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ from freerock.arrays import Floats
 from freerock.models.laws import Rules
 from freerock.models.simulate import Solver, simulate
 from freerock_bench.methods.foundation import cyrk, fixed_step, scipy
-from freerock_bench.methods.housner import housner_events, housner_linearised
 from freerock_bench.methods.problem import Problem, Solution
 
 
@@ -42,9 +41,4 @@ METHODS: dict[str, Method] = {
 # what laboratories use besides; not in the figures of all methods
 TIME_STEPPING: dict[str, Method] = {
     name: partial(fixed_step, name) for name in ("RK4", "Newmark", "HHT-α", "central difference")
-}
-HOUSNER_METHODS: dict[str, Method] = {
-    "freerock": freerock,
-    "SciPy DOP853, events": housner_events,
-    "linearised": housner_linearised,
 }

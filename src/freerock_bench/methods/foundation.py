@@ -8,7 +8,6 @@ numba's cache notices a change in the file of the cached function only.
 import math
 from collections.abc import Callable
 from functools import cache, partial
-from importlib.util import find_spec
 
 import numpy as np
 from numba import njit
@@ -170,11 +169,6 @@ def cyrk(method: str, problem: Problem, time: Floats, rtol: float, limit: float 
         "RK45", "DOP853", "LSODA", "RADAU" and others.
     limit : float
         Steps after which to give up. The other parameters as in `scipy`.
-
-    Raises
-    ------
-    ImportError
-        CyRK is not installed.
     """
     from CyRK import nbsolve2_ivp
 
@@ -194,11 +188,6 @@ def cyrk(method: str, problem: Problem, time: Floats, rtol: float, limit: float 
     theta = result.y[2].copy() if success else np.empty(0)
     result.free()
     return solution(problem, time, theta, math.nan, success, stopped)
-
-
-def cyrk_installed() -> bool:
-    """Whether the optional package CyRK can be compared with."""
-    return find_spec("CyRK") is not None
 
 
 @cache
