@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -72,7 +72,7 @@ def run(size: str = "full") -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        One row per run: law, kinematics, width_fraction, noise, block, foundation, theta0_deg,
+        One row per run: law, kinematics, width_fraction, noise, scene, block, foundation, theta0_deg,
         sigma_theta_deg, then the columns of `freerock_bench.naming.answer`.
     """
     chosen = enumerate(cells())
@@ -85,16 +85,6 @@ def _rows(case: Any) -> list[Row]:
     i, cell = case
     truth, motion = record(cell.truth, np.random.default_rng([SEED, 5, i]))
     block, foundation = place(cell.scene)
-    return [
-        {
-            "law": cell.law,
-            "kinematics": cell.kinematics,
-            "width_fraction": cell.width_fraction,
-            "noise": cell.noise,
-            "block": block,
-            "foundation": foundation,
-            "theta0_deg": math.degrees(truth.theta0),
-            "sigma_theta_deg": math.degrees(truth.sigma_theta),
-            **answer(cell.candidate, truth, identify_run(truth.nominal, motion, BY_DEFAULT)),
-        }
-    ]
+    row = asdict(cell) | {"block": block, "foundation": foundation, "theta0_deg": math.degrees(truth.theta0)}
+    row["sigma_theta_deg"] = math.degrees(truth.sigma_theta)
+    return [row | answer(cell.candidate, truth, identify_run(truth.nominal, motion, BY_DEFAULT))]

@@ -36,7 +36,6 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "workflow"))
 
 FITS = "fits: {models: [hunt_crossley], paper_mode: true}\n"  # the quickest
-LASERS = {"tall": "high", "squat": "low"}
 SETTINGS = [  # a line of the configuration, and what it becomes
     ("yaml", "mass_kg: 2.98", "mass_kg: 2.97"),
     ("yaml", "records_per_job: 2\n", "records_per_job: 1\n"),
@@ -115,14 +114,11 @@ class Reference:
 
 def write_campaign(folder: Path, seed: int) -> Lab:
     """A campaign of two records, not analysed."""
-    from small_campaign import BLOCKS, CAMPAIGN, COLUMNS, simulated
+    from small_campaign import BLOCKS, CAMPAIGN, Checkout, add_campaign, simulated
 
     (folder / "config/campaigns").mkdir(parents=True)
     yaml = CAMPAIGN.replace("records_per_job: 1", "records_per_job: 2")  # fewer jobs, of every kind
-    (folder / "config/config.yaml").write_text("campaigns: [tiny]\n")
-    (folder / "config/campaigns/tiny.yaml").write_text(yaml + FITS)
-    lines = [f"{block}_mat,{block}_mat.tdms,,{block},mat,{laser},,,,\n" for block, laser in LASERS.items()]
-    (folder / "config/campaigns/tiny.csv").write_text(COLUMNS + "".join(lines))
+    add_campaign(Checkout(folder), "tiny", yaml + FITS, [(f"{block}_mat", "", block) for block in BLOCKS])
     records = [(f"{block}_mat", simulated(block, seed + number)) for number, block in enumerate(BLOCKS)]
     write_records(folder / "raw/tiny", records)
     return Lab(folder)

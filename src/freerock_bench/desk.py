@@ -34,7 +34,6 @@ from freerock.review.desk import Desk
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "workflow"))
 
 NAME, TESTS, TOKEN = "small", ("tall", "lost"), "token"
-LINES = "tall,tall.tdms,,tall,mat,high,,,,\nlost,lost.tdms,,squat,mat,low,,,,\n"
 FAULTS = ("none", "kill", "full", "short")  # short: no file may grow beyond so many bytes
 WRITES = {"open", "os.rename", "os.remove", "os.chmod"}
 TOLD_EVERY = 200  # requests
@@ -150,13 +149,13 @@ class Served:
 
 def write_campaign(folder: Path) -> None:
     """A campaign whose records are not there, which the desk need not read to keep corrections."""
-    from small_campaign import CAMPAIGN
-    from small_campaign import COLUMNS as HEADER
+    from small_campaign import CAMPAIGN, Checkout, add_campaign
 
     (folder / "config/campaigns").mkdir(parents=True)
     (folder / "raw/small").mkdir(parents=True)
-    (folder / f"config/campaigns/{NAME}.yaml").write_text(CAMPAIGN.replace("truth: truth.json\n", ""))
-    (folder / f"config/campaigns/{NAME}.csv").write_text(HEADER + LINES)
+    yaml, blocks = CAMPAIGN.replace("truth: truth.json\n", ""), ("tall", "squat")
+    records = [(test, "", block) for test, block in zip(TESTS, blocks, strict=True)]
+    add_campaign(Checkout(folder), NAME, yaml, records)
 
 
 def correction(chance: random.Random) -> dict[str, Any]:

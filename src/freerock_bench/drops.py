@@ -38,6 +38,7 @@ from freerock.products.netcdf import open_record
 from freerock.rotation.faults import signal_quality
 from freerock.runs.begun_in_motion import Position, lifted
 from freerock.runs.judged import judged_runs
+from freerock.tables.csvfile import write_csv
 
 CAMPAIGN = Path("config/campaigns/drops.yaml")
 LEAST_DEG, BEFORE, STANDS = 12.0, 6, 8  # of the start; samples of the state, on the corner, before it
@@ -269,6 +270,5 @@ if __name__ == "__main__":
         print(clean_falls(Path(sys.argv[1])).to_string(), means(Path(sys.argv[1])).to_string(), sep="\n")
         sys.exit()
     table = run(*sys.argv[2:3])
-    Path(sys.argv[1]).parent.mkdir(parents=True, exist_ok=True)
-    table.to_csv(sys.argv[1], index=False, float_format="%.6g")
+    write_csv(table, Path(sys.argv[1]))
     print(table.to_string())

@@ -40,7 +40,6 @@ NOISE_V, MAINS_V = 2e-3, 5e-3
 SILENT = AddedNoise(white_v=0.0, mains_v=0.0, drift_v=0.0, bits=32)
 RATES_HZ = (1000.0, 2000.0, 5000.0)
 BITS = (16, 24)
-COARSER = (8, 10, 12, 14)  # bits of converters of which clean records are counted, too
 SEVERITIES = ("light", "medium", "heavy")
 SETTINGS = {  # fault: what is varied, its values from light to heavy
     "error_level": ("duration [s]", (0.004, 0.02, 0.2)),
@@ -56,18 +55,17 @@ SETTINGS = {  # fault: what is varied, its values from light to heavy
     "target_lost": ("share of the held reading", (0.95, 0.8, 0.5)),
 }
 COLUMNS = ["fault", "severity", "quantity", "value", "records", "named", "rate", "others"]
-Case = tuple[int, int, str, int]  # motions, records, fault, severity or bits
+Case = tuple[int, int, str, int]  # motions, records, fault, severity
 Original = tuple[VirtualRecord, Block, Laser]  # a record without faults, its block and its laser
 Cells = tuple[str, str, str, float | str, int, int, float, int]
 MARK = ("<!-- faults matrix -->\n", "<!-- end of the faults matrix -->\n")
 
 
 def cases(size: str) -> list[Case]:
-    """Every fault at every severity, then clean records by converters of some bits, 0 for those of `BITS`."""
+    """Every fault at every severity, then clean records."""
     n_motions, n_records, n_clean = SIZES[size]
     found = [(n_motions, n_records, fault, at) for fault in SETTINGS for at in range(len(SEVERITIES))]
-    found += [(n_motions, n_clean, "none", 0)]
-    return found + [(n_motions, -(-n_clean // len(COARSER)), "none", bits) for bits in COARSER]
+    return [*found, (n_motions, n_clean, "none", 0)]
 
 
 def rows_of(case: Case) -> list[Row]:
@@ -75,12 +73,12 @@ def rows_of(case: Case) -> list[Row]:
 
     quantity and value of what is varied, number of records, in how many the fault was named at its time, that
     share, and in how many another fault was named besides. The row "none" counts the clean records in which
-    any fault was named, the row "none, runs" those with a run whose verdict is not ok; "none, 12 bits" and so
-    on those of coarser converters.
+    any fault was named, the row "none, runs" those with a run whose verdict is not ok.
     """
-    n_motions, n_records, fault, at = case
+    n_motions, n_records, fault, severity = case
     motions = [_motion(seed) for seed in range(n_motions)]
-    found = _clean(motions, n_records, at) if fault == "none" else [_cell(motions, n_records, fault, at)]
+    clean = fault == "none"
+    found = _clean(motions, n_records) if clean else [_cell(motions, n_records, fault, severity)]
     return [dict(zip(COLUMNS, each, strict=True)) for each in found]
 
 
@@ -106,12 +104,12 @@ def _motion(seed: int) -> Original:
     return record, block, laser
 
 
-def _measured(record: VirtualRecord, fault: Disturbance | None, draw: Any, bits: int = 0) -> Floats:
-    """Volts of a motion with noise and a fault, through a converter of so many bits; of `BITS` where none."""
+def _measured(record: VirtualRecord, fault: Disturbance | None, draw: Any) -> Floats:
+    """Volts of a motion with noise and a fault, through a converter."""
     volts = record.volts + NOISE_V * draw.standard_normal(record.time_s.size)
     if fault:
         volts = fault(record.time_s, volts, draw)
-    count = 21 / 2 ** (bits or BITS[draw.randint(len(BITS))])
+    count = 21 / 2 ** BITS[draw.randint(len(BITS))]
     converted: Floats = np.rint(volts / count) * count
     return converted
 
@@ -181,7 +179,7 @@ def _named(
     return [(fault.name, fault.start_s, fault.end_s) for fault in listed_faults(found)]
 
 
-def _clean(motions: Sequence[Original], n_records: int, bits: int) -> Iterator[Cells]:
+def _clean(motions: Sequence[Original], n_records: int) -> Iterator[Cells]:
     """Clean records: any fault is a false alarm, any run that is not ok too."""
     alarms = doubted = 0
     for trial in range(n_records):
@@ -189,7 +187,7 @@ def _clean(motions: Sequence[Original], n_records: int, bits: int) -> Iterator[C
         record, block, laser = motions[trial % len(motions)]
         alarm, runs = True, list[Run]()  # of a record that is refused
         with suppress(FreerockError):
-            found = find_rotation(record.time_s, _measured(record, None, draw, bits), laser, block)
+            found = find_rotation(record.time_s, _measured(record, None, draw), laser, block)
             alarm = bool(listed_faults(found))
             time_s, theta = found["time"].values, found["theta"].values
             sigma, flags = found["sigma_theta"].values, found["flags"].values
@@ -197,8 +195,7 @@ def _clean(motions: Sequence[Original], n_records: int, bits: int) -> Iterator[C
         alarms += alarm
         missed = len(runs) != len(record.truth["runs"])
         doubted += missed or any(run.verdict.level != "ok" for run in runs)
-    of = f", {bits} bits" if bits else ""
-    for name, count in ((f"none{of}", alarms), (f"none{of}, runs", doubted)):
+    for name, count in (("none", alarms), ("none, runs", doubted)):
         yield name, "", "", math.nan, n_records, count, count / n_records, 0
 
 

@@ -230,7 +230,6 @@ def main(results: str = "results/foreign", document: str = "") -> None:
     """Grade, write the product, print, and renew the table of a document."""
     truths = _there(TRUTHS, "run it in the checkout of freerock")
     frame = score(Path(results), json.loads(truths.read_text(encoding="utf-8")))
-    PRODUCT.parent.mkdir(parents=True, exist_ok=True)
     write_csv(frame, PRODUCT)
     text = f"{table(frame)}\n\n{counts(frame)}"
     print(text)

@@ -24,6 +24,7 @@ from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
 from freerock.response.ensemble import respond
 from freerock.response.motions import Accelerogram
+from freerock.tables.csvfile import write_csv
 
 ALPHA, SIZE_M, RESTITUTION = np.linspace(0.04, 0.28, 13), np.geomspace(0.06, 1.0, 6), (0.65, 0.85)
 TOGETHER = 2  # samples of the table, averaged into one
@@ -127,6 +128,5 @@ def _regressed(known: Floats, truth: Mask, asked: Floats) -> Floats:
 
 if __name__ == "__main__":
     table = run(sys.argv[1])
-    Path(sys.argv[2]).parent.mkdir(parents=True, exist_ok=True)
-    table.to_csv(sys.argv[2], index=False, float_format="%.6g")
+    write_csv(table, Path(sys.argv[2]))
     print(table.to_string())
