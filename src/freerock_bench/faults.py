@@ -4,17 +4,14 @@ Records of the virtual laboratory (`freerock.virtual_lab.virtual_record`), witho
 drift, get the noise of a laser and one fault (`disturbances`) each; `find_rotation` must name it, at the time
 it lasts. Clean records must be left without any name, and their runs without a warning.
 
-    python -m freerock_bench.faults results/studies/faults.csv docs/validation.md
+    python -m freerock_bench.faults results/studies/faults.csv full docs/validation.md
 
-renews the table in the documentation from the product of `snakemake studies`.
+measures and renews the table in the documentation, where it is named.
 """
 
-import math
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from functools import cache
-from pathlib import Path
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -26,12 +23,12 @@ from freerock.models.block import Block
 from freerock.rotation.faults import listed_faults, signal_quality
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
-from freerock.runs.segment import Run, find_runs
+from freerock.runs.segment import find_runs
 from freerock.virtual_lab.added_noise import AddedNoise, Disturbance
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.virtual_record import Recording, VirtualRecord, VirtualRelease, simulate_record
 from freerock_bench import disturbances as spoil
-from freerock_bench.document import in_markdown, renew
+from freerock_bench.document import in_markdown
 from freerock_bench.harness import Study
 from freerock_bench.virtual_run import Row
 
@@ -54,36 +51,40 @@ SETTINGS = {  # fault: what is varied, its values from light to heavy
     "sampling_rate": ("error of the rate", (0.01, 0.03, 0.1)),
     "target_lost": ("share of the held reading", (0.95, 0.8, 0.5)),
 }
-COLUMNS = ["fault", "severity", "quantity", "value", "records", "named", "rate", "others"]
-Case = tuple[int, int, str, int]  # motions, records, fault, severity
-Original = tuple[VirtualRecord, Block, Laser]  # a record without faults, its block and its laser
-Cells = tuple[str, str, str, float | str, int, int, float, int]
+COLUMNS = ["fault", "severity", "record", "value", "named", "others"]
+Case = tuple[int, str, int, int]  # motions, fault, severity, record
 MARK = ("<!-- faults matrix -->\n", "<!-- end of the faults matrix -->\n")
 
 
 def cases(size: str) -> list[Case]:
-    """Every fault at every severity, then clean records."""
-    n_motions, n_records, n_clean = SIZES[size]
-    found = [(n_motions, n_records, fault, at) for fault in SETTINGS for at in range(len(SEVERITIES))]
-    return [*found, (n_motions, n_clean, "none", 0)]
+    """Records with every fault at every severity, then clean records."""
+    n, n_records, n_clean = SIZES[size]
+    every = product(SETTINGS, range(len(SEVERITIES)), range(n_records))
+    return [*((n, *each) for each in every), *((n, "none", 0, i) for i in range(n_clean))]
 
 
 def rows_of(case: Case) -> list[Row]:
-    """The row of a fault and severity, or two of clean records.
+    """The row of a record.
 
-    quantity and value of what is varied, number of records, in how many the fault was named at its time, that
-    share, and in how many another fault was named besides. The row "none" counts the clean records in which
-    any fault was named, the row "none, runs" those with a run whose verdict is not ok.
+    fault, severity, record; value of what is varied; named, whether the fault was at its time; others,
+    whether another fault was named besides. Of a clean record, whose fault is "none": named, whether any
+    fault was; others, whether a run was missed or invented, or its verdict is not ok.
     """
-    n_motions, n_records, fault, severity = case
-    motions = [_motion(seed) for seed in range(n_motions)]
-    clean = fault == "none"
-    found = _clean(motions, n_records) if clean else [_cell(motions, n_records, fault, severity)]
-    return [dict(zip(COLUMNS, each, strict=True)) for each in found]
+    n_motions, fault, severity, i = case
+    row: Row = {"fault": fault, "record": i}
+    if fault == "none":
+        return [row | _clean(i, *_motion(i % n_motions))]
+    (record, block, laser), value = _motion(i % n_motions), SETTINGS[fault][1][severity]
+    draw = np.random.RandomState([list(SETTINGS).index(fault), severity, i])
+    injected, start, end = _injected(fault, value, record, draw)
+    found = _named(record, _measured(record, injected, draw), block, laser)
+    named = any(name == fault and first <= end and last >= start for name, first, last in found)
+    others = any(name not in (fault, *_COMPANIONS.get(fault, ())) for name, _, _ in found)
+    return [row | {"severity": SEVERITIES[severity], "value": value, "named": named, "others": others}]
 
 
 @cache
-def _motion(seed: int) -> Original:
+def _motion(seed: int) -> tuple[VirtualRecord, Block, Laser]:
     """A record without noise, of one to three releases of a block of Table 1; the block, the laser."""
     draw = np.random.RandomState(seed)
     block, angle, laser = list(CONFIGURATIONS.values())[seed % 3]
@@ -144,20 +145,6 @@ def _injected(fault: str, value: float, record: VirtualRecord, draw: Any) -> tup
     return spoil.tone(draw.randint(1, 5) * rate + folded, value), *always
 
 
-def _cell(motions: Sequence[Original], n_records: int, fault: str, severity: int) -> Cells:
-    """One fault at one severity."""
-    (quantity, values), named, others = SETTINGS[fault], 0, 0
-    value = values[severity]
-    for trial in range(n_records):
-        draw = np.random.RandomState([list(SETTINGS).index(fault), severity, trial])
-        record, block, laser = motions[trial % len(motions)]
-        injected, start, end = _injected(fault, value, record, draw)
-        found = _named(record, _measured(record, injected, draw), block, laser)
-        named += any(name == fault and first <= end and last >= start for name, first, last in found)
-        others += any(name not in (fault, *_COMPANIONS.get(fault, ())) for name, _, _ in found)
-    return fault, SEVERITIES[severity], quantity, value, n_records, named, named / n_records, others
-
-
 _COMPANIONS = {  # what a fault brings along, rightly
     "target_lost": ("error_level",),
     "dropout": ("spike",),
@@ -179,47 +166,37 @@ def _named(
     return [(fault.name, fault.start_s, fault.end_s) for fault in listed_faults(found)]
 
 
-def _clean(motions: Sequence[Original], n_records: int) -> Iterator[Cells]:
-    """Clean records: any fault is a false alarm, any run that is not ok too."""
-    alarms = doubted = 0
-    for trial in range(n_records):
-        draw = np.random.RandomState([len(SETTINGS), trial])
-        record, block, laser = motions[trial % len(motions)]
-        alarm, runs = True, list[Run]()  # of a record that is refused
-        with suppress(FreerockError):
-            found = find_rotation(record.time_s, _measured(record, None, draw), laser, block)
-            alarm = bool(listed_faults(found))
-            time_s, theta = found["time"].values, found["theta"].values
-            sigma, flags = found["sigma_theta"].values, found["flags"].values
-            runs = find_runs(time_s, theta, sigma, flags, block, signal_quality(found))
-        alarms += alarm
-        missed = len(runs) != len(record.truth["runs"])
-        doubted += missed or any(run.verdict.level != "ok" for run in runs)
-    for name, count in (("none", alarms), ("none, runs", doubted)):
-        yield name, "", "", math.nan, n_records, count, count / n_records, 0
+def _clean(i: int, record: VirtualRecord, block: Block, laser: Laser) -> Row:
+    """Of a clean record any fault is a false alarm, any run that is not ok too."""
+    draw = np.random.RandomState([len(SETTINGS), i])
+    try:
+        found = find_rotation(record.time_s, _measured(record, None, draw), laser, block)
+    except FreerockError:
+        return {"named": True, "others": True}
+    time_s, theta, sigma, flags = (found[name].values for name in ("time", "theta", "sigma_theta", "flags"))
+    runs = find_runs(time_s, theta, sigma, flags, block, signal_quality(found))
+    wrong = len(runs) != len(record.truth["runs"]) or any(run.verdict.level != "ok" for run in runs)
+    return {"named": bool(listed_faults(found)), "others": wrong}
 
 
 def markdown(frame: pd.DataFrame) -> str:
     """The matrix as a table: a row per fault, a column per severity."""
     lines = []
-    graded = frame[frame["severity"].notna() & (frame["severity"] != "")]
-    for fault, rows in graded.groupby("fault", sort=False):
-        cells = [f"{row.value:g}: {row.rate:.1%}" for row in rows.itertuples()]
-        others = rows["others"].sum() / rows["records"].sum()
-        quantity = rows["quantity"].iloc[0]
-        lines.append([fault.replace("_", " "), quantity, *cells, f"{others:.1%}"])
-    for row in frame[frame["fault"].str.startswith("none")].to_dict("records"):
-        fault = row["fault"]
-        text = "a run missed, invented or not ok" if fault.endswith("runs") else "any fault named"
-        found = f"{row['rate']:.1%} of {row['records']}"
-        lines.append([fault.removesuffix(", runs"), text, found, "", "", ""])
+    clean = frame["fault"] == "none"
+    for fault, own in frame[~clean].groupby("fault", sort=False):
+        rates = own.groupby("value", sort=False)["named"].mean()
+        cells = [f"{value:g}: {rate:.1%}" for value, rate in rates.items()]
+        name = str(fault)
+        lines.append([name.replace("_", " "), SETTINGS[name][0], *cells, f"{own['others'].mean():.1%}"])
+    for column, text in (("named", "any fault named"), ("others", "a run missed, invented or not ok")):
+        share = f"{frame.loc[clean, column].mean():.1%} of {clean.sum()}"
+        lines.append(["none", text, share, "", "", ""])
     heads = ["fault", "varied", "light", "medium", "heavy", "another named besides"]
     return in_markdown(heads, lines) + "\n"
 
 
-STUDY = Study(cases, rows_of, COLUMNS)
+STUDY = Study(cases, rows_of, COLUMNS, MARK, markdown)
 run = STUDY.run
 
 if __name__ == "__main__":
-    product, document = map(Path, sys.argv[1:])
-    renew(document, MARK, markdown(pd.read_csv(product)))
+    STUDY.main(*sys.argv[1:])
