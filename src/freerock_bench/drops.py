@@ -22,7 +22,7 @@ import pandas as pd
 import xarray as xr
 from scipy.optimize import least_squares
 
-from freerock.arrays import Floats, Indices, Mask
+from freerock.arrays import Floats, Mask
 from freerock.config.campaign import load_campaign
 from freerock.config.defaults import ImpactLimits, RunLimits
 from freerock.config.step_settings import record_settings
@@ -164,39 +164,31 @@ LAWS: dict[str, tuple[Law, list[tuple[float, ...]]]] = {
 def run(size: str = "full") -> pd.DataFrame:
     """How well each law foretells, and its parameters.
 
-    Columns law, n_chosen, n_foretold, parameters, low, high (95 % over resampled falls of the third),
-    mean_abs_deg, median_abs_deg, rms_deg (of the others).
+    Columns law, n_chosen, n_foretold, parameters, and of the others mean_abs_deg, median_abs_deg, rms_deg.
     """
     block, found = falls()
     found = found[:: 1 if size == "full" else 4]
     third = np.arange(len(found)) % 3 == 0
     peak = np.array([each.peak for each in found])
-    draw = np.random.default_rng(SEED)
-    again = draw.integers(third.sum(), size=(RESAMPLES, third.sum()))
-    rows = [_row("mean", [()], np.full((1, len(found)), peak[third].mean()), peak, third, again)]
+    rows = [_row("mean", [()], np.full((1, len(found)), peak[third].mean()), peak, third)]
     for law, (foretells, grid) in LAWS.items():
         every = np.array([[foretells(block, each, *numbers) for each in found] for numbers in grid])
-        rows.append(_row(law, grid, every, peak, third, again))
+        rows.append(_row(law, grid, every, peak, third))
     return pd.DataFrame(rows)
 
 
 def _row(
-    law: str, grid: Sequence[tuple[float, ...]], every: Floats, peak: Floats, third: Mask, again: Indices
+    law: str, grid: Sequence[tuple[float, ...]], every: Floats, peak: Floats, third: Mask
 ) -> dict[str, object]:
     """What a law foretells with the parameters of least mean absolute error on the third."""
     off = np.abs(np.nan_to_num(every, nan=0.0) - peak)
     best = int(np.argmin(off[:, third].mean(axis=1)))
-    chosen = np.array(grid, float).reshape(len(grid), -1)
-    resampled = chosen[np.argmin(off[:, third][:, again].mean(axis=2), axis=0)]
-    low, high = np.percentile(resampled, [2.5, 97.5], axis=0) if chosen.size else ([], [])
     others = np.degrees(off[best][~third])
     return {
         "law": law,
         "n_chosen": int(third.sum()),
         "n_foretold": int((~third).sum()),
-        "parameters": " ".join(f"{x:.4g}" for x in chosen[best]),
-        "low": " ".join(f"{x:.4g}" for x in low),
-        "high": " ".join(f"{x:.4g}" for x in high),
+        "parameters": " ".join(f"{x:.4g}" for x in grid[best]),
         "mean_abs_deg": others.mean(),
         "median_abs_deg": np.median(others),
         "rms_deg": np.sqrt(np.mean(others**2)),

@@ -6,8 +6,8 @@ limited by counts of steps and evaluations, never by a clock, so that the atlas 
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -16,9 +16,8 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
-from freerock.models.laws import DEBONDING, LAWS, Rules
+from freerock.models.laws import DEBONDING, LAWS
 from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
-from freerock.models.simulate import simulate_theta
 from freerock_bench.methods.by_name import METHODS, Method, freerock
 from freerock_bench.methods.housner import housner_events, housner_linearised
 from freerock_bench.methods.problem import Problem, Solution
@@ -42,22 +41,20 @@ RATIO = {
 }
 SHARES = (0.01, 0.1, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999, 0.9999, 1.01, 1.2)  # of θ_cr
 COLUMNS = ["map", "method", "model", "debonding", "x", "x_value", "y", "y_value"]
-COLUMNS += ["state", "cause", "epsilon", "evaluations", "pipeline"]
+COLUMNS += ["state", "cause", "epsilon", "evaluations"]
 
 Row = dict[str, Any]
 Methods = Mapping[str, tuple[Method, float, float]]
 """By name: the method, its tolerance or step, and its limit of steps or evaluations."""
 
 
-@dataclass(frozen=True)
-class Cell:
-    """One cell of a map: the quantities varied with their values, and what the analysis does there."""
+class Cell(NamedTuple):
+    """One cell of a map: the quantities varied with their values."""
 
     map: str
     problem: Problem
     x: tuple[str, float]
     y: tuple[str, float]
-    pipeline: str
 
 
 def run(size: str = "full") -> pd.DataFrame:
@@ -70,7 +67,7 @@ def run(size: str = "full") -> pd.DataFrame:
     pandas.DataFrame
         Columns map, method, model, debonding, x and y (names of the quantities varied), x_value and
         y_value, state (one of STATES), cause, epsilon (ε_θ against the reference), evaluations (NaN if they
-        are not counted), pipeline (what the analysis does in the cell).
+        are not counted).
     """
     maps = (stiffness_map, step_map, release_map)
     return pd.DataFrame([row for each in maps for row in each(size)], columns=COLUMNS)
@@ -90,8 +87,7 @@ def stiffness_map(size: str) -> Iterator[Row]:
             for k in ks:
                 for ratio in ratios[model]:
                     problem = problem_of(model, k, ratio, debonding)
-                    pipeline = pipeline_of(problem, time)
-                    cell = Cell("stiffness", problem, ("k [N/m²]", k), (quantity, ratio), pipeline)
+                    cell = Cell("stiffness", problem, ("k [N/m²]", k), (quantity, ratio))
                     methods = adaptive(size, span) | fixed(STEP_S, span)
                     yield from rows(cell, methods, time, reference(problem, time, size))
 
@@ -106,7 +102,7 @@ def step_map(size: str) -> Iterator[Row]:
             problem = problem_of(model, k, ratio)
             true = reference(problem, time, size)
             for step in steps:
-                cell = Cell("step", problem, ("step [s]", step), ("k [N/m²]", k), "not used: steps adapt")
+                cell = Cell("step", problem, ("step [s]", step), ("k [N/m²]", k))
                 yield from rows(cell, fixed(step, 10 * span), time, true)
 
 
@@ -129,41 +125,25 @@ def _released(size: str, span: float, block: Block, share: float, slenderness: f
     """A cell of the map of release angles, for Hunt-Crossley's law and for Housner's."""
     time, theta0 = sampled(span), share * block.theta_cr
     x, y = ("θ₀/θ_cr", share), ("h/b", slenderness)
-    pipeline = "refused: held beyond θ_cr" if share > 1 else "fitted, θ₀ within 6 of its standard errors"
     near = {"θ₀ + 0.01°": (from_a_wrong_angle, RTOL / 100, STEPS_PER_SECOND * span)}
     problem = Problem("hunt_crossley", block, MARBLE, theta0)
     methods = adaptive(size, span) | near
-    yield from rows(Cell("release", problem, x, y, pipeline), methods, time, reference(problem, time, size))
+    yield from rows(Cell("release", problem, x, y), methods, time, reference(problem, time, size))
     problem = Problem("housner", block, {"r": block.restitution_housner}, theta0)
     exact = attempt(freerock, problem, time, 1e-8, math.inf)
     methods = {"freerock": (freerock, 1e-8, math.inf)}
     if isinstance(exact, FreerockError):
-        yield from rows(Cell("release", problem, x, y, pipeline), methods, time, None)
+        yield from rows(Cell("release", problem, x, y), methods, time, None)
         return
     methods["SciPy DOP853, events"] = (housner_events, 1e-9, EVALUATIONS_PER_SECOND * span)
     if share < 1:
         methods["linearised"] = (housner_linearised, 0.0, 2e6)
-    yield from rows(Cell("release", problem, x, y, pipeline), methods | near, time, exact)
+    yield from rows(Cell("release", problem, x, y), methods | near, time, exact)
 
 
 def problem_of(model: str, k: float, ratio: float, debonding: str = "geometric") -> Problem:
     """Configuration 2 with stiffness k [N/m²] and damping by its ratio to k [s or s/m]."""
     return Problem(model, BLOCK, {"k": k, DAMPING[model]: ratio * k}, THETA0, debonding)
-
-
-def pipeline_of(problem: Problem, time: Floats) -> str:
-    """What a fit does with the parameters of a problem."""
-    k, damping = problem.parameters["k"], problem.parameters[DAMPING[problem.model]]
-    of_stiffness, of_damping = PARAMETERS["k"].bounds, PARAMETERS[DAMPING[problem.model]].bounds
-    assert of_stiffness and of_damping  # the rows of a foundation have bounds
-    (softest, stiffest), (low, high) = of_stiffness, of_damping
-    if not (softest <= k <= stiffest and low <= damping / k <= high):
-        return "outside the bounds of the fit: never reached"
-    block, theta0, rules = problem.block, problem.theta0, Rules(problem.debonding)
-    _, outcome = simulate_theta(problem.model, block, problem.parameters, time, theta0=theta0, rules=rules)
-    if outcome == "overturned":
-        return "inside the bounds: the fit takes the block to lie at ±90°"
-    return f"inside the bounds: {'fitted' if outcome in ('completed', 'at_rest') else outcome}"
 
 
 def rows(cell: Cell, methods: Methods, time: Floats, true: Solution | None) -> Iterator[Row]:
@@ -183,7 +163,7 @@ def rows(cell: Cell, methods: Methods, time: Floats, true: Solution | None) -> I
                     cause = f"the motion multiplies errors by 1e{math.log10(sensitive):.0f}"
             found = (state, cause, epsilon, solution.evaluations)
         where = (cell.map, method, problem.model, problem.debonding, *cell.x, *cell.y)
-        yield dict(zip(COLUMNS, (*where, *found, cell.pipeline), strict=True))
+        yield dict(zip(COLUMNS, (*where, *found), strict=True))
 
 
 def attempt(

@@ -4,7 +4,6 @@ python -m freerock_bench.success results/studies/success.csv full
 """
 
 import sys
-import time as clock
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -52,12 +51,10 @@ def rows_of(case: tuple[str, int, bool]) -> list[Row]:
     model, i, demands = case
     noises, key = ("white", "coloured"), (1, PAPER_MODELS.index(model), i)
     if demands:
-        truth, motion, overturned = drawn_run(model, noises, (*key, 1), demanding)
+        truth, motion = drawn_run(model, noises, (*key, 1), demanding)
     else:
-        truth, motion, overturned = drawn_run(model, noises, key)
-    begin = clock.perf_counter()
+        truth, motion = drawn_run(model, noises, key)
     fit = fit_run(model, truth.block, motion)
-    elapsed = clock.perf_counter() - begin
     if demands:
         best = truth.motion(motion.time_s - motion.time_s[0])[0] - motion.theta
     else:
@@ -68,19 +65,17 @@ def rows_of(case: tuple[str, int, bool]) -> list[Row]:
         "run": i,
         "noise": truth.noise,
         "release": truth.theta0 / truth.block.theta_cr,
-        "overturned": overturned,
         "excess": excess,
         "reached": excess < EXCESS,
         "reported": not fit.success,
         "message": fit.message,
-        "fit_s": elapsed,
     }
     name = f"{model}, {'demanding' if demands else 'whole range'}"
     return [row | own for row in rows_of_fit(name, fit, dict(truth.parameters))]
 
 
-COLUMNS = [*NUMBERS, "model", "run", "noise", "release", "overturned", "excess", "reached", "reported"]
-STUDY = Study(cases, rows_of, [*COLUMNS, "message", "fit_s"])
+COLUMNS = [*NUMBERS, "model", "run", "noise", "release", "excess", "reached", "reported", "message"]
+STUDY = Study(cases, rows_of, COLUMNS)
 run = STUDY.run
 
 if __name__ == "__main__":

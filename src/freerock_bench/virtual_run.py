@@ -179,15 +179,13 @@ Draw = Callable[[str, Sequence[str], np.random.Generator], Truth]
 
 def drawn_run(
     model: str, noises: Sequence[str], key: Sequence[int], draw: Draw = draw_truth
-) -> tuple[Truth, Motion, int]:
-    """A random truth whose block does not overturn, its measured run, and how many overturned before it."""
-    generator, overturned = np.random.default_rng([SEED, *key]), 0
+) -> tuple[Truth, Motion]:
+    """A random truth whose block does not overturn, and its measured run."""
+    generator = np.random.default_rng([SEED, *key])
     while True:
         truth = draw(model, noises, generator)
-        motion = virtual_motion(truth, generator)
-        if motion is not None:
-            return truth, motion, overturned
-        overturned += 1
+        if motion := virtual_motion(truth, generator):
+            return truth, motion
 
 
 def published_truth(block: str, foundation: str, model: str) -> Truth:

@@ -124,7 +124,7 @@ def test_a_block_that_rattles_and_leaves_more_than_noise_has_no_standard_error()
 @pytest.mark.slow
 def test_a_minimum_that_longer_horizons_lose_is_found_where_the_first_swings_show_it():
     """λ/k is 1.15 s/m; a k 6 times too low, damped more than what counts as hardly damped, leaves 51 σ."""
-    truth, run, _ = drawn_run("hunt_crossley", ("white", "coloured"), (1, 2, 106, 1), demanding)
+    truth, run = drawn_run("hunt_crossley", ("white", "coloured"), (1, 2, 106, 1), demanding)
     fit = fit_run("hunt_crossley", truth.block, run)
     assert fit.success and abs(fit.value[0] - truth.parameters["k"]) < 4 * fit.stderr[0]
 
@@ -132,7 +132,7 @@ def test_a_minimum_that_longer_horizons_lose_is_found_where_the_first_swings_sho
 @pytest.mark.slow
 def test_ends_of_two_pursuits_are_taken_to_their_minima_before_they_are_told_apart():
     """λ/k is 0.89 s/m; the first pursuit stops at 1.16 σ, its release 17 standard errors off."""
-    truth, run, _ = drawn_run("hunt_crossley", ("white", "coloured"), (1, 2, 605, 1), demanding)
+    truth, run = drawn_run("hunt_crossley", ("white", "coloured"), (1, 2, 605, 1), demanding)
     fit = fit_run("hunt_crossley", truth.block, run)
     assert fit.success and abs(fit.value[0] - truth.parameters["k"]) < 4 * fit.stderr[0]
 
@@ -140,7 +140,7 @@ def test_ends_of_two_pursuits_are_taken_to_their_minima_before_they_are_told_apa
 def test_another_minimum_than_that_of_the_first_swings_is_not_believed():
     """λ/k is 0.58 s/m. The first swings say so, but k 38 times too low, damped more, leaves 28 σ of the run,
     and so less than the minimum that longer horizons lose: the motion multiplies errors."""
-    truth, run, _ = drawn_run("hunt_crossley", ("white", "coloured"), (1, 2, 151, 1), demanding)
+    truth, run = drawn_run("hunt_crossley", ("white", "coloured"), (1, 2, 151, 1), demanding)
     fit = fit_run("hunt_crossley", truth.block, run)
     assert (fit.success, fit.message) == (
         False,

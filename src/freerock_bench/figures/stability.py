@@ -16,7 +16,7 @@ from freerock.models.laws import MODEL_LABELS
 
 FIGURE = {
     "caption": "Stability atlas: where each method converges, is inaccurate, unstable, too slow or refuses; "
-    "the cause and what the analysis does there are in the table."
+    "the cause is in the table."
 }
 
 STATE_COLOURS = {
