@@ -15,7 +15,7 @@ import re
 import sys
 import zlib
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -81,22 +81,17 @@ class Kind:
         All else that the file states.
     """
 
-    law: str
-    pivoting: bool | None
-    sizes: bool
-    names: Collection[str]
-    differs: dict[str, Any]
+    law: str = "hunt_crossley"
+    pivoting: bool | None = None
+    sizes: bool = False
+    names: Collection[str] = ()
+    differs: dict[str, Any] = field(default_factory=dict)
 
 
-def _kind(
-    law: str = "hunt_crossley",
-    pivoting: bool | None = None,
-    sizes: bool = False,
-    names: Any = (),
-    **differs: Any,
-) -> Kind:
+def _kind(names: Any = (), **stated: Any) -> Kind:
     parts = [[each] if isinstance(each, str) else each for each in names]
-    return Kind(law, pivoting, sizes, {name for part in parts for name in part}, differs)
+    own = {key: stated.pop(key) for key in ("law", "pivoting", "sizes") if key in stated}
+    return Kind(**own, names={name for part in parts for name in part}, differs=stated)
 
 
 STATED = YAML(typ="safe", pure=True).load(Path(__file__).with_suffix(".yaml"))
