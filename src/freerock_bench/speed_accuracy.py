@@ -9,7 +9,7 @@ rule only, with that. A laser gives the scale: σ_θ = 0.01°, 2 kHz. Engines of
 import math
 import sys
 import time as clock
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -44,6 +44,8 @@ ROUNDS = {"full": 5, "small": 1}
 STEPS_S = {"full": (2e-3, 1e-3, 5e-4, 2e-4, 1e-4), "small": (1e-3,)}
 RTOLS = {"full": (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12), "small": (1e-4, 1e-8)}
 RTOLS_SLOW = {"full": (1e-3, 1e-5, 1e-7, 1e-9), "small": (1e-4,)}
+ODE45_RTOLS = {"full": (1e-3, 1e-6), "small": (1e-3,)}
+DEFAULTS = {("ode45", 1e-3): "defaults 1e-3, 1e-6"}
 COLUMNS = ["model", "debonding", "method", "kind", "setting", "time_s", "epsilon", "max_error_rad", "outcome"]
 COLUMNS += ["floor_epsilon", "parameter", "error_stderr", "runs_of_fit", "fit_s", "note"]
 HEADS = ["law", "tool", "setting", "a run of 3 s", "ε_θ", "against the noise", "error / standard errors"]
@@ -129,32 +131,26 @@ def run(size: str = "full") -> pd.DataFrame:
 
 def _own(problem: Problem, size: str) -> Iterator[tuple[str, str, str, str, Callable[..., Solution]]]:
     """Name, kind, setting, note and call of what runs without other engines."""
+    compiled, steps, rtols = "law compiled, no events", STEPS_S[size], RTOLS[size]
+    tools: list[tuple[str, str, str, Callable[..., Solution], Sequence[float]]]
     if problem.model == "housner":
         yield "freerock", "freerock", "closed form", "", lambda p, t: freerock(p, t, 1e-8)
-        for step in (*STEPS_S[size], 1e-5):
-            call = partial(_by_step, housner_eventless, step)
-            yield "Runge–Kutta without events", "time stepping", f"step {1e3 * step:g} ms", "", call
-        return
-    for rtol in RTOLS[size]:
-        yield "freerock", "freerock", f"rtol {rtol:g}", "", partial(_by_step, freerock, rtol)
-    for rtol in RTOLS_SLOW[size]:
-        call = partial(_by_step, METHODS["SciPy LSODA, NumPy"], rtol)
-        yield "SciPy LSODA", "library", f"rtol {rtol:g}", "law in Python, no events", call
-    compiled = {"SciPy DOP853, compiled": METHODS["SciPy DOP853, numba"]}
-    if size == "full":  # it compiles for half a minute
-        compiled |= {name: METHODS[name] for name in ("CyRK DOP853", "CyRK RK45")}
-    for name, method in compiled.items():
-        for rtol in RTOLS[size]:
-            call = partial(_by_step, method, rtol)
-            yield name, "library", f"rtol {rtol:g}", "law compiled, no events", call
-    for rtol in (1e-3, 1e-6) if size == "full" else (1e-3,):
-        default = "defaults 1e-3, 1e-6" if rtol == 1e-3 else f"rtol {rtol:g}"
-        note = "law in Python, no events; by SciPy's RK45, the same pair"
-        yield "ode45", "library", default, note, partial(_by_step, ode45, rtol)
-    for name, method in TIME_STEPPING.items():
-        for step in STEPS_S[size]:
-            call = partial(_by_step, method, step)
-            yield name, "time stepping", f"step {1e3 * step:g} ms", "law compiled, no events", call
+        tools = [("Runge–Kutta without events", "time stepping", "", housner_eventless, (*steps, 1e-5))]
+    else:
+        cyrk = ("CyRK DOP853", "CyRK RK45") if size == "full" else ()  # it compiles for half a minute
+        quick = {name: METHODS[name] for name in cyrk}
+        quick = {"SciPy DOP853, compiled": METHODS["SciPy DOP853, numba"]} | quick
+        plain, pair = "law in Python, no events", "; by SciPy's RK45, the same pair"
+        tools = [("freerock", "freerock", "", freerock, rtols)]
+        tools += [("SciPy LSODA", "library", plain, METHODS["SciPy LSODA, NumPy"], RTOLS_SLOW[size])]
+        tools += [(name, "library", compiled, method, rtols) for name, method in quick.items()]
+        tools += [("ode45", "library", plain + pair, ode45, ODE45_RTOLS[size])]
+        tools += [(name, "time stepping", compiled, each, steps) for name, each in TIME_STEPPING.items()]
+    for name, kind, note, method, values in tools:
+        for value in values:
+            setting = f"step {1e3 * value:g} ms" if kind == "time stepping" else f"rtol {value:g}"
+            setting = DEFAULTS.get((name, value), setting)
+            yield name, kind, setting, note, partial(_by_step, method, value)
 
 
 def _by_step(method: Callable[..., Solution], value: float, problem: Problem, time: Floats) -> Solution:
