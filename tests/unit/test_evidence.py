@@ -194,7 +194,7 @@ def test_what_scenes_share_is_told_once():
     assert [len(rows) for rows in whole["rows"]] == [4, 4]
     assert not any(row[1].text.startswith("not fitted") for rows in whole["rows"] for row in rows)
     assert [note.partition(":")[0] for _, note in whole["notes"]] == [
-        "A quick fit rules out",
+        "A quick fit, to fewer samples, rules out",
         "Not fitted, as a smaller candidate explains the runs",
     ]
     apart = together(

@@ -40,3 +40,15 @@ def test_a_run_without_impacts_is_in_neither_mean(run):
     row = restitution_comparison(*tables, BLOCKS).iloc[0]
     assert row["rigid_s"] == pytest.approx(0.268884, abs=1e-6)
     assert row["first_impact_s"] == pytest.approx(0.3)
+
+
+def test_the_mean_of_runs_is_no_better_known_than_their_scatter_allows():
+    records = [record(n_runs=2, theta0_deg=9.9)]
+    fitted = [fits(tree) for tree in records]
+    runs, populations = runs_table(records), populations_table(parameters_table(fitted))
+    restitution = restitution_table(records, fitted)
+    apart = restitution["run"].astype(int).map({1: -0.01, 2: 0.01})
+    tables = runs, populations, restitution.assign(r=0.94 + apart, r_u=0.003)
+    row = restitution_comparison(*tables, BLOCKS).iloc[0]
+    both = (0.003**2 + 0.01**2) ** 0.5  # of an impact, and of two runs, ± 0.014 / √2
+    assert (row["r_first_u"], row["r_median_u"]) == pytest.approx((both, both))

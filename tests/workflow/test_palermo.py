@@ -221,7 +221,7 @@ def test_configuration_3_rocks_longest_on_marble_and_the_report_says_why(palermo
     )
     (told,) = [plain(each) for each in beside.differs if "rocks longest" in plain(each)]
     assert told.startswith("Configuration #3 rocks longest on Marble (")
-    assert "in the publication on Aerstop CN20. The reason here: its first impact keeps r = " in told
+    assert "in the publication on Aerstop CN20. Here its first impact keeps r = " in told
     assert "Configuration #1 and Configuration #2 rock longest on Marble, as published." in map(
         plain, beside.agrees
     )

@@ -19,7 +19,8 @@ FIGURE = {
     "title": "Residuals against the noise at rest",
     "caption": "Power spectral density of modelled minus recorded rotation, of the law selected for each "
     "run, with sine tapers, means over a sixth of an octave; grey, that of the noise at rest of the "
-    "same record. A law explains a run if its residual exceeds the noise in no octave by more than chance.",
+    "same record. A law explains a run if its residual exceeds the noise in no octave by more than chance. "
+    "At frequencies lower than a rest resolves, the noise is extrapolated.",
     "reading": "Follow each line from left to right against the grey one. A law is rejected where its line "
     "stands well above the noise, most often near the rocking frequency. Lines that scatter "
     "about the grey one, at low frequencies by a factor of several, are noise.",

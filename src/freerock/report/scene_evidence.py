@@ -24,7 +24,7 @@ AS_GOOD_NOTE = " As good: the data can't tell it from the selected one."
 LEFT_OUT = "Not fitted, as a smaller candidate explains the runs"
 CLAUSES, DIGIT = re.compile(r"[:;,] "), re.compile(r"\d")  # of a reason
 QUICK = f"{STATUS_WORDS['not_fitted']} in"  # begins the status of one that was fitted to no run
-QUICK_FIT = "A quick fit rules out: {}."
+QUICK_FIT = "A quick fit, to fewer samples, rules out: {}."
 
 
 def scenes_of(

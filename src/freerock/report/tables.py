@@ -211,7 +211,7 @@ def compared_restitution(compared: pd.DataFrame) -> Sortable:
         numbers("r, rigid", "r_housner", decimals(3)),
     ]
     caption = "Restitution fitted and of single impacts, and the mean time from release to the first impact"
-    note = "±: total standard uncertainty, of r of an impact that of a single one. "
+    note = "±: total standard uncertainty, with the scatter between the runs. "
     note += "r, first impact: mean of the runs. Rigid: Housner’s block, from the same angles; its r is "
     note += "that of a rigid base."
     return _sortable(columns, compared.itertuples(), caption, [note])

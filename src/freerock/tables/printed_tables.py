@@ -22,7 +22,8 @@ RUNS_NOTE = (
     "Identified: mean of the runs that the law explains; of all fitted runs if it explains none. "
     f"{U_NOTE} their scatter, noise, block, sensor, clock and law. τ: spread between the runs beyond their "
     "noise; < where noise alone may explain it. Next run: its 95 % interval at the estimated τ, which is "
-    "small or zero where < stands. Neither is shown for a law that is rejected."
+    "small or zero where < stands. Neither is shown for a law that is rejected. With few runs, a 95 % "
+    "interval is wider than ± 2 u (populations.csv)."
 )
 ONE_RUN_NOTE = (
     f"Identified: from one run, which does not show the scatter between runs. {U_NOTE} noise, block, "
@@ -31,7 +32,7 @@ ONE_RUN_NOTE = (
 REJECTED = " †"
 REJECTED_NOTE = (
     "† Rejected by most of the runs: the residual exceeds the noise or an input would have to be wrong. "
-    "The parameters describe the fit, not the foundation. See the table of candidates."
+    "The parameters describe the fit, not the foundation. The evidence of the candidates shows why."
 )
 SELECTED = " ‡"
 SELECTED_NOTE = (
@@ -313,7 +314,7 @@ def printed_candidates(frame: pd.DataFrame, origin: str, labels: Labels | None =
         scene = f"{labels.get(block, block)}, {labels.get(foundation, foundation)}"
         text += [{"Candidate": scene}, *texts(columns, own).to_dict("records")]
     printed = pd.DataFrame(text, columns=[column.head for column in columns]).fillna("")
-    return Printed(fitted, columns, printed, "Candidates that explain the runs", notes)
+    return Printed(fitted, columns, printed, "Candidates tried on the runs", notes)
 
 
 def printed_recovered(frame: pd.DataFrame) -> Printed:

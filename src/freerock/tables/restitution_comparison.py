@@ -33,8 +33,8 @@ def restitution_comparison(
         of the runs), r_first, the mean r of the runs' first impacts, r_median, r_low and r_high, median
         and range of all impacts, first_impact_s, the mean time from release to the first impact, rigid_s, the
         mean time of a rigid block from the angles of the same releases [s], r_housner of a rigid block,
-        r_fitted_u, the total uncertainty of r_fitted, r_first_u and r_median_u, those of a single impact:
-        mean and median of the impacts.
+        r_fitted_u, the total uncertainty of r_fitted, r_first_u and r_median_u, those of r_first and
+        r_median: of a single impact, and the scatter between the runs over the root of their number.
     """
     rows = []
     runs = usable_rows(runs)
@@ -59,11 +59,19 @@ def restitution_comparison(
                 "rigid_s": sum(rigid) / len(rigid) if rigid else math.nan,
                 "r_housner": blocks[scene["block"]].restitution_housner,
                 "r_fitted_u": fitted["u_total"].mean(),
-                "r_first_u": first["r_u"].mean(),
-                "r_median_u": impacts["r_u"].median(),
+                "r_first_u": math.hypot(first["r_u"].mean(), _of_scatter(first["r"])),
+                "r_median_u": math.hypot(
+                    impacts["r_u"].median(), _of_scatter(impacts.groupby("run")["r"].median())
+                ),
             }
         )
     return pd.DataFrame(rows, columns=COMPARISON)
+
+
+def _of_scatter(of_runs: pd.Series) -> float:
+    """Standard error of the mean of values of the runs, by their scatter; 0 of one run, which shows none."""
+    known = of_runs.dropna()
+    return float(known.std(ddof=1) / math.sqrt(len(known))) if len(known) > 1 else 0.0
 
 
 def _rigid_s(block: Block, theta0_deg: pd.Series) -> list[float]:
