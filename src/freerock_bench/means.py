@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.populations.means import Mean, Shifts, over_records, over_runs
-from freerock.rotation.total_uncertainty import LAW
+from freerock.rotation.u_total import LAW
 from freerock_bench.document import in_markdown
 from freerock_bench.harness import Study
 from freerock_bench.virtual_run import SEED, Row

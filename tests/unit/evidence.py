@@ -4,7 +4,7 @@ import pandas as pd
 
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import CANDIDATES, MODELS, law_of
-from freerock.tables.tidy import CHOICE, PARAMETERS
+from freerock.tables.tidy_columns import CHOICE, PARAMETERS
 
 NAMED, POSSIBLE, REJECTED, NOT_FITTED = "selected", "also_possible", "rejected", "not_fitted"
 VALUES = {"r": 0.95, "k": 6.88e6, "c": 2.36e4, "lambda": 1.3e8, "width": 0.063}

@@ -9,7 +9,7 @@ from fabricated import campaign
 from freerock.tables.candidates import COLUMNS, answers, candidates_table
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.printed_tables import printed_candidates
-from freerock.tables.tidy import choice_table, parameters_table
+from freerock.tables.tidy_columns import choice_table, parameters_table
 
 RUNS = (
     paper() | {"hunt_crossley": NAMED},

@@ -20,7 +20,7 @@ from freerock.tables import (
     restitution_comparison,
     restitution_law,
     summary,
-    tidy,
+    tidy_columns,
 )
 
 GLOSSARY = Path(__file__).parents[2] / "docs/glossary.md"
@@ -48,7 +48,9 @@ def keys(model):
 
 def columns():
     """Columns of all tables."""
-    parameters, epsilon = (pd.DataFrame(columns=names) for names in (tidy.PARAMETERS, tidy.EPSILON))
+    parameters, epsilon = (
+        pd.DataFrame(columns=names) for names in (tidy_columns.PARAMETERS, tidy_columns.EPSILON)
+    )
     frames = [
         summary.table1([], {"block": Block(height_m=0.28, width_m=0.07, mass_kg=5.84)}),
         summary.table2(populations.populations_table(parameters), parameters),
@@ -56,26 +58,26 @@ def columns():
         summary.recovered_table(parameters, {}),
     ]
     lists = [
-        tidy.RUNS,
-        tidy.PARAMETERS,
-        tidy.EPSILON,
-        tidy.CHOICE,
-        tidy.RESTITUTION,
+        tidy_columns.RUNS,
+        tidy_columns.PARAMETERS,
+        tidy_columns.EPSILON,
+        tidy_columns.CHOICE,
+        tidy_columns.RESTITUTION,
         restitution_comparison.COMPARISON,
     ]
     lists += [
         candidates.COLUMNS,
         candidates.RARE_COLUMNS,
-        tidy.RARE_IMPACTS,
+        tidy_columns.RARE_IMPACTS,
         population.FOUNDATIONS,
         predict.PREDICTIONS,
         populations.POPULATIONS,
         populations.BUDGET,
         plan.COLUMNS,
         plan.RIVALS,
-        tidy.PARTS,
-        tidy.PULLS,
-        tidy.REASONS,
+        tidy_columns.PARTS,
+        tidy_columns.PULLS,
+        tidy_columns.REASONS,
         plan_total.BUDGET,
         plan_total.TOTALS,
         restitution_law.LAW,

@@ -17,8 +17,8 @@ from freerock.records.timebase import Grid, on_grid
 from freerock.rotation.laboratory import Input
 from freerock.rotation.reading import Reading
 from freerock.rotation.sensor import Laser
-from freerock.rotation.total_uncertainty import LAW, Contributions
 from freerock.rotation.two_lasers import rotation_of_two
+from freerock.rotation.u_total import LAW, Contributions
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection import doubts
 from freerock.tables.populations import budget_table, populations_table

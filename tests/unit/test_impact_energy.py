@@ -21,7 +21,7 @@ from freerock.populations.impact_energy import _shifted, block_peaks, impact_ene
 from freerock.populations.sensitivity import contributions
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
-from freerock.rotation.total_uncertainty import Contributions
+from freerock.rotation.u_total import Contributions
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import find_impacts
 from freerock.runs.motion import Motion

@@ -24,7 +24,7 @@ from freerock.models.given import Given
 from freerock.models.simulate import simulate_theta
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
-from freerock.rotation.total_uncertainty import Contributions
+from freerock.rotation.u_total import Contributions
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 from freerock.runs.noise import noise_at_rest

@@ -33,7 +33,7 @@ from freerock.products.netcdf import (
 )
 from freerock.products.runs import impacts_in, runs_in
 from freerock.rotation.laboratory import Input
-from freerock.rotation.total_uncertainty import Contributions
+from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
 from freerock.runs.measured_total import MeasuredTotal
 from freerock.runs.segment import Run

@@ -11,11 +11,11 @@ from reported import BLOCKS, make, settings
 
 from freerock.config.review_log import LOOKED_AT, Change
 from freerock.models.block import Block
+from freerock.tables.number_text import quantity
 from freerock.tables.populations import populations_table
 from freerock.tables.printed_tables import PUBLISHED_NOTE, table1_text, table2_text, table3_text
-from freerock.tables.quantities import quantity
 from freerock.tables.summary import table1, table2, table3
-from freerock.tables.tidy import choice_table, epsilon_table, parameters_table
+from freerock.tables.tidy_columns import choice_table, epsilon_table, parameters_table
 
 HOSTILE = "<script>alert(1)</script>&\"'"
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from freerock.tables.quantities import quantity
+from freerock.tables.number_text import quantity
 
 
 @pytest.mark.parametrize(

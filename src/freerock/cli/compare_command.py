@@ -18,7 +18,7 @@ from freerock.files import read_json
 from freerock.models.free_parameters import symbol_of
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.csvfile import read_csv, write_csv
-from freerock.tables.quantities import quantity, with_unit
+from freerock.tables.number_text import quantity, with_unit
 
 KEY = ["test", "run", "model", "parameter"]
 COLUMNS = [*KEY, "unit", "value_a", "stderr_a", "value_b", "stderr_b", "difference", "difference_percent"]

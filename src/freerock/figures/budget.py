@@ -10,9 +10,9 @@ from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS
-from freerock.rotation.total_uncertainty import LAW
+from freerock.rotation.u_total import LAW
 from freerock.tables.candidates import named_by
-from freerock.tables.quantities import INPUT_LABELS
+from freerock.tables.number_text import INPUT_LABELS
 
 FIGURE = {
     "title": "Uncertainty budget of the identified parameters",

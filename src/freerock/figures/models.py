@@ -11,7 +11,7 @@ from freerock.figures.style import LINEAR, NOISE, Axes, Drawing, Labels, printed
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.choices import explained_in, named_in
 from freerock.products.groups import runs_of
-from freerock.tables.quantities import between, fixed, quantity
+from freerock.tables.number_text import between, fixed, quantity
 
 FIGURE = {
     "title": "{Measured} rotation and the law selected for it",

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from freerock.figures import looks, style
 from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.free_parameters import SYMBOLS
-from freerock.tables.quantities import INPUT_LABELS
+from freerock.tables.number_text import INPUT_LABELS
 
 FIGURE = {
     "title": "Pulls of the inputs, and their impacts on the parameters",

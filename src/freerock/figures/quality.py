@@ -22,7 +22,7 @@ from freerock.products.groups import Attrs, impacts_of, reasons_in, release_angl
 from freerock.products.verdicts import verdict_of_run
 from freerock.rotation.faults import listed_faults
 from freerock.runs.verdict import in_one_line
-from freerock.tables.quantities import number_of, quantity, unit_text
+from freerock.tables.number_text import number_of, quantity, unit_text
 from freerock.units import BASE
 
 Pages = tuple[list[Figure], pd.DataFrame]

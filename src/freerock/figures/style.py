@@ -27,8 +27,8 @@ from freerock.figures.looks import Style as Style
 from freerock.files import atomic
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS, unit_of
 from freerock.tables.csvfile import write_csv
-from freerock.tables.quantities import in_words, quantity, with_unit
-from freerock.tables.quantities import number_of as number_of
+from freerock.tables.number_text import in_words, quantity, with_unit
+from freerock.tables.number_text import number_of as number_of
 
 Axes = Any
 """Axes of Matplotlib: its hints do not say what an array of them holds."""

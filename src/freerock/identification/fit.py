@@ -37,7 +37,7 @@ from freerock.models.free_parameters import symbol_of, unit_of
 from freerock.models.given import Given
 from freerock.models.laws import CANDIDATES, MODELS, law_of
 from freerock.rotation.laboratory import Input, Laboratory
-from freerock.rotation.total_uncertainty import Contributions
+from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
 

@@ -25,7 +25,7 @@ from freerock.identification.likelihood import Whitened
 from freerock.identification.problem import Problem, Samples
 from freerock.models.laws import law_of
 from freerock.rotation.laboratory import Input, Laboratory
-from freerock.rotation.total_uncertainty import Contributions
+from freerock.rotation.u_total import Contributions
 from freerock.rotation.view import view_of
 from freerock.runs.noise import Noise, averaged
 

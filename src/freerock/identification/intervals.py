@@ -18,7 +18,7 @@ from freerock.identification.inputs_with_priors import Posterior, contributed
 from freerock.identification.levels import NORMAL_95
 from freerock.identification.problem import FINE, Problem, Samples
 from freerock.models.laws import MODELS
-from freerock.rotation.total_uncertainty import Contributions
+from freerock.rotation.u_total import Contributions
 from freerock.runs.noise import Noise, averaged
 
 SINGULAR = 1e13  # condition of a scaled normal matrix beyond which samples do not separate the parameters

@@ -14,7 +14,7 @@ from freerock.files import write_text
 from freerock.jobs.pages import pages
 from freerock.models.block import Block
 from freerock.tables.csvfile import read_csv
-from freerock.tables.quantities import SIMULATED_NOTE
+from freerock.tables.number_text import SIMULATED_NOTE
 
 SLIDE = "slide"
 

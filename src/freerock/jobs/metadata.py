@@ -11,7 +11,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from freerock.config.campaign import Campaign
 from freerock.errors import FreerockError
-from freerock.tables.quantities import SIMULATED_NOTE
+from freerock.tables.number_text import SIMULATED_NOTE
 
 DOI = re.compile(r"\b10\.\d{4,9}/[^\s;,]*[^\s;,.]")
 SPDX = re.compile(r"[A-Za-z0-9][A-Za-z0-9.+-]*-[A-Za-z0-9.+-]+")  # BSD-3-Clause, CC-BY-4.0

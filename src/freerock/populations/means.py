@@ -8,7 +8,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.populations.random_effects import Population, common_spread, population, population_of_means
-from freerock.rotation.total_uncertainty import LAW
+from freerock.rotation.u_total import LAW
 
 Key = tuple[str, str]  # owner and name of an input
 Shifts = Mapping[Key, float]  # of a number for one standard uncertainty of each input

@@ -14,7 +14,7 @@ from freerock.identification.problem import COARSE, Problem
 from freerock.identification.start import posed
 from freerock.models.laws import law_of
 from freerock.rotation.laboratory import Laboratory
-from freerock.rotation.total_uncertainty import Contributions
+from freerock.rotation.u_total import Contributions
 from freerock.runs.motion import Motion
 
 

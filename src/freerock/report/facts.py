@@ -10,7 +10,7 @@ import pandas as pd
 from freerock.models.block import Block
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import LAWS, MODEL_LABELS
-from freerock.tables.quantities import fixed, number_of, quantity
+from freerock.tables.number_text import fixed, number_of, quantity
 from freerock.tables.summary import largest_shift_m
 
 Pairs = list[tuple[str, str]]

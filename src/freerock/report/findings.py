@@ -12,8 +12,8 @@ from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of
 from freerock.report.limitations import limits
 from freerock.report.numbers import KNOWN, NOT, Number, Sentence, Tables, Where, listed, said
 from freerock.tables.candidates import Answer, answers
+from freerock.tables.number_text import LEAST_P, MOST_P, quantity, unit_text
 from freerock.tables.printed_tables import U_NOTE, Labels
-from freerock.tables.quantities import LEAST_P, MOST_P, quantity, unit_text
 
 TABLES = ("runs", "choice", "candidates", "populations", "foundations", "predictions", "table1", "table3")
 """The tables that the findings are made from."""

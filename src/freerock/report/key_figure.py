@@ -13,7 +13,7 @@ from freerock.figures.looks import on_screen
 from freerock.models.laws import CANDIDATES, PAPER_MODELS
 from freerock.products.groups import runs_of
 from freerock.tables.candidates import answers
-from freerock.tables.quantities import quantity
+from freerock.tables.number_text import quantity
 
 WIDTH, LEFT, RIGHT = 480.0, 46.0, 8.0  # of the drawing [px at its own scale]
 PANELS = ((12.0, 178.0), (206.0, 364.0))  # top and bottom of the rotation and of the residuals

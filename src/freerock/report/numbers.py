@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 
 import pandas as pd
 
-from freerock.tables.quantities import quantity, unit_text
+from freerock.tables.number_text import quantity, unit_text
 
 KNOWN = "*"
 """Picks the rows in which a column is not empty."""

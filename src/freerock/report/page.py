@@ -31,8 +31,8 @@ from freerock.report.records import Listed, charted, listed_records, sections_of
 from freerock.report.scene_choices import unexplained
 from freerock.report.scene_evidence import explained, scenes_of, together
 from freerock.runs.verdict import VERDICTS
+from freerock.tables.number_text import SEEN_NOTE, SIMULATED_NOTE
 from freerock.tables.printed_tables import PUBLISHED_NOTE, named, of_other_laws, printed_tables
-from freerock.tables.quantities import SEEN_NOTE, SIMULATED_NOTE
 
 MOST_LISTED = 120  # runs with rows and fits in the page, up to 6 kB each; all stand in the tables
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open

@@ -16,7 +16,7 @@ from freerock.products.choices import choices_of
 from freerock.products.groups import fits_of, impacts_of, reasons_in, release_angle_of, runs_of
 from freerock.report.charts import run_curves
 from freerock.runs.verdict import VERDICTS, in_one_line
-from freerock.tables.quantities import fixed, quantity, unit_text
+from freerock.tables.number_text import fixed, quantity, unit_text
 
 SCENE = ("block", "foundation")
 

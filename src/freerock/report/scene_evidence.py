@@ -12,8 +12,8 @@ from freerock.models.laws import MODEL_LABELS
 from freerock.report.scene_choices import SceneChoices, sentences
 from freerock.report.tables import Sortable
 from freerock.tables.candidates import STATUS_WORDS, answers
+from freerock.tables.number_text import chance, fixed, quantity
 from freerock.tables.printed_tables import Cell, Labels, number
-from freerock.tables.quantities import chance, fixed, quantity
 
 HEADS = ["Candidate", "Runs", "Freed", "ε_θ / %", "Held out / %", "Other runs / %", "ΔBIC"]
 HEADS += ["Noise at rest", "Why, why not"]

@@ -11,9 +11,10 @@ from freerock.config.review_log import LOOKED_AT, Change, looked_at
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.response.motions import INTENSITIES
-from freerock.rotation.total_uncertainty import LAW
+from freerock.rotation.u_total import LAW
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
+from freerock.tables.number_text import INPUT_LABELS, SEEN_NOTE, fixed, quantity, with_unit
 from freerock.tables.printed_tables import (
     Cell,
     Column,
@@ -24,7 +25,6 @@ from freerock.tables.printed_tables import (
     numbers,
     with_error,
 )
-from freerock.tables.quantities import INPUT_LABELS, SEEN_NOTE, fixed, quantity, with_unit
 
 SHOWN = 1.0  # per cent of a square of a total uncertainty, from which a contribution is shown
 

@@ -16,6 +16,6 @@ __all__ = [
     "sensor",
     "still",
     "tapers",
-    "total_uncertainty",
+    "u_total",
     "view",
 ]

@@ -13,7 +13,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.models.contact import Foundation
 from freerock.rotation.laboratory import Laboratory
-from freerock.rotation.total_uncertainty import Contributions
+from freerock.rotation.u_total import Contributions
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts
 

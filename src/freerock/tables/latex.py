@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from freerock.tables.quantities import SEEN_NOTE, SIMULATED_NOTE, fixed, quantity, unit_text
+from freerock.tables.number_text import SEEN_NOTE, SIMULATED_NOTE, fixed, quantity, unit_text
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
 SMALL = "alpha beta gamma delta zeta eta theta iota kappa mu nu xi pi rho sigma tau upsilon phi chi psi omega"

@@ -7,7 +7,7 @@ import pandas as pd
 
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS
-from freerock.tables.quantities import INPUT_LABELS
+from freerock.tables.number_text import INPUT_LABELS
 
 CASE = ["block", "foundation", "laser", "sensor", "duration", "rate", "angle"]
 

@@ -11,11 +11,11 @@ from fabricated import campaign, failed_record, fits, record, tidy_tables
 from freerock.populations import population, predict
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 from freerock.tables import candidates, restitution_comparison
-from freerock.tables import tidy as tables
+from freerock.tables import tidy_columns as tables
 from freerock.tables.populations import populations_table
 from freerock.tables.printed_tables import table2_text, table3_text
 from freerock.tables.summary import table2, table3
-from freerock.tables.tidy import (
+from freerock.tables.tidy_columns import (
     REASONS,
     epsilon_table,
     parameters_table,

@@ -1,4 +1,4 @@
-"""Tidy tables: one row per run, parameter, fit, candidate or impact, from the record and fit datasets."""
+"""Columns and rows of the tidy tables: a row per run, parameter, fit, candidate or impact, from datasets."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -15,7 +15,7 @@ from freerock.models.laws import MODELS
 from freerock.products.choices import NUMBERS, TESTS, choices_of, named_in
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
-from freerock.rotation.total_uncertainty import LAW
+from freerock.rotation.u_total import LAW
 from freerock.runs.verdict import Reason, in_one_line
 from freerock.tables.candidates import RARE, candidates_table
 from freerock.tables.populations import OF_INPUT, budget_table, populations_table

@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Sequence
 
-from freerock.rotation.total_uncertainty import LAW
+from freerock.rotation.u_total import LAW
 
 SEEN_NOTE = "θ₀: as the sensor shows it, a sinking corner included."
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
