@@ -28,8 +28,8 @@ LEAST = 0.05  # of the misfit
 TWINS = 3  # that are named together, at most
 ALIKE = 0.95  # cosine of derivatives that no run tells apart
 # Standard uncertainties by which an input may be off that was measured at all. Wrong ones of the kinds of
-# laboratories are off by up to 33; twins of other effects, by 200 and more.
-FARTHEST = 50.0
+# laboratories are off by up to 33; twins of other effects, by 42 and more.
+FARTHEST = 35.0
 OFFSET_M = 3e-4  # in units of which an offset of the centre of mass is tried
 
 
