@@ -62,10 +62,10 @@ def test_what_is_off_stands_among_the_causes_with_its_value(name, u):
 
 
 def test_an_input_that_would_be_off_by_far_is_no_cause():
-    """A beam 3 mm higher, which is stated to a fiftieth and to a hundredth of that."""
+    """A beam 3 mm higher, which is stated to a thirtieth and to a hundredth of that."""
     motion = measured(STATED.moved(Input("l", "position_m", 6e-4, True), 5.0))
     fit = fit_run("housner", BLOCK, replace(motion, laboratory=None))
-    for u, is_named in ((7e-5, True), (3e-5, False)):
+    for u, is_named in ((1e-4, True), (3e-5, False)):
         stated = replace(STATED, inputs=(Input("l", "position_m", u, True),))
         problem = posed("housner", (BLOCK,), (replace(motion, laboratory=stated),), FitSettings())
         names = [cause.name for cause in ranked(at_end(problem, fit.values, None))]
