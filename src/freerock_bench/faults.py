@@ -171,10 +171,12 @@ def _clean(i: int, record: VirtualRecord, block: Block, laser: Laser) -> Row:
     draw = np.random.RandomState([len(SETTINGS), i])
     try:
         found = find_rotation(record.time_s, _measured(record, None, draw), laser, block)
+        time_s, theta, sigma, flags = (
+            found[name].values for name in ("time", "theta", "sigma_theta", "flags")
+        )
+        runs = find_runs(time_s, theta, sigma, flags, block, signal_quality(found))
     except FreerockError:
         return {"named": True, "others": True}
-    time_s, theta, sigma, flags = (found[name].values for name in ("time", "theta", "sigma_theta", "flags"))
-    runs = find_runs(time_s, theta, sigma, flags, block, signal_quality(found))
     wrong = len(runs) != len(record.truth["runs"]) or any(run.verdict.level != "ok" for run in runs)
     return {"named": bool(listed_faults(found)), "others": wrong}
 

@@ -46,7 +46,6 @@ NOT_RUN = {  # beginning of a command: why not; what Snakemake would do is plann
     "snakemake --config verify=true": "needs results; run by tests/workflow/test_ledger.py",
     "snakemake --unlock": "after a killed run only",
     "snakemake studies": "an hour; small: run by tests/workflow/test_studies_target.py",
-    "snakemake results/studies/faults.csv": "minutes",
     "python -m freerock_bench": "minutes, or needs the results of the studies",
     "python benchmarks/": "minutes; measures speed",
     "snakemake --config campaigns=wooden_blocks": "minutes; the campaign is checked, its records read",

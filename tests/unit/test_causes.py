@@ -13,7 +13,7 @@ from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.given import Given
 from freerock.models.simulate import simulate_theta
-from freerock.rotation.beam import turned
+from freerock.rotation.beam import displaced, turned
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
@@ -62,14 +62,30 @@ def test_what_is_off_stands_among_the_causes_with_its_value(name, u):
 
 
 def test_an_input_that_would_be_off_by_far_is_no_cause():
-    """A beam 3 mm higher, which is stated to a thirtieth and to a hundredth of that."""
-    motion = measured(STATED.moved(Input("l", "position_m", 6e-4, True), 5.0))
-    fit = fit_run("housner", BLOCK, replace(motion, laboratory=None))
-    for u, is_named in ((1e-4, True), (3e-5, False)):
-        stated = replace(STATED, inputs=(Input("l", "position_m", u, True),))
+    """A beam 3 and 30 mm higher, and a clock that is off by 0.3 %, stated to a hundredth and a thousandth."""
+    for name, off, u, is_named in (
+        ("position_m", 3e-3, 3e-5, True),
+        ("position_m", 3e-2, 3e-4, False),
+        ("sampling_rate_fraction", 3e-3, 3e-5, True),
+        ("sampling_rate_fraction", 3e-3, 3e-6, False),
+    ):
+        motion = measured(STATED.moved(Input("l", name, off, True), 1.0))
+        fit = fit_run("housner", BLOCK, replace(motion, laboratory=None))
+        stated = replace(STATED, inputs=(Input("l", name, u, True),))
         problem = posed("housner", (BLOCK,), (replace(motion, laboratory=stated),), FitSettings())
         names = [cause.name for cause in ranked(at_end(problem, fit.values, None))]
-        assert ("position_m" in names) is is_named
+        assert (name in names) is is_named
+
+
+@pytest.mark.parametrize("bent, is_named", [(0.01, True), (0.04, False)])
+def test_a_sensor_bent_by_more_than_any_is_no_cause(bent, is_named):
+    motion = measured(STATED)
+    way = displaced(motion.theta, BLOCK, LASER)
+    read = turned(way + 4 * bent * way**2 / LASER.range_m, BLOCK, LASER)
+    problem = posed("housner", (BLOCK,), (replace(motion, theta=read),), FitSettings())
+    known = {"r": 0.93, "theta0": motion.theta0, "t0": 0.0}
+    names = [cause.name for cause in ranked(at_end(problem, known, None))]
+    assert ("sensor" in names) is is_named
 
 
 def test_a_contact_wider_than_the_block_is_a_warning():

@@ -57,6 +57,12 @@ def test_the_same_analysis_is_the_same(a):
     assert "judged" not in text
 
 
+def test_analyses_without_a_common_record_are_not_compared(a, tmp_path, tables):
+    others = [each | {"test": f"other_{each['test']}"} for each in RECORDS]
+    with pytest.raises(FreerockError, match="no record is in both; name two analyses of one campaign"):
+        compare_results(a, write(tmp_path / "b", tables, records=others))
+
+
 @pytest.mark.parametrize(
     ("checksum", "shift", "verdict"),
     [("0a", 0.9, "within"), ("0a", 1.1, "changed"), ("1b", 1.1, "within"), ("1b", 2.9, "changed")],

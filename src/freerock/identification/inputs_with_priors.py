@@ -39,9 +39,9 @@ class InputSettings:
     step : float
         Standard uncertainties to either side, of the difference quotients by an input.
     moved : float
-        Times the noise by which such a step may move all samples; one that moves them further is shortened
-        until it does not. Set on a run with little damping, which determines the width to 0.02 of its
-        uncertainty.
+        Norm over all samples, in times the noise, by which such a step may move them; one that moves them
+        further is shortened in proportion. Set on a run with little damping, which determines the width to
+        0.02 of its uncertainty.
     read_step : float
         Of a rotation, for the slope of its reading [rad].
     near : float
@@ -124,7 +124,7 @@ class Nuisances:
                 continue
             by_j = self._quotient(j, (z[j] - INPUTS.step, z[j] + INPUTS.step), z, x, samples)
             moved = INPUTS.step * float(np.linalg.norm(by_j[: len(samples.time_s)])) / sigma
-            if moved > INPUTS.moved:
+            if INPUTS.moved < moved < np.inf:
                 closer = INPUTS.step * INPUTS.moved / moved
                 by_j = self._quotient(j, (z[j] - closer, z[j] + closer), z, x, samples)
             columns.append(by_j)

@@ -27,9 +27,9 @@ LINE = "oscillation"
 LEAST = 0.05  # of the misfit
 TWINS = 3  # that are named together, at most
 ALIKE = 0.95  # cosine of derivatives that no run tells apart
-# Standard uncertainties by which an input may be off that was measured at all. Wrong ones of the kinds of
-# laboratories are off by up to 33; twins of other effects, by 42 and more.
-FARTHEST = 35.0
+# By how much an input may be off that was measured at all: lengths [m], others in standard uncertainties.
+# Wrong ones of kinds of laboratories are off by up to 5 mm and 100 u, twins of a beam that leans by 25 mm.
+FARTHEST_M, FARTHEST = 0.01, 150.0
 OFFSET_M = 3e-4  # in units of which an offset of the centre of mass is tried
 
 
@@ -223,7 +223,8 @@ def _effect_of(source: Input, laboratory: Laboratory) -> Effect:
     def text(by: float) -> str:
         return f"{by * source.u:+.2g}{unit} of {source.owner}{twin}"
 
-    return Effect(source.name, np.empty(0), text, (-FARTHEST, FARTHEST), source.u)
+    farthest = FARTHEST_M / source.u if source.unit == "m" else FARTHEST
+    return Effect(source.name, np.empty(0), text, (-farthest, farthest), source.u)
 
 
 def _tried(inputs: tuple[Input, ...]) -> Iterator[Input]:

@@ -33,8 +33,8 @@ def restitution_comparison(
         of the runs), r_first, the mean r of the runs' first impacts, r_median, r_low and r_high, median
         and range of all impacts, first_impact_s, the mean time from release to the first impact, rigid_s, the
         mean time of a rigid block from the angles of the same releases [s], r_housner of a rigid block,
-        r_fitted_u, the total uncertainty of r_fitted, r_first_u and r_median_u, those of r_first and
-        r_median: of a single impact, and the scatter between the runs over the root of their number.
+        r_fitted_u, the total uncertainty of r_fitted, r_first_u and r_median_u, at most those of r_first and
+        r_median: that of a single impact, and the scatter between the runs over the root of their number.
     """
     rows = []
     runs = usable_rows(runs)
