@@ -107,13 +107,11 @@ def no_raw(raw):
 FILES = {
     "missing record": (
         missing_record,
-        "config/campaigns/lab.csv:2: file: raw/lab/a.tdms: no such file; put it there, or correct the file "
-        "column of the campaign's CSV",
+        "config/campaigns/lab.csv:2: file: raw/lab/a.tdms: no such file; put it there, or correct its name",
     ),
     "missing record that the manifest lists": (
         missing_and_listed,
-        "config/campaigns/lab.csv:2: file: raw/lab/a.tdms: no such file; put it there, or correct the file "
-        "column of the campaign's CSV",
+        "config/campaigns/lab.csv:2: file: raw/lab/a.tdms: no such file; put it there, or correct its name",
     ),
     "empty record that the manifest lists": (
         lambda raw: (raw / "a.tdms").write_bytes(b""),

@@ -115,7 +115,7 @@ class Nuisances:
 
     def by_inputs(self, z: Floats, x: Floats, samples: Samples) -> Floats:
         """Derivatives by z of the residual [rad] and, below, of what is measured of the release (`rows`)."""
-        sigma = noise_of(self.problem.motions[0]).variance ** 0.5
+        most = INPUTS.moved * noise_of(self.problem.motions[0]).variance ** 0.5
         columns = []
         for j, source in enumerate(self.sources):
             if source.name == "response_ms" and not z[j]:
@@ -123,9 +123,9 @@ class Nuisances:
                 columns.append(self._quotient(j, (0.0, 1.0), z, x, samples))
                 continue
             by_j = self._quotient(j, (z[j] - INPUTS.step, z[j] + INPUTS.step), z, x, samples)
-            moved = INPUTS.step * float(np.linalg.norm(by_j[: len(samples.time_s)])) / sigma
-            if INPUTS.moved < moved < np.inf:
-                closer = INPUTS.step * INPUTS.moved / moved
+            moved = INPUTS.step * float(np.linalg.norm(by_j[: len(samples.time_s)]))
+            if 0 < most < moved < np.inf:
+                closer = INPUTS.step * most / moved
                 by_j = self._quotient(j, (z[j] - closer, z[j] + closer), z, x, samples)
             columns.append(by_j)
         n_rows = len(self.problem.prior_of_release(x)[0])

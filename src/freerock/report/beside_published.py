@@ -18,10 +18,8 @@ REJECTED = " Parameters of a rejected law depend on how much of a run is fitted.
 
 
 SIMULATED = "The records are simulated: agreement with the law that made them tests the method alone."
-FINAL_TIME = "it depends on the final time, which both must share"
-NOISE_ALONE = (
-    "a simulated record follows one law exactly, so that only noise remains; a laboratory's does not"
-)
+FINAL_TIME = "it depends on the final time"
+NOISE_ALONE = "a simulated record leaves noise alone, a laboratory's does not"
 
 
 class Beside(NamedTuple):
@@ -68,9 +66,11 @@ def _parameters(known: Tables, labels: Labels) -> Iterator[Told]:
         ("More than a tenth off", ~near & ~vague),
         ("More than a tenth off, but by less than two standard uncertainties,", vague),
     )
+    told_why = False
     for size, some in ((size, rows[which]) for size, which in kinds if which.any()):
         of_r = "; r by its difference from one" * bool(offset[some.index].any())
-        why = REJECTED * bool(some["rejected"].any())
+        why = REJECTED * bool(some["rejected"].any() and not told_why)
+        told_why |= bool(why)
         values = listed([_beside(known, row, labels) for row in some.itertuples()])
         told = said("{} the published value (in brackets{}): {}.{}", size, of_r, values, why)
         yield near[some.index].all(), told

@@ -22,8 +22,7 @@ RUNS_NOTE = (
     "Identified: mean of the runs that the law explains; of all fitted runs if it explains none. "
     f"{U_NOTE} their scatter, noise, block, sensor, clock and law. τ: spread between the runs beyond their "
     "noise; < where noise alone may explain it. Next run: its 95 % interval at the estimated τ, which is "
-    "small or zero where < stands. Neither is shown for a law that is rejected. With few runs, a 95 % "
-    "interval is wider than ± 2 u (populations.csv)."
+    "small or zero where < stands. Neither is shown for a law that is rejected."
 )
 ONE_RUN_NOTE = (
     f"Identified: from one run, which does not show the scatter between runs. {U_NOTE} noise, block, "
