@@ -13,12 +13,11 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.laws import LAWS, Candidate
-from freerock.models.published import TABLE_2
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench.analysed import Measured, measured
 from freerock_bench.springs import Motion, Scene, energy, on_corners, read, standing
-from freerock_bench.truths import place
+from freerock_bench.truths import place, table_2
 from freerock_bench.virtual_run import SEED, Row
 
 RATE_HZ = 2000.0
@@ -137,9 +136,9 @@ def truth_of(i: int) -> Truth:
     draw = np.random.default_rng([SEED, 35, i])
     (name, foundation), kind, law = place(i), kind_of(i), law_of(i)
     block, angle, laser = CONFIGURATIONS[name]
-    soil = {key: value * draw.uniform(0.9, 1.1) for key, value in TABLE_2[foundation][law].items()}
+    soil = {key: value * draw.uniform(0.9, 1.1) for key, value in table_2(law, foundation).items()}
     if kind == "rigid":
-        soil = {"r": TABLE_2[foundation]["housner"]["r"] ** draw.uniform(1.0, 1.5)}
+        soil = {"r": table_2("housner", foundation)["r"] ** draw.uniform(1.0, 1.5)}
     worn_m = block.width_m / 2 * (1 - draw.uniform(0.92, 0.98)) if kind == "worn" else 0.0
     theta0 = angle * draw.uniform(0.6, 1.0) * draw.choice([-1, 1])
     base = {"left_m": worn_m, "right_m": worn_m}

@@ -234,12 +234,13 @@ def campaign_paths(
     path = Path(path)
     if campaigns is None:
         data, lines, found = read_yaml(path)
+        where = place(path, lines, ("campaigns",))
     else:
+        where = "campaigns"
         names = campaigns if isinstance(campaigns, list | tuple) else str(campaigns).split(",")
         data, lines, found = {"campaigns": [*map(str, names)]}, {}, []
     file = validate(ConfigFile, data, lambda loc: place(path, lines, loc), found)
     problems += found
-    where = place(path, lines, ("campaigns",)) if campaigns is None else "campaigns"
     paths = []
     for name in dict.fromkeys(file.campaigns) if file else ():
         campaign_path = path.parent / "campaigns" / f"{name}.yaml"

@@ -70,8 +70,8 @@ def restitution_comparison(
 
 def _of_scatter(of_runs: pd.Series) -> float:
     """Standard error of the mean of values of the runs, by their scatter; 0 of one run, which shows none."""
-    known = of_runs.dropna()
-    return float(known.std(ddof=1) / math.sqrt(len(known))) if len(known) > 1 else 0.0
+    error = float(of_runs.sem())
+    return error if math.isfinite(error) else 0.0
 
 
 def _rigid_s(block: Block, theta0_deg: pd.Series) -> list[float]:
