@@ -1,6 +1,6 @@
 """Converters of few bits: is a clean run still ok, its noise known and its k as certain as stated?
 
-Records of `swings` on foundations, which share nothing with the laws that are fitted, with white noise of
+`clean_records` on foundations, which share nothing with the laws that are fitted, with white noise of
 1, 2 and 5 mV, through converters of 8 to 24 bits over ±10.5 V, go as volts the public way to runs and the fit
 of the law that is true.
 
@@ -18,9 +18,9 @@ import pandas as pd
 
 from freerock.identification.fit import fit_run
 from freerock.identification.levels import NORMAL_95
+from freerock_bench.clean_records import kind_of, truth_of
 from freerock_bench.document import in_markdown
 from freerock_bench.harness import Study
-from freerock_bench.swings import kind_of, truth_of
 from freerock_bench.virtual_run import SEED, Row
 
 BITS, SIGMAS_MV = (8, 10, 12, 14, 16, 24), (1.0, 2.0, 5.0)

@@ -1,6 +1,6 @@
 """Are the numbers of a run as certain as stated, whatever the noise?
 
-Records of `swings`, which share nothing with the laws that are fitted, with seventeen kinds of noise, as
+`clean_records`, which share nothing with the laws that are fitted, with seventeen kinds of noise, as
 volts through the public way to runs, impacts, the fit of the law that is true, and restitution by energy.
 
     python -m freerock_bench.noises results/studies/noises.csv full docs/validation.md
@@ -24,9 +24,9 @@ from freerock.models.block import Block
 from freerock.populations.impact_energy import block_peaks, impact_energy
 from freerock.rotation.laboratory import Laboratory
 from freerock_bench.analysed import Measured
+from freerock_bench.clean_records import RATE_HZ, CleanRecord, truth_of
 from freerock_bench.document import in_markdown
 from freerock_bench.harness import Study
-from freerock_bench.swings import RATE_HZ, Truth, truth_of
 from freerock_bench.virtual_run import SEED, Row, converted, correlated
 
 SIZES = {"small": 3, "full": 168}  # records of each noise; twenty-four make a round of scenes
@@ -98,7 +98,7 @@ NOISES: dict[str, Kind] = {  # in standard deviations of the noise, of the rotat
 STEPS = {name: float(name.split()[1]) for name in NOISES if name.startswith("step")}
 
 
-def record_of(noise: str, i: int) -> tuple[Truth, Floats]:
+def record_of(noise: str, i: int) -> tuple[CleanRecord, Floats]:
     """A record without noise, and its volts with noise."""
     truth = truth_of(i)
     draw = np.random.default_rng([SEED, list(NOISES).index(noise), i])
@@ -134,7 +134,7 @@ def rows_of(case: tuple[str, int]) -> list[Row]:
     ]
 
 
-def _of_run(truth: Truth, found: Measured) -> Iterator[Number]:
+def _of_run(truth: CleanRecord, found: Measured) -> Iterator[Number]:
     """What the run itself shows."""
     run, impacts = found[:2]
     yield "release", 0, run.release_s - truth.release_s, run.release_stderr_s
@@ -145,7 +145,7 @@ def _of_run(truth: Truth, found: Measured) -> Iterator[Number]:
         yield "restitution", at + 1, off, impacts.restitution_stderr[j]
 
 
-def _of_fit(truth: Truth, found: Measured) -> Iterator[Number]:
+def _of_fit(truth: CleanRecord, found: Measured) -> Iterator[Number]:
     """What the fit of the law that is true shows."""
     run, impacts, motion, _ = found
     if motion is None:
@@ -172,7 +172,7 @@ def _of_fit(truth: Truth, found: Measured) -> Iterator[Number]:
             yield "block", at + 1, off, of_block.u_total[j]
 
 
-def _alike(truth: Truth, found_s: Floats) -> list[tuple[int, int]]:
+def _alike(truth: CleanRecord, found_s: Floats) -> list[tuple[int, int]]:
     """Of impacts found and those of the truth, the numbers of each that are the same."""
     nearest = [int(np.argmin(np.abs(truth.impacts_s - each))) for each in found_s]
     return [(j, at) for j, at in enumerate(nearest) if abs(truth.impacts_s[at] - found_s[j]) < ALIKE_S]

@@ -13,7 +13,7 @@ from freerock.runs.noise import autocovariance, noise_at_rest, white_noise
 from freerock.runs.noise_in_motion import in_motion
 from freerock.runs.sums import covariance_of_means, covariance_of_sums, stderr_of_mean, unsure_of_sum
 from freerock.runs.whitening import Slow, transposed, whiten
-from freerock_bench import noises, swings
+from freerock_bench import clean_records, noises
 
 RATE_HZ = 2000.0
 
@@ -98,13 +98,13 @@ def test_rests_of_one_value_show_no_spectrum():
 
 
 def test_the_truth_keeps_its_energy_but_for_what_the_bed_takes():
-    truth = swings.truth_of(7)
+    truth = clean_records.truth_of(7)
     assert np.all(np.diff(truth.energies) < 0)
     assert abs(truth.peaks[1]) < abs(truth.theta0) and truth.peaks[1] * truth.theta0 < 0
 
 
 def test_a_rigid_block_loses_at_each_impact_what_its_restitution_says():
-    truth = swings.truth_of(19)
+    truth = clean_records.truth_of(19)
     block, tops = truth.scene.block, truth.block_peaks[:8]
     lifted = block.h * (np.cos(tops) - 1) + block.b * np.abs(np.sin(tops))
     assert np.sqrt(lifted[1:] / lifted[:-1]) == pytest.approx(truth.parameters["r"], abs=1e-4)
@@ -130,6 +130,6 @@ def test_an_outlier_in_the_hold_is_no_release():
     """A sample that stands out by half the held angle, long before the release."""
     truth, volts = noises.record_of("white", 0)
     at = round((truth.release_s - 0.5) * RATE_HZ)
-    volts[at] += 0.4 * (swings.ZERO_V - volts[at])
+    volts[at] += 0.4 * (clean_records.ZERO_V - volts[at])
     _, found = truth.first_run(volts)
     assert abs(found.run.release_s - truth.release_s) < 2e-3

@@ -28,7 +28,7 @@ SEEN = np.linspace(-0.4, 0.4, 4001)  # angles among which a beam's is sought [ra
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
+class CleanRecord:
     """A record without noise and what is true of it.
 
     Parameters
@@ -131,7 +131,7 @@ def law_of(i: int) -> str:
 
 
 @lru_cache(64)
-def truth_of(i: int) -> Truth:
+def truth_of(i: int) -> CleanRecord:
     """The i-th record without noise."""
     draw = np.random.default_rng([SEED, 35, i])
     (name, foundation), kind, law = place(i), kind_of(i), law_of(i)
@@ -149,7 +149,7 @@ def truth_of(i: int) -> Truth:
     states, begins = motion.record(round(REST_S * RATE_HZ), hold, rest)
     way = read(states, scene, laser.position)
     kinematics = "pivoting" if kind == "pivoting" else LAWS[law].kinematics[0]
-    return Truth(
+    return CleanRecord(
         scene,
         laser,
         (name, foundation, kind),
