@@ -19,10 +19,11 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 from freerock.selection import hypotheses_tried, unmodelled
+from freerock.selection.added_uncertainty import beside_causes
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.causes import Cause, ranked, required_effect
 from freerock.selection.fit_reasons import unmodelled_effect, wider_than_block
-from freerock.selection.hypotheses_tried import allowing, identify_run, identify_runs, take_up_causes
+from freerock.selection.hypotheses_tried import identify_run, identify_runs, take_up_causes
 from freerock_bench.springs import Motion as Rocking
 from freerock_bench.springs import Scene, read
 
@@ -178,7 +179,7 @@ def test_an_effect_too_small_to_reject_a_law_is_required_with_what_it_changes(na
     assert (note.verdict, note.name, note.value) == ("warn", "unmodelled_effect", found.deviations)
     assert note.text.startswith(f"requires {name}, ") and " and lambda " in note.text
     at = fit.parameters.index("lambda")
-    more = allowing(fit, [found], [1.0]).discrepancy[at] ** 2 - fit.discrepancy[at] ** 2
+    more = beside_causes(fit, [found], [1.0]).discrepancy[at] ** 2 - fit.discrepancy[at] ** 2
     assert more == pytest.approx(found.shifts["lambda"] ** 2)
 
 
@@ -203,7 +204,7 @@ def test_what_causes_would_change_counts_by_their_shares():
         ((0.5, 0.25), 0.5 * 0.03**2 + 0.25 * 0.04**2),
         ((1.0, 1.0), (0.03**2 + 0.04**2) / 2),
     ):
-        told = allowing(fit, causes, shares).discrepancy[at] ** 2 - fit.discrepancy[at] ** 2
+        told = beside_causes(fit, causes, shares).discrepancy[at] ** 2 - fit.discrepancy[at] ** 2
         assert told == pytest.approx(square * size**2)
 
 

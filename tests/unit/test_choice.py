@@ -9,9 +9,9 @@ import pytest
 
 from freerock.identification.levels import TELLS
 from freerock.products.runs import runs_in
+from freerock.selection.added_uncertainty import beside_all_that_explain
 from freerock.selection.allowed_hypotheses import holds
 from freerock.selection.choice import Evidence, choose, plainly
-from freerock.selection.hypotheses_tried import of_set
 
 N = {
     "housner": 3,
@@ -186,7 +186,7 @@ def test_the_uncertainty_of_a_law_holds_a_larger_one_by_its_odds():
     worn = explaining(fabricated.fit(tree, "hunt_crossley_width", run, ()), -3.0)
     k = law.value * [1.01, *[1.0] * (len(law.value) - 1)]
     worn = replace(worn, value=np.insert(k, worn.parameters.index("width"), 0.1))
-    told = of_set({"hunt_crossley": law, "hunt_crossley_width": worn})
+    told = beside_all_that_explain({"hunt_crossley": law, "hunt_crossley_width": worn})
     share = 1 / (1 + math.exp(-1.5))
     assert told["hunt_crossley"].discrepancy[0] ** 2 == pytest.approx(
         law.discrepancy[0] ** 2 + share * (0.01 * law.value[0]) ** 2
@@ -197,10 +197,8 @@ def test_the_uncertainty_of_a_law_holds_a_larger_one_by_its_odds():
         worn.discrepancy[worn.parameters.index("k")] ** 2 + (1 - share) * off**2
     )
     unexplained = replace(worn, diagnostics=worn.diagnostics | {"noise_p": 0.0})
-    assert (
-        of_set({"hunt_crossley": law, "hunt_crossley_width": unexplained})["hunt_crossley"].discrepancy
-        == law.discrepancy
-    ).all()
+    alone = beside_all_that_explain({"hunt_crossley": law, "hunt_crossley_width": unexplained})
+    assert (alone["hunt_crossley"].discrepancy == law.discrepancy).all()
 
 
 def explaining(fit, bic):

@@ -29,10 +29,11 @@ from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 from freerock.runs.noise import noise_at_rest
 from freerock.selection import hypotheses_tried
+from freerock.selection.added_uncertainty import beside_others
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypothesis
 from freerock.selection.choice import evidence
 from freerock.selection.fit_reasons import explains_as_well, pulled_inputs
-from freerock.selection.hypotheses_tried import at_end_of, beside, freeing, identify_run
+from freerock.selection.hypotheses_tried import at_end_of, freeing, identify_run
 from freerock.selection.quick import Screening, narrowed
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -346,11 +347,11 @@ def test_a_hypothesis_beside_others_takes_up_what_they_would_change_by_their_odd
     block, motion = off_by_height(1e-3, 2e-4)
     fit = fit_run("housner", block, motion)
     other = replace(fit, value=fit.value * 1.01, bic=fit.bic)
-    assert beside(fit, []).discrepancy == pytest.approx(fit.discrepancy)
+    assert beside_others(fit, []).discrepancy == pytest.approx(fit.discrepancy)
     known = np.hypot(fit.discrepancy, 0.01 * fit.value / math.sqrt(2))
-    assert beside(fit, [other]).discrepancy == pytest.approx(known)
+    assert beside_others(fit, [other]).discrepancy == pytest.approx(known)
     unlikely = replace(other, bic=fit.bic + 20)
-    assert np.all(beside(fit, [unlikely]).discrepancy - fit.discrepancy < 0.01 * known)
+    assert np.all(beside_others(fit, [unlikely]).discrepancy - fit.discrepancy < 0.01 * known)
 
 
 def test_the_stated_width_is_fitted_from_where_a_freed_one_ended():

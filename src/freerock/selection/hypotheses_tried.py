@@ -15,20 +15,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from freerock.arrays import Floats
 from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.against_noise import LOUDNESS, hopeless_from, least_mean_square
 from freerock.identification.fit import Fit, fit_record
 from freerock.identification.inputs_with_priors import Posterior, at_end
 from freerock.identification.levels import NEAR, REJECTS, TELLS, TRACE
-from freerock.identification.model_discrepancy import PARTS
 from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS, PER_RUN
 from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
+from freerock.selection.added_uncertainty import (
+    beside_all_that_explain,
+    beside_all_usable,
+    beside_causes,
+)
 from freerock.selection.allowed_hypotheses import Hypotheses, Hypothesis
 from freerock.selection.causes import Cause, ranked, required_effect
 from freerock.selection.choice import Choice, Evidence, choose, evidence, plainly
@@ -220,75 +223,17 @@ def identify_runs(
     return found
 
 
-def of_set(fits: Mapping[str, Fit], alternatives: Sequence[Fit] = ()) -> dict[str, Fit]:
-    """Fits of the candidates that explain a run, each beside all else that does: the other candidates, and
-    hypotheses that widen other priors.
-
-    What a run can't tell from a law shifts its numbers all the same.
-    """
-    possible = {name: fit for name, fit in fits.items() if evidence(fit).explains}
-    every = (*possible.values(), *alternatives)
-    return {
-        name: beside(fit, [other for other in every if other is not fit]) for name, fit in possible.items()
-    }
-
-
-def of_unexplained(fits: Mapping[str, Fit]) -> dict[str, Fit]:
-    """Fits of a run that nothing explains, each beside the others that may be used."""
-    usable = {name: fit for name, fit in fits.items() if fit.success}
-    return {
-        name: beside(fit, [other for other in usable.values() if other is not fit], by_misfit)
-        for name, fit in usable.items()
-    }
-
-
-def by_bic(fit: Fit, other: Fit) -> float:
-    """Logarithm of the odds of another fit against one, where both leave noise."""
-    return (fit.bic - other.bic) / 2
-
-
-def by_misfit(fit: Fit, other: Fit) -> float:
-    """The same where both leave more: a misfit has about as many independent values as a run has parts."""
-    return PARTS / 2 * math.log(fit.epsilon_theta / other.epsilon_theta)
-
-
-def beside(fit: Fit, others: Sequence[Fit], log_odds: Callable[[Fit, Fit], float] = by_bic) -> Fit:
-    """A fit whose `discrepancy` takes up the mean square difference to others, by their odds against it.
-
-    Of those that have its first number; nothing of a number that is fixed.
-    """
-    others = [other for other in others if fit.parameters[0] in other.parameters]
-    odds = np.exp(np.clip([log_odds(fit, other) for other in others], None, 700.0))
-    square = np.zeros(len(fit.value))
-    for share, other in zip(odds / (1 + odds.sum()), others, strict=True):
-        at = np.array([other.values.get(each, own) for each, own in fit.values.items()])
-        square += share * (at - fit.value) ** 2
-    return _less_certain(fit, square)
-
-
-def allowing(fit: Fit, causes: Sequence[Cause], shares: Sequence[float]) -> Fit:
-    """A fit whose `discrepancy` takes up what causes that no law contains would change, by their shares."""
-    shifts = np.array([[cause.shifts.get(name, 0.0) for name in fit.parameters] for cause in causes])
-    return _less_certain(fit, np.array(shares) @ shifts**2 / max(1.0, sum(shares)))
-
-
-def _less_certain(fit: Fit, square: Floats) -> Fit:
-    """A fit with more added to the square of its `discrepancy`; nothing to that of a number that is fixed."""
-    square = np.where(fit.stderr == 0, 0.0, square)
-    return replace(fit, discrepancy=np.sqrt(np.square(fit.discrepancy) + square))
-
-
 def take_up_causes(found: Identified, block: Block, motion: Motion, hypotheses: Hypotheses) -> None:
     """The causes of the misfit of each candidate, but of beds that have become rigid; `discrepancy` takes up
     these and the other fits."""
-    found.fits |= of_unexplained(found.fits)
+    found.fits |= beside_all_usable(found.fits)
     for model, fit in found.fits.items():
         causes = [] if is_rigid(fit.values) else ranked(found.at_best(model, block, motion, hypotheses))
         if causes:
             found.causes[model] = causes
         moving = [cause for cause in causes if any(cause.shifts.values())]
         if moving and fit.contributions is None:  # else its numbers are those beside inputs that moved
-            found.fits[model] = allowing(fit, moving, [cause.share for cause in moving])
+            found.fits[model] = beside_causes(fit, moving, [cause.share for cause in moving])
 
 
 def is_rigid(values: Mapping[str, float]) -> bool:
@@ -603,12 +548,12 @@ class _Search:
         if explaining and selected in found.fits:
             found.alternatives |= self._with_freed_inputs(alike[selected], bar)
             found.before = found.fits[selected]
-        found.fits |= of_set(found.fits, tuple(found.alternatives.values()))
+        found.fits |= beside_all_that_explain(found.fits, tuple(found.alternatives.values()))
         if found.before:
             effect = self._effect(alike[selected])
             if effect:
                 found.effects[selected] = effect
-                found.fits[selected] = allowing(found.fits[selected], [effect], [1.0])
+                found.fits[selected] = beside_causes(found.fits[selected], [effect], [1.0])
         return found
 
     def _nearest(self) -> Hypothesis:
