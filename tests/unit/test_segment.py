@@ -20,6 +20,7 @@ from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
 from freerock.rotation.faults import Fault, SignalQuality, signal_quality
 from freerock.runs.by_hand import ByHand
+from freerock.runs.judged import judged_runs
 from freerock.runs.segment import find_runs
 from freerock.runs.verdict import Verdict
 
@@ -55,6 +56,17 @@ def record(*runs, rest_s=1.0, seed=1):
     theta = np.concatenate(parts)
     theta += SIGMA * np.random.default_rng(seed).standard_normal(theta.size)
     return [np.arange(theta.size) / RATE_HZ, theta, SIGMA, np.zeros(theta.size, np.uint8), BLOCK], releases
+
+
+def test_alone_a_converter_counts_as_in_a_record():
+    """Its step is below the noise of a sample, and far above that of a mean."""
+    (time_s, theta, sigma, flags, block), _ = record()
+    step = 5 * SIGMA
+    theta, sigma = step * np.rint(theta / step), np.full(theta.size, sigma)
+    quality = SignalQuality(converter_step=step)
+    (run,) = find_runs(time_s, theta, sigma, flags, block, quality)
+    ((as_judged, _),) = judged_runs((time_s, theta, sigma, flags), block, quality)
+    assert run == as_judged
 
 
 def test_every_run_is_found_and_timed():

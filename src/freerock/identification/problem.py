@@ -1,7 +1,7 @@
 """The least-squares problem: samples, fitted parameters, residual and derivatives.
 
 Positive parameters are fitted as logarithms, damping as the logarithm of its ratio to k, the width as its
-ratio to the nominal one (`models.laws.PARAMETERS`).
+ratio to the nominal one (`models.free_parameters.PARAMETERS`).
 """
 
 from collections.abc import Collection, Mapping, Sequence

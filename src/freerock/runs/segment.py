@@ -1,7 +1,7 @@
 """θ(t) of a record -> its free-rocking runs: held, released, rocking to rest.
 
-No time is set by hand. Where the block stands still comes from `rotation.still`, the release from `release`,
-the end of the motion from `ending`, the verdict from `checks`.
+Where the block stands still comes from `rotation.still`, the release from `release`, the end of the motion
+from `ending`, the verdict from `checks`. Corrections by hand (`by_hand`) replace or add runs.
 """
 
 import math
@@ -134,11 +134,12 @@ def find_runs(
         No release found, and none set by hand.
     """
     signal = signal_of(time_s, theta, sigma_theta, flags, quality.converter_step)
-    if noise is None and len(signal.t) > 1:
-        noise = sensor_noise(signal.t, signal.theta, signal.sigma, window_s=limits.window_s)
-    signal = signal._replace(spectrum=noise)
     if phases is None:
         phases = stationary_phases(signal.t, signal.theta, window_s=limits.window_s)
+    if noise is None and len(signal.t) > 1:
+        known = signal.converter_step, limits.window_s, phases
+        noise = sensor_noise(signal.t, signal.theta, signal.sigma, *known)
+    signal = signal._replace(spectrum=noise)
     search = _Search(signal, phases, block, quality, by_hand, limits, position)
     if limits.start == "motion":
         found = search.moving()
