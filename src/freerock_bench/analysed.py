@@ -15,7 +15,7 @@ from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts
 from freerock.runs.judged import judged_runs
 from freerock.runs.motion import Motion, heard, loud, motion_of
-from freerock.runs.noise import noise_at_rest
+from freerock.runs.noise_spectrum import noise_at_rest
 from freerock.runs.quiet import quiet_stretches, usual_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict

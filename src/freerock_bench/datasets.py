@@ -14,7 +14,7 @@ from typing import Any
 
 from ruamel.yaml import YAML
 
-from freerock.jobs.respond import CURVE, SCENE
+from freerock.jobs.make_responses import CURVE, SCENE
 from freerock.planning import plan, plan_total
 from freerock.products.names import VARIABLES
 from freerock.response.ensemble import COLUMNS as RESPONSES

@@ -17,7 +17,7 @@ from freerock.models.laws import CANDIDATES
 from freerock.models.published import TABLE_2
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
-from freerock.runs.noise import noise_at_rest
+from freerock.runs.noise_spectrum import noise_at_rest
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
 SEED = 2017

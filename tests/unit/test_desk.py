@@ -17,7 +17,7 @@ from tornado.netutil import bind_sockets
 from freerock import bounds
 from freerock.config.review_log import Change, appended, log_of, looked_at, read_changes
 from freerock.errors import FreerockError
-from freerock.jobs.each import make_each
+from freerock.jobs.each_record import make_each
 from freerock.jobs.make_fits import give_up_fits, make_fits
 from freerock.jobs.make_record import make_record, rotation_of
 from freerock.models.block import Block

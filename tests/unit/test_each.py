@@ -7,7 +7,7 @@ import pytest
 
 from freerock.errors import FreerockError
 from freerock.jobs import make_record
-from freerock.jobs.each import make_each, of_the_machine
+from freerock.jobs.each_record import make_each, of_the_machine
 
 
 def error(number):

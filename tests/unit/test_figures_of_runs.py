@@ -32,9 +32,9 @@ from freerock.figures import (
     restitution,
     style,
 )
-from freerock.jobs.figure import make_figures
-from freerock.jobs.pages import HIGHEST_MM
-from freerock.jobs.pages import pages as in_pages
+from freerock.jobs.figure_pages import HIGHEST_MM
+from freerock.jobs.figure_pages import pages as in_pages
+from freerock.jobs.make_figures import make_figures
 from freerock.populations.estimate import Estimate
 from freerock.populations.predict import PREDICTIONS
 from freerock.products.misfit_maps import record_map

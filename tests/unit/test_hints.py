@@ -14,7 +14,7 @@ from freerock.rotation.beam import displaced, turned
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View
 from freerock.runs.motion import Motion
-from freerock.runs.noise import noise_at_rest
+from freerock.runs.noise_spectrum import noise_at_rest
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypotheses
 from freerock.selection.doubts import doubts_about_noise, hints_for, with_other_sign
 

@@ -27,7 +27,7 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.u_total import Contributions
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
-from freerock.runs.noise import noise_at_rest
+from freerock.runs.noise_spectrum import noise_at_rest
 from freerock.selection import hypotheses_tried
 from freerock.selection.added_uncertainty import beside_others
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypothesis

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from freerock.rotation.mains import fit_mains, mains_ratio
+from freerock.rotation.noise_at_rest import StillSignal
 from freerock.rotation.still import Phase
-from freerock.rotation.still_signal import StillSignal
 
 RATE = 2000
 TIME = np.arange(4000) / RATE

@@ -7,9 +7,9 @@ import pytest
 from laboratory import CSV, HEADER, QUOTED_LAWS, YAML, problems
 
 from freerock.config.campaign import check_options, load_campaign, load_config
+from freerock.config.hand_corrections import EXCLUDED
 from freerock.config.keys import FitsSection
 from freerock.config.mistakes import ConfigError
-from freerock.config.override import EXCLUDED
 from freerock.errors import FreerockError
 
 

@@ -23,7 +23,7 @@ from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.calibration import Calibration
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
-from freerock.runs.noise import white_noise
+from freerock.runs.noise_spectrum import white_noise
 from freerock.tables.plan_text import plan_text
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 

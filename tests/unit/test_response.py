@@ -10,7 +10,7 @@ from scipy.special import ndtr
 
 from freerock.errors import FreerockError
 from freerock.figures import overturning
-from freerock.jobs.respond import SCENE, fragility_table, known_laws, make_responses
+from freerock.jobs.make_responses import SCENE, fragility_table, known_laws, make_responses
 from freerock.models.block import GRAVITY, Block
 from freerock.report.tables import overturning as overturning_table
 from freerock.response.draws import KnownParameter, drawn

@@ -6,7 +6,7 @@ import pytest
 
 from freerock.config import step_settings as steps
 from freerock.config.campaign import load_campaign
-from freerock.jobs.describe import described
+from freerock.jobs.descriptions import described
 
 ROOT = Path(__file__).parents[2]
 TEXTS = ("title", "summary", "institution", "creator", "license", "references")

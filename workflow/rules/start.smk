@@ -14,7 +14,7 @@ from freerock.jobs.newer_input import newer_than
 from freerock.jobs.guard import NOTES_BYTES, check_clock, check_room, hold, job_runs, run_starts, watch_folder
 from freerock.jobs.ledger import entry_path, read_entry
 from freerock.jobs.code_identity import note_meanings
-from freerock.jobs.whole_products import (
+from freerock.jobs.whole_or_rerun import (
     VERIFIED,
     PlanAgainstLedger,
     Step,

@@ -3,6 +3,6 @@
 from freerock.jobs.ledger import at_work
 
 with at_work(snakemake, __file__):
-    from freerock.jobs.usable_runs import complete
+    from freerock.jobs.complete import complete
 
     complete(snakemake.wildcards.campaign, snakemake.input.runs, snakemake.output.complete)

@@ -6,7 +6,7 @@ from freerock.jobs.ledger import at_work
 
 modules = [f"freerock.figures.{name}" for name in snakemake.params.figures]
 with at_work(snakemake, __file__, *modules):
-    from freerock.jobs.figure import make_figures
+    from freerock.jobs.make_figures import make_figures
 
     files = {name: each for name, each in snakemake.input.items() if name != "again"}
     target = snakemake.wildcards.get("target", "double_column")

@@ -3,8 +3,8 @@
 from freerock.jobs.ledger import at_work
 
 with at_work(snakemake, __file__):
-    from freerock.jobs.describe import described
-    from freerock.jobs.each import make_each
+    from freerock.jobs.descriptions import described
+    from freerock.jobs.each_record import make_each
     from freerock.jobs.make_fits import give_up_fits, make_fits
 
     records = described(snakemake.params.records, snakemake.config["descriptions"])

@@ -3,6 +3,6 @@
 from freerock.jobs.ledger import at_work
 
 with at_work(snakemake, __file__):
-    from freerock.jobs.respond import make_fragility
+    from freerock.jobs.make_responses import make_fragility
 
     make_fragility(snakemake.input.responses, snakemake.params.records, snakemake.output.curves)

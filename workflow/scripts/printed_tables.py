@@ -5,7 +5,7 @@ from pathlib import Path
 from freerock.jobs.ledger import at_work
 
 with at_work(snakemake, __file__):
-    from freerock.jobs.printed import print_tables
+    from freerock.jobs.print_tables import print_tables
 
     params = snakemake.params
     files = {Path(path).stem: path for path in snakemake.input.tables}

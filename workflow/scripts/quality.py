@@ -3,7 +3,7 @@
 from freerock.jobs.ledger import at_work
 
 with at_work(snakemake, __file__):
-    from freerock.jobs.each import make_each
+    from freerock.jobs.each_record import make_each
     from freerock.jobs.quality_pages import make_pages
 
     pages = dict(zip(snakemake.params.tests, snakemake.output.png, strict=True))

@@ -3,7 +3,7 @@
 from freerock.jobs.ledger import at_work
 
 with at_work(snakemake, __file__):
-    from freerock.jobs.printed import print_recovered
+    from freerock.jobs.print_tables import print_recovered
     from freerock.virtual_lab.truth import read_truth
 
     inputs = snakemake.input

@@ -5,7 +5,7 @@ from pathlib import Path
 from freerock.jobs.ledger import at_work
 
 with at_work(snakemake, __file__):
-    from freerock.jobs.report import make_report
+    from freerock.jobs.make_report import make_report
 
     inputs, params = snakemake.input, snakemake.params
     pairs = zip(inputs.records, inputs.fits, strict=True)

@@ -3,7 +3,7 @@
 from freerock.jobs.ledger import at_work
 
 with at_work(snakemake, __file__):
-    from freerock.jobs.respond import make_batch
+    from freerock.jobs.make_responses import make_batch
 
     inputs, params = snakemake.input, snakemake.params
     tables = {"choice": inputs.choice, "populations": inputs.populations}

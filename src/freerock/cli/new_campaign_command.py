@@ -33,7 +33,7 @@ from freerock.config.record import Record
 from freerock.config.values import name_fault
 from freerock.errors import FreerockError, printable
 from freerock.files import MANIFEST, write_manifest, write_text
-from freerock.jobs.whole_products import QUICK_LOOK
+from freerock.jobs.whole_or_rerun import QUICK_LOOK
 from freerock.records.read import READERS
 from freerock.units import CHANNEL_UNITS, understood
 

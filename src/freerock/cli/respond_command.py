@@ -36,7 +36,7 @@ def run(chosen: Namespace) -> None:
             raise FreerockError(tables / f"{name}.csv", "is missing", remedy)
 
     from freerock.config.step_settings import geometries, scenes_tested
-    from freerock.jobs.respond import fragility_table, known_laws, make_responses
+    from freerock.jobs.make_responses import fragility_table, known_laws, make_responses
     from freerock.response.motions import ground_motions_in
     from freerock.tables.csvfile import read_csv, write_csv
 

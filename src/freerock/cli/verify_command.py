@@ -21,7 +21,7 @@ from pathlib import Path
 from freerock.config.campaign import load_config
 from freerock.errors import FreerockError
 from freerock.jobs.home import SNAKEFILE
-from freerock.jobs.whole_products import VERIFIED
+from freerock.jobs.whole_or_rerun import VERIFIED
 
 
 def add_arguments(add: Callable[..., object]) -> None:

@@ -2,16 +2,16 @@
 
 __all__ = [
     "campaign",
+    "default_uncertainties",
     "defaults",
+    "hand_corrections",
     "keys",
     "laser_section",
     "mistakes",
-    "override",
     "record",
     "reference",
     "review_log",
     "scene",
     "step_settings",
-    "uncertainty",
     "values",
 ]

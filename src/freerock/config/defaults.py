@@ -1,7 +1,7 @@
 """Settings of the steps, with the defaults of `processing`, of lasers and some of `fits`.
 
 Other defaults stand beside their keys in `keys.py`, `campaign.py` and `laser_section.py`, default
-uncertainties in `uncertainty.py`. config/README.md lists all of them.
+uncertainties in `default_uncertainties.py`. config/README.md lists all of them.
 """
 
 from collections.abc import Mapping, Sequence

@@ -11,8 +11,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
 
 from freerock import bounds
+from freerock.config.default_uncertainties import BlockUncertainty
 from freerock.config.defaults import FITS, IMPACTS, ROTATION, RUNS
-from freerock.config.uncertainty import BlockUncertainty
 from freerock.config.values import (
     Candidate,
     Debonding,

@@ -5,8 +5,8 @@ from typing import Any, Literal
 
 from pydantic import ValidationInfo, field_validator
 
+from freerock.config.default_uncertainties import LaserUncertainty
 from freerock.config.defaults import LaserKeys
-from freerock.config.uncertainty import LaserUncertainty
 from freerock.config.values import (
     Direction,
     Invalid,

@@ -13,7 +13,7 @@ from freerock.products.choices import named_in
 from freerock.products.groups import runs_of
 from freerock.products.runs import OVER_TIME, measured_in
 from freerock.rotation.tapers import frequencies, tapered_power
-from freerock.runs.noise import averaged, expected_power, samples_averaged
+from freerock.runs.noise_spectrum import averaged, expected_power, samples_averaged
 
 FIGURE = {
     "title": "Residuals against the noise at rest",

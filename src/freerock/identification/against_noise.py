@@ -11,7 +11,7 @@ from freerock.arrays import Complexes, Floats, Indices
 from freerock.identification.levels import RESIDUAL
 from freerock.rotation.tapers import frequencies, tapered, tapered_power
 from freerock.runs.motion import Motion
-from freerock.runs.noise import (
+from freerock.runs.noise_spectrum import (
     Noise,
     averaged,
     degrees_of_freedom,

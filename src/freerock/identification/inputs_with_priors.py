@@ -27,7 +27,7 @@ from freerock.models.laws import law_of
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.u_total import Contributions
 from freerock.rotation.view import view_of
-from freerock.runs.noise import Noise, averaged
+from freerock.runs.noise_spectrum import Noise, averaged
 
 
 @dataclass(frozen=True)

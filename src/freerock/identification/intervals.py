@@ -19,7 +19,7 @@ from freerock.identification.levels import NORMAL_95
 from freerock.identification.problem import FINE, Problem, Samples
 from freerock.models.laws import MODELS
 from freerock.rotation.u_total import Contributions
-from freerock.runs.noise import Noise, averaged
+from freerock.runs.noise_spectrum import Noise, averaged
 
 SINGULAR = 1e13  # condition of a scaled normal matrix beyond which samples do not separate the parameters
 

@@ -20,7 +20,7 @@ from freerock.models.laws import CANDIDATES, MODELS, Rules, extended_by, law_of
 from freerock.models.simulate import Solver
 from freerock.rotation.as_measured import as_measured
 from freerock.runs.motion import Motion
-from freerock.runs.noise import averaged
+from freerock.runs.noise_spectrum import averaged
 from freerock.runs.release import FAR, lowered
 
 COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives

@@ -8,8 +8,8 @@ __all__ = [
     "make_fits",
     "make_misfit_maps",
     "make_record",
+    "make_responses",
     "metadata",
-    "respond",
     "supplement",
-    "whole_products",
+    "whole_or_rerun",
 ]

@@ -1,6 +1,6 @@
 """Checksum of the code that a step runs.
 
-`whole_products` compares it, the settings and the inputs of the step with the ledger, and decides whether the
+`whole_or_rerun` compares it, the settings and the inputs of the step with the ledger, and decides whether the
 step runs again.
 """
 

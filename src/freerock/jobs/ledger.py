@@ -2,7 +2,7 @@
 
 The entry of a job is `ledger/NAME.json` in the folder of its campaign's results, NAME as of its log. It is
 written last and travels with the products; what it does not bear out is made again, see
-`freerock.jobs.whole_products`.
+`freerock.jobs.whole_or_rerun`.
 """
 
 import atexit

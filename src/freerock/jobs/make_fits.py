@@ -22,7 +22,7 @@ from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts, find_impacts
 from freerock.runs.motion import Motion
-from freerock.runs.noise import Noise, Rests, noise_of_rests
+from freerock.runs.noise_spectrum import Noise, Rests, noise_of_rests
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
 from freerock.selection.allowed_hypotheses import Hypotheses

@@ -12,7 +12,7 @@ from freerock.arrays import Floats
 from freerock.config.defaults import ImpactLimits, RotationOptions, RunLimits
 from freerock.errors import FreerockError
 from freerock.files import check_file
-from freerock.jobs.each import of_the_machine
+from freerock.jobs.each_record import of_the_machine
 from freerock.models.block import Block
 from freerock.products.netcdf import write_failure, write_record
 from freerock.products.provenance import provenance

@@ -15,7 +15,7 @@ from freerock.errors import FreerockError
 from freerock.files import MANIFEST, atomic, listed_checksums, sha256
 from freerock.jobs.crate import NAME as CRATE
 from freerock.jobs.crate import crate_json
-from freerock.jobs.describe import described
+from freerock.jobs.descriptions import described
 from freerock.jobs.home import PACKAGE, PACKED
 from freerock.jobs.ledger import FOLDER, read_entry
 from freerock.jobs.metadata import Metadata, citation_cff, datacite_json, readme

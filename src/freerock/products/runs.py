@@ -14,7 +14,7 @@ from freerock.rotation.lattice import converter_step
 from freerock.rotation.view import View, view_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, heard, loud, motion_of
-from freerock.runs.noise import Noise, Rests, noise_of_rests, rests_of
+from freerock.runs.noise_spectrum import Noise, Rests, noise_of_rests, rests_of
 from freerock.runs.quiet import quiet_stretches, usual_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict

@@ -1,6 +1,6 @@
 """Corrections by hand: translated between the JSON of the review page and the cells of the campaign's CSV.
 
-`csv_edit` writes the cells. `config.override` reads them and states their way to the fit.
+`csv_edit` writes the cells. `config.hand_corrections` reads them and states their way to the fit.
 """
 
 from collections.abc import Mapping
@@ -9,8 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, ConfigDict, Field
 
 from freerock import bounds
-from freerock.config.mistakes import validate
-from freerock.config.override import (
+from freerock.config.hand_corrections import (
     RECORD,
     Override,
     read_exclusions,
@@ -18,6 +17,7 @@ from freerock.config.override import (
     written_exclusions,
     written_overrides,
 )
+from freerock.config.mistakes import validate
 from freerock.config.record import Record
 from freerock.config.values import Number, Section, Text, Whole, key
 from freerock.errors import FreerockError

@@ -17,8 +17,7 @@ from freerock.rotation.flags import FLAGS, flag_samples, shares
 from freerock.rotation.lattice import lattice_step
 from freerock.rotation.lines import other_line, slow_line
 from freerock.rotation.mains import Mains
-from freerock.rotation.sensor import Laser, distance_from_output, looks_like_current
-from freerock.rotation.still_signal import (
+from freerock.rotation.noise_at_rest import (
     COARSE,
     FAINT,
     StillSignal,
@@ -29,6 +28,7 @@ from freerock.rotation.still_signal import (
     still_signal,
     wrong_rate,
 )
+from freerock.rotation.sensor import Laser, distance_from_output, looks_like_current
 from freerock.units import BASE, in_base_units
 
 CHECK = "check the channel, the cable and the sensor's range"

@@ -1,6 +1,7 @@
 """Free-rocking runs in θ(t), the impacts in a run, and the input of a fit.
 
-`segment.find_runs` finds the runs and judges them (`checks`), `impacts.find_impacts` the impacts of one.
+`segment.find_runs` finds the runs and judges them (`verdict_rules`), `impacts.find_impacts` the impacts of
+one.
 """
 
 __all__ = [
@@ -11,7 +12,7 @@ __all__ = [
     "judged",
     "measured_total",
     "motion",
-    "noise",
+    "noise_spectrum",
     "quiet",
     "release",
     "segment",

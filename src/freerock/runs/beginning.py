@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.config.defaults import RunLimits
-from freerock.config.override import Override
+from freerock.config.hand_corrections import Override
 from freerock.rotation.still import MIN_PEAKS, Phase
 from freerock.runs.holds import UNSTEADY
 from freerock.runs.release import (

@@ -1,4 +1,8 @@
-"""Corrections of runs by hand, and how they are combined with the runs found."""
+"""Corrections of runs by hand, and how they are combined with the runs found.
+
+They come from the campaign's CSV: `config.hand_corrections` states their way to the fit. What is left out of
+a fit is applied by `left_out`.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats, Mask
-from freerock.config.override import Override
+from freerock.config.hand_corrections import Override
 from freerock.runs.verdict import Reason
 
 SHARED = 0.5  # of the time of the shorter of two runs: then they are one

@@ -16,8 +16,8 @@ from freerock.arrays import Floats
 from freerock.config.defaults import IMPACTS, ImpactLimits
 from freerock.models.block import Block
 from freerock.runs.impact_kernel import Lowest, NoisySamples, Peak, Residual, Rigid, impact_rows
-from freerock.runs.noise import Noise
 from freerock.runs.noise_in_motion import in_motion
+from freerock.runs.noise_spectrum import Noise
 from freerock.runs.peak_noise import left_of, under_noise
 from freerock.runs.uplift import uplift_amplitude
 from freerock.runs.verdict import Reason

@@ -10,8 +10,8 @@ from freerock.arrays import Floats
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
 from freerock.runs.begun_in_motion import LOOSE, local_fit
-from freerock.runs.noise import Noise, noise_at_rest
 from freerock.runs.noise_in_motion import SWING, in_motion, swings_of
+from freerock.runs.noise_spectrum import Noise, noise_at_rest
 from freerock.runs.quiet import relative_noise
 from freerock.runs.segment import Run
 

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.runs.noise import CERTAIN, OCTAVE, Noise
+from freerock.runs.noise_spectrum import CERTAIN, OCTAVE, Noise
 from freerock.runs.sums import covariance_of_sums
 
 SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])

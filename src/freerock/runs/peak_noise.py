@@ -8,7 +8,7 @@ from scipy.fft import next_fast_len
 
 from freerock.arrays import Floats
 from freerock.runs.impact_kernel import PEAK_DEGREE, SWING_SAMPLES, NoisySamples, Residual
-from freerock.runs.noise import Noise
+from freerock.runs.noise_spectrum import Noise
 from freerock.runs.sums import covariance_of_means, covariance_of_sums
 
 TYPICAL = 0.5  # of a swing, the window in which a residual is looked at

@@ -6,7 +6,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.rotation.still import Phase, stationary_phases, stretches
-from freerock.runs.noise import Noise, noise_at_rest
+from freerock.runs.noise_spectrum import Noise, noise_at_rest
 
 BLOCK_S = 0.02  # averaging time in which a swing stands out of the noise
 PARTS = 8  # into which a phase is cut

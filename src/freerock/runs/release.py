@@ -13,8 +13,8 @@ import numpy as np
 from freerock.arrays import Floats, Indices, Mask
 from freerock.config.defaults import RunLimits
 from freerock.rotation.still import BLOCKS_PER_WINDOW, Phase
-from freerock.runs.noise import Noise
 from freerock.runs.noise_in_motion import SWING, in_motion, swings_of
+from freerock.runs.noise_spectrum import Noise
 from freerock.runs.signal import Signal
 from freerock.runs.sums import covariance_of_sums, stderr_of_mean, unsure_of_sum
 from freerock.runs.whitening import Slow, transposed, whiten

@@ -1,7 +1,7 @@
 """θ(t) of a record -> its free-rocking runs: held, released, rocking to rest.
 
 Where the block stands still comes from `rotation.still`, the release from `release`, the end of the motion
-from `ending`, the verdict from `checks`. Corrections by hand (`by_hand`) replace or add runs.
+from `ending`, the verdict from `verdict_rules`. Corrections by hand (`by_hand`) replace or add runs.
 """
 
 import math
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.config.defaults import RUNS, RunLimits
-from freerock.config.override import Override
+from freerock.config.hand_corrections import Override
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
@@ -24,14 +24,14 @@ from freerock.rotation.still import Phase, stationary_phases
 from freerock.runs.beginning import Beginning, begun_by_hand, from_hold, unseen
 from freerock.runs.begun_in_motion import Position, begun_moving, slid
 from freerock.runs.by_hand import NOTHING, ByHand, Planned
-from freerock.runs.checks import Facts, verdict_on
 from freerock.runs.ending import OUT_OF_NOISE, core, end_of_motion
 from freerock.runs.holds import find_holds, no_release
-from freerock.runs.noise import Noise
+from freerock.runs.noise_spectrum import Noise
 from freerock.runs.quiet import sensor_noise
 from freerock.runs.signal import Signal, signal_of
 from freerock.runs.sums import stderr_of_mean
 from freerock.runs.verdict import Reason, Verdict
+from freerock.runs.verdict_rules import Facts, verdict_on
 
 UNKNOWN = SignalQuality()
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from freerock.arrays import Flags, Floats, Mask
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.lattice import scatter
-from freerock.runs.noise import Noise, white_noise
+from freerock.runs.noise_spectrum import Noise, white_noise
 
 PIECE = 1 << 15  # samples at a time
 

@@ -1,6 +1,6 @@
 """The verdict on a run or a record: how far it may be used, and why, one reason per check.
 
-Reasons are made in `checks`; of a beginning in `beginning` and `begun_in_motion`; of r in
+Reasons are made in `verdict_rules`; of a beginning in `beginning` and `begun_in_motion`; of r in
 `uneven_restitution` and `impacts`; of a signal in `rotation.faults`; after the fits in `selection.doubts` and
 `selection.fit_reasons`; of corrections in `by_hand` and `left_out`; of fits and records that failed in
 `products.verdicts` and the jobs. They are joined in `judged` and `products.verdicts`. Thresholds with a key

@@ -13,7 +13,7 @@ from freerock.identification.levels import RESIDUAL
 from freerock.identification.likelihood import Whitened
 from freerock.rotation.lattice import converter_step
 from freerock.runs.motion import Motion
-from freerock.runs.noise import averaged, noise_at_rest, slow_and_white, white_noise
+from freerock.runs.noise_spectrum import averaged, noise_at_rest, slow_and_white, white_noise
 from freerock.runs.quiet import quiet_stretches
 
 RATE_HZ = 2000.0

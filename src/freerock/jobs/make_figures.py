@@ -11,7 +11,7 @@ import pandas as pd
 
 from freerock.figures.style import save
 from freerock.files import write_text
-from freerock.jobs.pages import pages
+from freerock.jobs.figure_pages import pages
 from freerock.models.block import Block
 from freerock.tables.csvfile import read_csv
 from freerock.tables.number_text import SIMULATED_NOTE
@@ -28,8 +28,8 @@ def make_figures(
 ) -> None:
     """Write figures in a folder as .pdf and .png, the numbers drawn as .csv, the captions as .txt.
 
-    A figure that is higher than a journal's page is divided, see `freerock.jobs.pages`. The first line of a
-    caption is the figure's title, the second says what is drawn, of which runs and with which errors.
+    A figure that is higher than a journal's page is divided, see `freerock.jobs.figure_pages`. The first line
+    of a caption is the figure's title, the second says what is drawn, of which runs and with which errors.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from freerock.jobs import contents, ledger, whole_products
 from freerock.jobs.code_identity import code_checksum
 from freerock.jobs.contents import LOOKS, checksum, look, look_settled
 from freerock.jobs.ledger import at_work, entry_path, read_entry
-from freerock.jobs.whole_products import Step, compare, in_doubt, left_over, made_by_other_software, verified
+from freerock.jobs.whole_or_rerun import Step, compare, in_doubt, left_over, made_by_other_software, verified
 
 MADE = Step(
     "results/lab/logs/make.log",

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_segment import RATE_HZ, SIGMA, one_run, record
 
-from freerock.config.override import (
+from freerock.config.hand_corrections import (
     Exclusions,
     Override,
     read_exclusions,

@@ -13,10 +13,10 @@ from freerock.models.block import Block
 from freerock.rotation.faults import FAULT_VERDICTS, Fault
 from freerock.rotation.still import Phase
 from freerock.runs.beginning import Beginning
-from freerock.runs.checks import Facts, verdict_on
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import signal_of
 from freerock.runs.verdict import Reason, Verdict
+from freerock.runs.verdict_rules import Facts, verdict_on
 
 ROOT = Path(__file__).parents[2]
 TIME = np.arange(0, 10, 0.001)
@@ -143,7 +143,7 @@ def test_every_reason_is_documented():
     of_fits = {"unexplained", "disturbed", "disturbed_release", "not_fitted", "no_rest"}
     of_fits |= {"other_debonding", "other_sign", "off_level", "rounded_edges", "slow_sensor", "pulled_input"}
     of_fits |= {"unmodelled_effect"}  # tests/unit/test_causes.py
-    of_fits |= {"left_out"}  # tests/unit/test_overrides.py
+    of_fits |= {"left_out"}  # tests/unit/test_hand_corrections.py
     of_fits |= {"in_motion", "thrown", "bounced", "slid"}  # tests/unit/test_begun_in_motion.py
     of_fits |= {"not_processed"}  # tests/workflow/test_bad_input.py
     assert documented == {name for _, _, name in ONE_FACT} | {*FAULT_VERDICTS} | of_impacts | of_fits

@@ -3,7 +3,7 @@
 import pytest
 from fabricated import campaign, tidy_tables
 
-from freerock.jobs.printed import print_recovered, print_tables
+from freerock.jobs.print_tables import print_recovered, print_tables
 from freerock.models.block import Block
 from freerock.tables.csvfile import write_csv
 from freerock.tables.latex import numbers_tex
