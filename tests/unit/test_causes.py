@@ -155,6 +155,22 @@ def test_a_part_that_swings_is_a_line_of_its_frequency():
     assert 25 < hz < 45 and causes["oscillation"].what.endswith("bias k")
 
 
+@pytest.mark.parametrize("of_own, found", [(0.9, False), (1.0, False), (1.1, False), (2.0, True)])
+def test_a_line_at_the_frequency_of_the_block_itself_is_of_no_other_part(of_own, found):
+    """That of a motion so small that the whole base stays in contact, by its passages through zero."""
+    law = {"k": 8e7, "c": 10.0}
+    small, _ = simulate_theta("winkler", BLOCK, law, np.arange(0, 1, 1e-4), theta0=1e-6)
+    passages = np.flatnonzero(np.diff(np.sign(small))) * 1e-4
+    own_hz = 1 / (2 * np.mean(np.diff(passages)))
+    motion = replace(measured(STATED), laboratory=None)
+    problem = posed("winkler", (BLOCK,), (motion,), FitSettings())
+    end = at_end(problem, law | {"theta0": motion.theta0, "t0": 0.0}, None)
+    noise = SIGMA * np.random.default_rng(1).standard_normal(len(end.residual))
+    swings = 3 * SIGMA * np.sin(2 * math.pi * of_own * own_hz * end.samples.time_s)
+    line = unmodelled.line_in(replace(end, residual=noise + swings))
+    assert line[0] == pytest.approx(of_own * own_hz, rel=0.05) if found else line == (0.0, 0.0)
+
+
 @pytest.mark.parametrize(
     ("name", "besides", "without"),
     [
