@@ -5,7 +5,8 @@ example:
 
 Lists every mistake of the configuration, and each record file, channel, unit, calibration and
 checksum that contradicts it. Improbable values, such as angles in radians or time in milliseconds,
-are printed as doubts. Doubts do not change the exit code. Nothing is written.
+are printed as doubts. Doubts do not change the exit code. Nothing is written. Each run of snakemake
+prints those doubts for which no record needs to be read.
 """
 
 import math

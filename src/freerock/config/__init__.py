@@ -2,6 +2,7 @@
 
 __all__ = [
     "campaign",
+    "csv_cells",
     "defaults",
     "keys",
     "laser_section",
