@@ -10,15 +10,8 @@ import pytest
 from laboratory import CSV, YAML
 
 from freerock.config.campaign import CampaignFile, ConfigFile, load_campaign
-from freerock.config.defaults import FitSettings, ImpactLimits, RotationOptions, RunLimits
-from freerock.config.keys import (
-    BlockSection,
-    FitsSection,
-    FreeSection,
-    ImpactsSection,
-    RotationSection,
-    RunsSection,
-)
+from freerock.config.defaults import FitSettings
+from freerock.config.keys import BlockSection, FitsSection, FreeSection
 from freerock.config.laser_section import LaserSection
 from freerock.config.record import Record
 from freerock.config.values import Model, Unit, section_in
@@ -56,9 +49,6 @@ def defaults(section, without=()):
     ("step", "data", "section", "own"),
     [
         (Laser, "", LaserSection, "uncertainty"),
-        (RotationOptions, "", RotationSection, ""),
-        (RunLimits, "", RunsSection, ""),
-        (ImpactLimits, "", ImpactsSection, ""),
         (Block, "edge_radius_m", BlockSection, "label release_angle_deg uncertainty"),
         (FitSettings, "free", FitsSection, "models kinematics free paper_mode pooled"),
     ],

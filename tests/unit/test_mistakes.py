@@ -537,7 +537,7 @@ CSV_MISTAKES = {
     ),
     "open quote": (
         ("near,,,,", 'near,,,,"wet'),
-        "lab.csv:2: unexpected end of data; check the quotes",
+        "lab.csv:2: a quote is not closed; check the quotes",
     ),
 }
 

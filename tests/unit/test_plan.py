@@ -299,7 +299,7 @@ MISTAKES = {
     ),
     "no duration": (
         lambda keys: keys["plan"].update(durations_s=[]),
-        "plan.durations_s: is empty; give one or more numbers, or leave it out",
+        "plan.durations_s: is empty; give the durations of a run in seconds, one or more",
     ),
 }
 

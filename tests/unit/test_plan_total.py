@@ -182,7 +182,7 @@ MISTAKES = {
     ),
     "none": (
         lambda plan: plan.update(n_runs=[]),
-        "plan.n_runs: is empty; give one or more numbers, or leave it out",
+        "plan.n_runs: is empty; give the numbers of runs of each block, one or more",
     ),
 }
 

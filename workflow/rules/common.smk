@@ -26,7 +26,8 @@ A_CAMPAIGN = "among the campaigns to analyse"
 
 try:
     check_options(config)
-    CAMPAIGNS = load_config("config/config.yaml", given).campaigns
+    SOURCES = load_config("config/config.yaml", given).sources
+    CAMPAIGNS = {name: source.campaign for name, source in SOURCES.items()}
     CHECKSUMS = {name: listed_checksums(section.raw) for name, section in CAMPAIGNS.items()}
     check_folder(Path("results"))
     check_folder(Path(".snakemake"), writable=True)

@@ -8,8 +8,7 @@
 import time
 from functools import cache, partial
 
-from freerock.cli.check_command import check_files
-from freerock.config.campaign import read_campaign
+from freerock.cli.check_command import check_files, configuration_doubts
 from freerock.jobs.newer_input import newer_than
 from freerock.jobs.guard import NOTES_BYTES, check_clock, check_room, hold, job_runs, run_starts, watch_folder
 from freerock.jobs.ledger import entry_path, read_entry
@@ -170,7 +169,7 @@ def start_campaign(name):
     section = CAMPAIGNS[name]
     try:
         if workflow.is_main_process and not os.path.isdir(section.raw):  # a share away, a renamed folder
-            raise next(check_files(read_campaign(f"config/campaigns/{name}.yaml")))
+            raise next(check_files(SOURCES[name]))
         if section.truth:
             read_truth(f"{section.raw}/{section.truth}")
         results = Path("results", name)
@@ -180,6 +179,8 @@ def start_campaign(name):
         if makes_something():
             check_room(results)
             check_clock(results.rglob("*"), map(Path, raw_files(section, section.records)))
+            for doubt in configuration_doubts(SOURCES[name]):
+                print(f"doubt: {doubt}", file=sys.stderr)
     except FreerockError as error:
         sys.exit(str(error))
 

@@ -17,6 +17,7 @@ import os
 import re
 from argparse import Namespace
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -124,25 +125,18 @@ def _write_all(
     copies: Sequence[tuple[RecordLook, Path]], changes: Sequence[tuple[Path, bytes | None, bytes]]
 ) -> None:
     """Copy files and change others, each a path, its bytes before (None: no file) and after; all or none."""
-    undone: list[tuple[Path, bytes | None]] = []
-    try:
+    with ExitStack() as undo:
         for look, target in copies:
             with atomic(target) as partial:
                 take(look, partial)
-            undone.append((target, None))
+            undo.callback(_replace, target, None)
         for path, before, after in changes:
             if (path.read_bytes() if path.exists() else None) != before:
                 raise FreerockError(path, "was changed meanwhile", "run the same command again")
             if after != before:
                 _replace(path, after)
-                undone.append((path, before))
-    except BaseException:
-        for path, before in reversed(undone):
-            if before is None:
-                path.unlink(missing_ok=True)
-            else:
-                _replace(path, before)
-        raise
+                undo.callback(_replace, path, before)
+        undo.pop_all()  # all is written
 
 
 def _manifest(
@@ -291,9 +285,12 @@ def _checked(
     return tuple((line, row) for row, (line, _) in zip(rows, new, strict=True))
 
 
-def _replace(path: Path, content: bytes) -> None:
-    mode = path.stat().st_mode if path.exists() else None
+def _replace(path: Path, content: bytes | None) -> None:
+    """Replace what a file holds, which keeps its rights; without content remove it."""
+    if content is None:
+        path.unlink(missing_ok=True)
+        return
     with atomic(path) as partial:
         partial.write_bytes(content)
-        if mode is not None:
-            partial.chmod(mode)
+        if path.exists():
+            partial.chmod(path.stat().st_mode)

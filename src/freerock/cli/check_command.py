@@ -5,7 +5,8 @@ example:
 
 Lists every mistake of the configuration, and each record file, channel, unit, calibration and
 checksum that contradicts it. Improbable values, such as angles in radians or time in milliseconds,
-are printed as doubts. Doubts do not change the exit code. Nothing is written.
+are printed as doubts. Doubts do not change the exit code. Nothing is written. Each run of snakemake
+prints those doubts for which no record needs to be read.
 """
 
 import math
@@ -108,7 +109,7 @@ def check_config(
             held |= {"foundation": source.campaign.foundations}
             counted = (f"{len(all_of)} {what}{'s' * (len(all_of) != 1)}" for what, all_of in held.items())
             sound.append(f"{each.stem}: {', '.join(counted)}")
-            doubts += configuration_doubts(source)
+            doubts += [*configuration_doubts(source), *signal_doubts(source)]
     return sound, problems, doubts
 
 
@@ -204,7 +205,10 @@ def _at(where: str, error: FreerockError) -> FreerockError:
 
 
 def configuration_doubts(source: Source) -> Iterator[FreerockError]:
-    """What the user should look at again; nothing of it stops an analysis."""
+    """What the user should look at again in the configuration, which no record needs to be read for.
+
+    No doubt stops an analysis. Each run of the workflow prints these.
+    """
     campaign = source.campaign
     if campaign is None:
         return
@@ -219,7 +223,13 @@ def configuration_doubts(source: Source) -> Iterator[FreerockError]:
     csv = source.path.with_suffix(".csv")
     yield from _unnamed(csv, source, campaign)
     yield from _same_signal(csv, source)
-    work = 0.0
+
+
+def signal_doubts(source: Source) -> Iterator[FreerockError]:
+    """What the user should look at again in the records, which takes some seconds to read."""
+    campaign, csv, work = source.campaign, source.path.with_suffix(".csv"), 0.0
+    if campaign is None:
+        return
     for number, (line, record) in enumerate(source.records):
         path = Path(source.raw, record.file)
         work += path.stat().st_size * SLOWER.get(path.suffix.lower(), 1)

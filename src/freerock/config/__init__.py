@@ -2,6 +2,7 @@
 
 __all__ = [
     "campaign",
+    "csv_cells",
     "default_uncertainties",
     "defaults",
     "hand_corrections",

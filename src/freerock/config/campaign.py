@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeAlias
 
 from pydantic import ValidationInfo, field_validator
 
@@ -168,15 +168,9 @@ class ConfigFile(Section):
     )
 
 
-class Config(Section):
-    """The configuration as loaded: the campaigns by their names."""
-
-    campaigns: dict[str, Campaign]
-
-
 def load_config(
     path: str | Path = "config/config.yaml", campaigns: str | Sequence[str] | None = None
-) -> Config:
+) -> "Config":
     """Read and check config.yaml and the campaigns it names.
 
     Parameters
@@ -196,14 +190,9 @@ def load_config(
         All problems of all files.
     """
     problems: list[FreerockError] = []
-    loaded: dict[str, Campaign] = {}
-    for campaign_path in campaign_paths(path, campaigns, problems):
-        source = read_campaign(campaign_path)
-        problems += source.problems
-        if source.campaign:
-            loaded[campaign_path.stem] = source.campaign
-    refuse(problems)
-    return Config.model_construct(campaigns=loaded)
+    sources = [read_campaign(each) for each in campaign_paths(path, campaigns, problems)]
+    refuse([*problems, *(problem for source in sources for problem in source.problems)])
+    return Config({source.path.stem: source for source in sources})
 
 
 def load_campaign(path: str | Path, table: bytes | None = None) -> Campaign:
@@ -301,6 +290,17 @@ class Source:
     def where(self, *key: str) -> str:
         """file:line: key of the YAML file."""
         return place(self.path, self.lines, key)
+
+
+class Config(NamedTuple):
+    """The configuration as loaded: what the files of each campaign hold, by its name."""
+
+    sources: dict[str, Source]
+
+    @property
+    def campaigns(self) -> dict[str, Campaign]:
+        """The campaigns by their names."""
+        return {name: each.campaign for name, each in self.sources.items() if each.campaign}
 
 
 def read_campaign(path: str | Path, table: bytes | None = None) -> Source:

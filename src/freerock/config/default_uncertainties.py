@@ -10,7 +10,9 @@ the square of its time; its mean over all times up to 5 ms is that of 5 ms/√3.
 
 from typing import Any
 
-from freerock.config.values import NotNegative, Number, Section, key
+from pydantic import ValidationInfo, field_validator
+
+from freerock.config.values import Invalid, Number, Section, key
 
 RULE = "a rule, 1 mm/√12"
 DEFAULTS = {
@@ -31,38 +33,51 @@ def response_u_ms(response_ms: float) -> float:
     return DEFAULTS["response_fraction"] * response_ms or DEFAULTS["response_ms"]
 
 
-def _known(of: str, name: str, instrument: str, lt: float | None = None) -> Any:
-    """A field with an uncertainty of something, its default and the instrument that this is of."""
-    text = f"the uncertainty of {of}; by default {DEFAULTS[name]:g} ({instrument})"
-    return key(text, None, ge=0, lt=lt)
+def _known(of: str, by_default: str, lt: float | None = None, le: float | None = None) -> Any:
+    """A field with an uncertainty of something, and its default in words."""
+    return key(f"the uncertainty of {of}; by default {by_default}", None, ge=0, lt=lt, le=le)
+
+
+def _default(name: str, instrument: str) -> str:
+    """A default and the instrument that it is of."""
+    return f"{DEFAULTS[name]:g} ({instrument})"
+
+
+def stated_only_with(name: str, remedy: str) -> Any:
+    """Validator of `uncertainty`: that of a key is stated only where the key is given."""
+
+    def check(uncertainty: Any, info: ValidationInfo) -> Any:
+        if getattr(uncertainty, name) is not None and info.data.get(name) is None:
+            raise Invalid(f"states the uncertainty of a {name} that is not given", remedy)
+        return uncertainty
+
+    return field_validator("uncertainty")(check)
 
 
 class BlockUncertainty(Section):
     """Standard uncertainties (k = 1) of a block."""
 
-    height_m: Number | None = _known("its height in metres", "height_m", RULE)
-    width_m: Number | None = _known("its width in metres", "width_m", RULE)
-    contact_width_m: Number | None = _known("its contact width in metres, if stated", "contact_width_m", RULE)
-    mass_kg: NotNegative | None = key(
-        "the uncertainty of its mass in kilograms; by default "
-        f"{100 * DEFAULTS['mass_fraction']:g} % of it (10 g of some kilograms)",
-        None,
+    height_m: Number | None = _known("its height in metres", _default("height_m", RULE))
+    width_m: Number | None = _known("its width in metres", _default("width_m", RULE))
+    contact_width_m: Number | None = _known(
+        "its contact width in metres, if stated", _default("contact_width_m", RULE)
     )
-    com_height_m: Number | None = _known("the height of its centre of mass in metres", "com_height_m", RULE)
-    com_offset_m: NotNegative | None = key(
-        "the uncertainty of its com_offset_m in metres; by default "
-        f"{DEFAULTS['com_offset_m']:g} ({RULE}) if com_offset_m is stated",
-        None,
+    mass_kg: Number | None = _known(
+        "its mass in kilograms", f"{100 * DEFAULTS['mass_fraction']:g} % of it (10 g of some kilograms)"
     )
-    inertia_kg_m2: NotNegative | None = key(
-        "the uncertainty of its moment of inertia in kg m²; by default "
+    com_height_m: Number | None = _known(
+        "the height of its centre of mass in metres", _default("com_height_m", RULE)
+    )
+    com_offset_m: Number | None = _known(
+        "its com_offset_m in metres", f"{_default('com_offset_m', RULE)} if com_offset_m is stated"
+    )
+    inertia_kg_m2: Number | None = _known(
+        "its moment of inertia in kg m²",
         f"{100 * DEFAULTS['inertia_fraction']:g} % of it (some grams glued on)",
-        None,
     )
-    gravity_m_s2: NotNegative | None = key(
-        "the uncertainty of gravity_m_s2 in m/s²; by default "
-        f"{DEFAULTS['gravity_m_s2']:g} (from latitude and altitude) if gravity_m_s2 is stated",
-        None,
+    gravity_m_s2: Number | None = _known(
+        "gravity_m_s2 in m/s²",
+        f"{_default('gravity_m_s2', 'from latitude and altitude')} if gravity_m_s2 is stated",
     )
 
 
@@ -70,19 +85,19 @@ class LaserUncertainty(Section):
     """Standard uncertainties (k = 1) of a sensor, common to all records that name it."""
 
     position_m: Number | None = _known(
-        "the position of the beam in metres", "position_m", "read to ±1 mm, over √3"
+        "the position of the beam in metres", _default("position_m", "read to ±1 mm, over √3")
     )
     scale_fraction: Number | None = _known(
-        "its scale, as a share", "scale_fraction", "linear to ±0.18 % of the range, over √3", lt=1
+        "its scale, as a share", _default("scale_fraction", "linear to ±0.18 % of the range, over √3"), lt=1
     )
     sampling_rate_fraction: Number | None = _known(
-        "the sampling rate, as a share", "sampling_rate_fraction", "a quartz of ±100 ppm, over √3", lt=1
+        "the sampling rate, as a share",
+        _default("sampling_rate_fraction", "a quartz of ±100 ppm, over √3"),
+        lt=1,
     )
-    response_ms: Number | None = key(
-        "the uncertainty of its response_ms; by default "
-        f"{DEFAULTS['response_ms']:g} (up to 5 ms, over √3), or "
+    response_ms: Number | None = _known(
+        "its response_ms",
+        f"{_default('response_ms', 'up to 5 ms, over √3')}, or "
         f"{100 * DEFAULTS['response_fraction']:g} % of a stated one",
-        None,
-        ge=0,
         le=100,
     )

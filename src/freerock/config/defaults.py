@@ -6,8 +6,9 @@ uncertainties in `default_uncertainties.py`. config/README.md lists all of them.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
+from freerock.config.values import NotNegative, Number, Positive, Section, Whole, key
 from freerock.models.free_parameters import PER_RUN
 from freerock.models.given import Given
 from freerock.models.laws import CANDIDATES
@@ -36,9 +37,10 @@ class LaserKeys:
     error_tolerance_ma: float = 0.01
 
 
-@dataclass(frozen=True)
-class RotationOptions:
-    """Choices and thresholds of `rotation.find_rotation`.
+class RotationOptions(Section):
+    """Volts to θ(t).
+
+    The choices and thresholds of `rotation.find_rotation`.
 
     Parameters
     ----------
@@ -51,14 +53,19 @@ class RotationOptions:
         than this [degree].
     """
 
-    mains_hz: float | None = 50.0
-    window_s: float = 0.25
-    max_disagreement_deg: float = 0.5
+    mains_hz: Positive | None = key(
+        "the mains frequency in hertz, whose interference is subtracted; empty to keep it", 50.0
+    )
+    window_s: Positive = key("the window in which a still signal is sought, in seconds", 0.25)
+    max_disagreement_deg: Positive = key(
+        "the largest difference between two lasers without a warning, in degrees", 0.5
+    )
 
 
-@dataclass(frozen=True)
-class RunLimits:
-    """Thresholds of `segment.find_runs`.
+class RunLimits(Section):
+    """θ(t) to free-rocking runs.
+
+    The thresholds of `segment.find_runs`.
 
     Parameters
     ----------
@@ -88,21 +95,38 @@ class RunLimits:
         but the ground acted on it, `begun_in_motion`).
     """
 
-    window_s: float = 0.25
-    held_s: float = 1.0
-    finger_s: float = 0.03
-    min_impacts: int = 3
-    max_flagged_fraction: float = 0.02
-    max_push_fraction: float = 0.02
-    max_hold_drift_deg: float = 0.05
-    max_rest_shift_deg: float = 0.05
-    max_growth_fraction: float = 0.05
-    start: str = "hold"
+    window_s: Positive = key("the window in which a still block is sought, in seconds", 0.25)
+    held_s: Positive = key(
+        "the time before the release over which the release angle is read, in seconds", 1.0
+    )
+    finger_s: NotNegative = key(
+        "the time the finger takes to leave, in seconds; its samples are not fitted", 0.03
+    )
+    min_impacts: Whole = key("the least number of impacts; with fewer the run fails", 3, ge=0)
+    max_flagged_fraction: Number = key(
+        "the largest share of invalid samples; above it the run fails", 0.02, ge=0, le=1
+    )
+    max_push_fraction: NotNegative = key(
+        "the largest push at the release without a warning, as a share of θ0", 0.02
+    )
+    max_hold_drift_deg: NotNegative = key(
+        "the largest creep of the held block without a warning, in degrees", 0.05
+    )
+    max_rest_shift_deg: NotNegative = key(
+        "the largest shift of the rest position without a warning, in degrees", 0.05
+    )
+    max_growth_fraction: NotNegative = key(
+        "the largest growth of a swing over the one before, as a share; above it the run fails", 0.05
+    )
+    start: Literal["hold", "motion"] = key(
+        "how runs begin: hold (released from a hold) or motion (dropped, thrown, or cut in motion)", "hold"
+    )
 
 
-@dataclass(frozen=True)
-class ImpactLimits:
-    """Thresholds of `impacts.find_impacts`.
+class ImpactLimits(Section):
+    """A run to its impacts and restitution coefficients.
+
+    The thresholds of `impacts.find_impacts`.
 
     Parameters
     ----------
@@ -114,9 +138,11 @@ class ImpactLimits:
         Swings with fewer samples end it too.
     """
 
-    min_amplitude_sigmas: float = 10.0
-    min_uplift_ratio: float = 2.0
-    min_samples: int = 12
+    min_amplitude_sigmas: Positive = key("the lowest peak that is used, as a multiple of σ_θ", 10.0)
+    min_uplift_ratio: Number = key(
+        "the lowest peak that is used, as a multiple of the uplift amplitude", 2.0, ge=1
+    )
+    min_samples: Whole = key("the fewest samples of a swing that is used", 12, ge=3)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """The groups of keys of a campaign's YAML file, except sensors; `campaign.py` defines the whole file.
 
-The fields of a section are the settings of the step it configures; `defaults.py` has their defaults.
+The fields of a section are the settings of the step it configures; `defaults.py` has those of `processing`.
 """
 
 import math
@@ -11,8 +11,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
 
 from freerock import bounds
-from freerock.config.default_uncertainties import BlockUncertainty
-from freerock.config.defaults import FITS, IMPACTS, ROTATION, RUNS
+from freerock.config.default_uncertainties import BlockUncertainty, stated_only_with
+from freerock.config.defaults import FITS, IMPACTS, ROTATION, RUNS, ImpactLimits, RotationOptions, RunLimits
 from freerock.config.values import (
     Candidate,
     Debonding,
@@ -23,7 +23,6 @@ from freerock.config.values import (
     Length,
     Model,
     Name,
-    NotNegative,
     Number,
     Once,
     OneOrMore,
@@ -102,15 +101,7 @@ class BlockSection(Section):
             raise Invalid(f"{offset:g} is not within a sixth of the width", "correct one of the two")
         return offset
 
-    @field_validator("uncertainty")
-    @classmethod
-    def _of_what_is_given(cls, uncertainty: BlockUncertainty, info: ValidationInfo) -> BlockUncertainty:
-        if uncertainty.contact_width_m is not None and info.data.get("contact_width_m") is None:
-            raise Invalid(
-                "states the uncertainty of a contact_width_m that is not given",
-                "give contact_width_m beside, or remove it",
-            )
-        return uncertainty
+    _of_what_is_given = stated_only_with("contact_width_m", "give contact_width_m beside, or remove it")
 
     @field_validator("release_angle_deg")
     @classmethod
@@ -139,70 +130,12 @@ class FoundationSection(Section):
     )
 
 
-class RotationSection(Section):
-    """Volts to θ(t)."""
-
-    mains_hz: Positive | None = key(
-        "the mains frequency in hertz, whose interference is subtracted; empty to keep it", ROTATION.mains_hz
-    )
-    window_s: Positive = key("the window in which a still signal is sought, in seconds", ROTATION.window_s)
-    max_disagreement_deg: Positive = key(
-        "the largest difference between two lasers without a warning, in degrees",
-        ROTATION.max_disagreement_deg,
-    )
-
-
-class RunsSection(Section):
-    """θ(t) to free-rocking runs."""
-
-    window_s: Positive = key("the window in which a still block is sought, in seconds", RUNS.window_s)
-    held_s: Positive = key(
-        "the time before the release over which the release angle is read, in seconds", RUNS.held_s
-    )
-    finger_s: NotNegative = key(
-        "the time the finger takes to leave, in seconds; its samples are not fitted", RUNS.finger_s
-    )
-    min_impacts: Whole = key("the least number of impacts; with fewer the run fails", RUNS.min_impacts, ge=0)
-    max_flagged_fraction: Number = key(
-        "the largest share of invalid samples; above it the run fails", RUNS.max_flagged_fraction, ge=0, le=1
-    )
-    max_push_fraction: NotNegative = key(
-        "the largest push at the release without a warning, as a share of θ0", RUNS.max_push_fraction
-    )
-    max_hold_drift_deg: NotNegative = key(
-        "the largest creep of the held block without a warning, in degrees", RUNS.max_hold_drift_deg
-    )
-    max_rest_shift_deg: NotNegative = key(
-        "the largest shift of the rest position without a warning, in degrees", RUNS.max_rest_shift_deg
-    )
-    max_growth_fraction: NotNegative = key(
-        "the largest growth of a swing over the one before, as a share; above it the run fails",
-        RUNS.max_growth_fraction,
-    )
-    start: Literal["hold", "motion"] = key(
-        "how runs begin: hold (released from a hold) or motion (dropped, thrown, or cut in motion)",
-        RUNS.start,
-    )
-
-
-class ImpactsSection(Section):
-    """A run to its impacts and restitution coefficients."""
-
-    min_amplitude_sigmas: Positive = key(
-        "the lowest peak that is used, as a multiple of σ_θ", IMPACTS.min_amplitude_sigmas
-    )
-    min_uplift_ratio: Number = key(
-        "the lowest peak that is used, as a multiple of the uplift amplitude", IMPACTS.min_uplift_ratio, ge=1
-    )
-    min_samples: Whole = key("the fewest samples of a swing that is used", IMPACTS.min_samples, ge=3)
-
-
 class ProcessingSection(Section):
     """The steps from volts to impacts."""
 
-    rotation: RotationSection = key("volts to θ(t)", RotationSection())
-    runs: RunsSection = key("θ(t) to free-rocking runs", RunsSection())
-    impacts: ImpactsSection = key("runs to impacts and restitution", ImpactsSection())
+    rotation: RotationOptions = key("volts to θ(t)", ROTATION)
+    runs: RunLimits = key("θ(t) to free-rocking runs", RUNS)
+    impacts: ImpactLimits = key("runs to impacts and restitution", IMPACTS)
 
 
 def _free_field(law: Law) -> tuple[Any, Any]:

@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 from pydantic import ValidationInfo, field_validator
 
-from freerock.config.default_uncertainties import LaserUncertainty
+from freerock.config.default_uncertainties import LaserUncertainty, stated_only_with
 from freerock.config.defaults import LaserKeys
 from freerock.config.values import (
     Direction,
@@ -91,15 +91,7 @@ class LaserSection(Section):
     )
     uncertainty: LaserUncertainty = key("the standard uncertainties of its keys", LaserUncertainty())
 
-    @field_validator("uncertainty")
-    @classmethod
-    def _of_what_is_given(cls, uncertainty: LaserUncertainty, info: ValidationInfo) -> LaserUncertainty:
-        if uncertainty.position_m is not None and info.data.get("position_m") is None:
-            raise Invalid(
-                "states the uncertainty of a position_m that is not given",
-                "remove it: the channel is the rotation",
-            )
-        return uncertainty
+    _of_what_is_given = stated_only_with("position_m", "remove it: the channel is the rotation")
 
     @field_validator("beam", "position_m")
     @classmethod

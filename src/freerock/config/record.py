@@ -1,8 +1,6 @@
 """A record: one line of a campaign's CSV file, and the reading of that file."""
 
-import csv
-import io
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -10,6 +8,7 @@ from typing import Any, Literal
 from pydantic import ValidationInfo, field_validator
 
 from freerock import bounds
+from freerock.config.csv_cells import rows_in
 from freerock.config.hand_corrections import EXCLUDED, RECORD, read_exclusions, read_overrides
 from freerock.config.mistakes import FILL_IN, validate
 from freerock.config.values import Inside, Invalid, Name, Section, Text, closest, did_you_mean, key
@@ -178,15 +177,11 @@ def _in_line(line: str, loc: Key) -> str:
 def _read_table(path: Path, content: bytes | None) -> list[tuple[int, list[str]]]:
     """Line number and cells of each row of a CSV file; empty rows and rows that start with # are left out."""
     text = read_text(path) if content is None else text_of(content, path)
-    rows = csv.reader(_blanked(io.StringIO(text, newline="")), strict=True)
-    try:
-        table = [(rows.line_num, [cell.strip() for cell in row]) for row in rows]
-    except csv.Error as error:
-        raise FreerockError(f"{path}:{rows.line_num}", str(error), "check the quotes") from None
-    table = [(line, row) for line, row in table if any(row) and not row[0].startswith("#")]
+    separator, rows = rows_in(text, path)
+    table = [(line, [cell.value for cell in cells]) for line, cells in rows]
     names = ",".join(Record.model_fields)
     for line, header in table[:1]:
-        if len(header) == 1 and ";" in header[0]:
+        if separator != ",":
             raise FreerockError(f"{path}:{line}", "has no commas", "separate the columns by commas")
         if not any(cell.lower() in Record.model_fields for cell in header):
             remedy = f"begin with a line of their names, those in use: {names}"
@@ -194,15 +189,6 @@ def _read_table(path: Path, content: bytes | None) -> list[tuple[int, list[str]]
     if len(table) < 2:
         raise FreerockError(path, "has no record", f"write the line {names} and a line per record")
     return table
-
-
-def _blanked(lines: Iterable[str]) -> Iterator[str]:
-    """Lines of a CSV file, those of comments empty: a quote in a comment begins no cell."""
-    in_quotes = False
-    for line in lines:
-        comment = not in_quotes and line.lstrip().startswith("#")
-        in_quotes ^= not comment and line.count('"') % 2 == 1
-        yield "\n" if comment else line
 
 
 def _header_faults(header: Sequence[str]) -> Iterator[tuple[str, str, str]]:

@@ -44,7 +44,7 @@ def markdown_of_keys() -> str:
 
 
 def _sections(key: str, model: type[Section]) -> list[str]:
-    parts = [f"### {key}", str(model.__doc__)] if key else []
+    parts = [f"### {key}", str(model.__doc__).partition("\n")[0]] if key else []
     parts.append(_table(model))
     for name, field in model.model_fields.items():
         child = section_in(field.annotation)
@@ -120,9 +120,14 @@ def json_schema(model: type[Section]) -> dict[str, Any]:
 
 
 def _plain_schema(schema: Any) -> Any:
-    """A schema of pydantic's without its made-up titles, bounds under the names that JSON schema has."""
+    """A schema of pydantic's without its made-up titles, bounds under the names that JSON schema has.
+
+    Of a section's docstring it has the first line.
+    """
     if isinstance(schema, list):
         return [_plain_schema(item) for item in schema]
+    if isinstance(schema, str):
+        return schema.partition("\n")[0]
     if not isinstance(schema, dict):
         return schema
     return {

@@ -163,12 +163,6 @@ def _once(names: Any) -> Any:
     return names
 
 
-def _one_or_more(values: Any) -> Any:
-    if not values:
-        raise Invalid("is empty", "give one or more numbers, or leave it out")
-    return values
-
-
-Once, OneOrMore = AfterValidator(_once), AfterValidator(_one_or_more)  # of lists
+Once, OneOrMore = AfterValidator(_once), Field(min_length=1)  # of lists
 Folder = Annotated[str, AfterValidator(check_braces)]
 Inside = Annotated[str, Field(min_length=1, max_length=1000), AfterValidator(check_inside)]  # the raw folder

@@ -7,7 +7,6 @@ comments, line ends, a mark of the byte order and further columns stay as a pers
 import fcntl
 import hashlib
 import os
-import re
 import unicodedata
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -16,15 +15,11 @@ from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
+from freerock.config.csv_cells import CsvCell, rows_in
 from freerock.errors import FreerockError
 from freerock.files import regular, replace_together
 
 KEY = "test"  # the column that names a record
-SEPARATORS = ",;\t"
-MARK = "\ufeff"
-LINE_END = r"\r\n|\r|\n|\Z"
-LINE = re.compile(rf"([^\r\n]*)(?:{LINE_END})")
-IN_QUOTES = r'"(?:[^"]|"")*+"'
 READ_AGAIN = "read the file again; what was not saved is kept"
 
 
@@ -33,14 +28,6 @@ class Edit(NamedTuple):
 
     test: str
     column: str
-    value: str
-
-
-class CsvCell(NamedTuple):
-    """A cell of a text: where it begins and ends, and what it holds without quotes and spaces around."""
-
-    start: int
-    end: int
     value: str
 
 
@@ -96,24 +83,14 @@ def parsed(content: bytes, path: str | Path = "CSV") -> CsvText:
         Quotes are not closed; no column "test"; a record has more or fewer cells than the first line.
     """
     text = content.decode("utf-8", "surrogateescape")
-    separator, table = "", list[list[CsvCell]]()
-    at = len(MARK) if text.startswith(MARK) else 0
-    while at < len(text) and (line := LINE.match(text, at)):
-        if not line[1].strip() or line[1].lstrip().startswith("#"):
-            at = line.end()
-            continue
-        separator = separator or next((each for each in SEPARATORS if each in line[1]), ",")
-        cells, at = _row(text, at, separator, path)
-        if any(cell.value for cell in cells) and not cells[0].value.startswith("#"):
-            table.append(cells)
-    found = CsvText(text, separator, table[0] if table else [])
+    separator, rows = rows_in(text, path)
+    found = CsvText(text, separator, rows[0][1] if rows else [])
     if KEY not in found.names:
         raise FreerockError(path, f"has no column {KEY}", "write the line of column names first")
-    for cells in table[1:]:
+    for line, cells in rows[1:]:
         if len(cells) != len(found.header):
             what = f"has {len(cells)} cells, the first line has {len(found.header)}"
-            where, remedy = _place(text, cells[0].start, path), "put texts that hold a comma in quotes"
-            raise FreerockError(where, what, remedy)
+            raise FreerockError(f"{path}:{line}", what, "put texts that hold a comma in quotes")
         test = cells[found.names.index(KEY)].value
         if test in found.rows:
             found.twice.add(test)
@@ -223,30 +200,6 @@ def locked(path: Path) -> Iterator[bytes]:
             remedy = "put it back, then read the file again"
             raise FreerockError(path, f"can't be read ({error.strerror})", remedy) from error
         yield content
-
-
-def _row(text: str, at: int, separator: str, path: str | Path) -> tuple[list[CsvCell], int]:
-    """The cells of the row that begins there, and where the next row does.
-
-    A quote counts only where a cell begins with it.
-    """
-    cells, start = list[CsvCell](), at
-    cell = re.compile(rf'(?P<cell>{IN_QUOTES}|(?!")[^{separator}\r\n]*)(?P<end>{separator}|{LINE_END})')
-    while found := cell.match(text, at):
-        value = found["cell"]
-        if value.startswith('"'):
-            value = value[1:-1].replace('""', '"')
-        cells.append(CsvCell(*found.span("cell"), value.strip()))
-        at = found.end()
-        if found["end"] != separator:
-            return cells, at
-    what = "text follows a closed quote" if re.match(IN_QUOTES, text[at:]) else "a quote is not closed"
-    raise FreerockError(_place(text, start, path), what, "check the quotes")
-
-
-def _place(text: str, at: int, path: str | Path) -> str:
-    """file:line of the row that begins there."""
-    return f"{path}:{len(re.findall(LINE_END, text[:at]))}"
 
 
 def _plain(edit: Edit, path: str | Path) -> str:

@@ -19,6 +19,7 @@ from freerock.files import listed_checksums, read_bytes, recover, replace_togeth
 from freerock.models.block import Block
 from freerock.models.free_parameters import symbol_of
 from freerock.models.laws import MODEL_LABELS, MODELS
+from freerock.products.choices import named_in
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review.corrections import Correction, corrected, corrected_cells, correction_of
 from freerock.review.csv_edit import Edit, digest, locked, save_edits
@@ -227,7 +228,7 @@ class Desk:
         if group is None:
             return {}
         usable = {each.model: each for each in estimates_in(found.fits) if each.run == run}
-        model = mapped(str(group.children["choice"].attrs["selected"]), usable)
+        model = mapped(named_in(group), usable)
         if not model:
             return {}
         block = Block(**geometry(self.campaign, line))

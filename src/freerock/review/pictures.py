@@ -9,7 +9,7 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.free_parameters import symbol_of
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
-from freerock.products.choices import GROUP
+from freerock.products.choices import GROUP, named_in
 from freerock.products.groups import impacts_of, release_angle_of, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
 from freerock.review.listing import lines_of_runs
@@ -151,7 +151,7 @@ def _parameter(name: str, value: float, u: float, unit: str) -> Json:
 
 def _drawn(group: xr.DataTree | None, models: dict[str, xr.DataTree]) -> list[str]:
     """The candidates that are drawn: the laws as the paper has them, and the one that is named."""
-    named = group.children[GROUP].attrs["selected"] if group is not None and GROUP in group.children else ""
+    named = named_in(group) if group is not None else ""
     return [model for model in models if model in LAWS or not CANDIDATES[model].is_rival or model == named]
 
 

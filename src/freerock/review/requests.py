@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, ConfigDict, Field
+from pydantic import BeforeValidator, Field
 from pydantic_core import from_json
 
 from freerock import bounds
@@ -52,8 +52,6 @@ class Look(Sent):
 
 class Asked(Section):
     """What an address requires; its values are texts."""
-
-    model_config = ConfigDict(strict=False)
 
 
 class OfTest(Asked):
