@@ -47,9 +47,13 @@ def palermo(tmp_path_factory):
         shutil.rmtree(checkout / "config")
         for part in ("config", "raw"):
             shutil.copytree(ROOT / part, checkout / part)
-        for wanted in ([], ["results/palermo_virtual/misfit_map.nc"]):
-            done = checkout.snakemake(*wanted)
-            assert done.returncode == 0, done.stdout + done.stderr
+        made = ROOT / "results/palermo_virtual"
+        if made.is_dir():  # by `make`; what is of other code, settings or records is made again
+            shutil.copytree(made, checkout / "results/palermo_virtual")
+        done = checkout.snakemake()
+        if "made by other software" in done.stderr:
+            done = checkout.snakemake("--forceall")
+        assert done.returncode == 0, done.stdout + done.stderr
 
     return once(tmp_path_factory, "palermo", analyse) / "results/palermo_virtual"
 

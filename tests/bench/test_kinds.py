@@ -1,12 +1,16 @@
 """The study of kinds of laboratories: volts to verdict, cause and number."""
 
+import math
+
 import numpy as np
 import pandas as pd
 import pytest
 
+from freerock.errors import FreerockError
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.hypotheses_tried import Identified
 from freerock.virtual_lab.palermo import CONFIGURATIONS
+from freerock_bench import kinds
 from freerock_bench.analysed import Analysed
 from freerock_bench.kinds import (
     KINDS,
@@ -21,10 +25,28 @@ from freerock_bench.kinds import (
     record,
     rows_of,
 )
+from freerock_bench.springs import Motion
 
 pytestmark = pytest.mark.slow
 
 COLUMNS = {*STUDY.columns}
+ENDS_S = 20.0  # by then nearly every block is at rest
+
+
+@pytest.fixture(autouse=True)
+def until_rest(monkeypatch):
+    """A block at rest is not followed for the minute that a study allows it: the volts are the same."""
+
+    def motion(scene, rate_hz):
+        found = Motion(scene, rate_hz, ENDS_S)
+        return found if found.states.shape[1] < (ENDS_S - 1) * rate_hz else Motion(scene, rate_hz)
+
+    monkeypatch.setattr(kinds, "Motion", motion)
+
+
+def without_advice(monkeypatch):
+    """What is advised is not analysed once more."""
+    monkeypatch.setattr(kinds, "_advised", lambda *_: {})
 
 
 def test_every_kind_has_its_records_and_most_have_a_name():
@@ -66,7 +88,8 @@ def test_a_clean_laboratory_is_ok_and_gives_the_truth(name):
         assert {*row} <= COLUMNS and abs(row["z_u"]) < 3 and row["u"] >= row["stderr"] > 0
 
 
-def test_a_base_off_level_is_named_first():
+def test_a_base_off_level_is_named_first(monkeypatch):
+    without_advice(monkeypatch)
     for row in rows_of(("base tilted by 0.3°", 0)):
         assert row["verdict"] == "warn" and row["first"] and row["among"]
         assert "off_level" in row["causes"].split()[:2]
@@ -86,8 +109,9 @@ def test_rounded_edges_are_named_and_give_the_law(i, kinematics):
     assert fit.parameters[:2] == (*made.true,) and np.abs(off).max() < 3
 
 
-def test_an_input_off_by_far_is_not_hidden_by_a_second_damping():
+def test_an_input_off_by_far_is_not_hidden_by_a_second_damping(monkeypatch):
     """Hunt and Crossley's law lacks one as long as the moment of inertia is as stated."""
+    without_advice(monkeypatch)
     rows = rows_of(("inertia 3 % too large", 4))
     assert len(rows) > 1 and all(row["first"] and abs(row["z_u"]) < 2 for row in rows)
 
@@ -128,6 +152,28 @@ def test_advice_is_read_from_the_warnings_and_followed():
     )
     assert followed(stated, true, found[3], draw).clock == pytest.approx(stated.clock / 0.997)
     assert followed(stated, true, found[4], draw).lasers["laser"].response_ms == 6.1
+
+
+def test_what_is_advised_is_analysed_once_more(monkeypatch):
+    made, seen = record("width 1 mm less", 0), []
+    text = f"width_m of {made.row['block']} fitted -0.001 m off, a pull of -3.4: measure it again"
+    warned = Analysed(Verdict((Reason("warn", "pulled_input", text),)), Identified(), None)
+
+    def again(volts, stated):
+        seen.append((volts, stated.block.width_m))
+        if len(seen) > 1:
+            raise FreerockError("record", "is refused", "record again")
+        return Analysed(Verdict(), Identified(), None)
+
+    monkeypatch.setattr(kinds, "analysed_as_stated", again)
+    row = kinds._advised(made, warned, "width 1 mm less")
+    assert (row["advice"], row["advised"]) == ("width_m again", "ok") and math.isnan(row["advised_z_u"])
+    ((volts, width_m),) = seen
+    assert volts is made.volts
+    u = next(each.u for each in made.stated.inputs if each.name == "width_m")
+    assert abs(width_m - made.laboratory.block.width_m) < 4 * u
+    assert kinds._advised(made, warned, "width 1 mm less")["advised"] == "fail"
+    assert kinds._advised(made, Analysed(Verdict(), Identified(), None), "width 1 mm less") == {}
 
 
 def test_the_table_counts_runs_and_numbers(monkeypatch, tmp_path):

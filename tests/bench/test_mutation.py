@@ -1,6 +1,7 @@
 """The mutation run: what is changed, where, and which tests are asked."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -43,7 +44,9 @@ def test_a_mutant_is_the_file_with_one_expression_changed():
         assert [i for i, (before, after) in pairs if before != after] == [each.node.lineno]
 
 
-def test_mutants_are_drawn_by_their_seed_over_all_rooms_in_turn():
+def test_mutants_are_drawn_by_their_seed_over_all_rooms_in_turn(monkeypatch):
+    listed = cache(lambda file: [*mutants_of(file)])  # each file is read once
+    monkeypatch.setattr(mutation, "mutants_of", listed)
     drawn = drawn_mutants(40, 3)
     rooms = [each.room for each in drawn]
     assert len({*rooms}) == 19 and max(map(rooms.count, rooms)) - min(map(rooms.count, rooms)) <= 1

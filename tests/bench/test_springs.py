@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -29,6 +30,12 @@ def theta(block=BLOCK, soil=SOIL, pivoting=False, **how):
     return np.pad(found, (0, N - len(found)))
 
 
+@cache
+def as_paper():
+    """By the law alone, of what is besides nothing."""
+    return known()
+
+
 def known(law="hunt_crossley", block=BLOCK, soil=SOIL, rules=GEOMETRIC, **how):
     time_s, solver = np.arange(N) / RATE_HZ, Solver(1e-10)
     return simulate(law, block, soil, time_s, theta0=0.8 * ANGLE, rules=rules, solver=solver, **how).theta
@@ -42,8 +49,7 @@ def test_with_nothing_besides_it_is_the_law(law, kinematics):
     assert np.abs(theta(soil=soil, pivoting=kinematics == "pivoting") - expected).max() < CLOSE
 
 
-@pytest.mark.parametrize("kinematics", ["guided", "pivoting"])
-@pytest.mark.parametrize("relaxes_s", [2e-3, 0.02])
+@pytest.mark.parametrize(("relaxes_s", "kinematics"), [(2e-3, "guided"), (0.02, "pivoting")])
 def test_a_bed_that_relaxes(relaxes_s, kinematics):
     k = SOIL["k"]
     soil = {"k": k, "c": 0.4 * k * relaxes_s, "tau": relaxes_s}
@@ -84,7 +90,6 @@ def test_a_base_off_level_and_a_bed_that_cannot_pull():
 
 NEARLY_NOTHING = [
     {"thickness_m": 1e3},
-    {"relaxing": 1e-7},
     {"top": 0.2, "top_hz": 3000.0},
     {"table_kg": 1e6, "table_x_hz": 3000.0},
     {"table_kg": 1e5, "table_y_hz": 2000.0},
@@ -94,7 +99,7 @@ NEARLY_NOTHING = [
 @pytest.mark.parametrize("besides", NEARLY_NOTHING, ids=str)
 def test_what_hardly_moves_changes_nothing(besides):
     assert {*besides} <= {*BESIDES}
-    assert np.abs(theta(besides=besides) - known()).max() < 4 * CLOSE
+    assert np.abs(theta(besides=besides) - as_paper()).max() < 4 * CLOSE
 
 
 def test_a_base_slips_where_friction_does_not_hold_it():
@@ -107,7 +112,6 @@ def test_a_base_slips_where_friction_does_not_hold_it():
     "besides",
     [
         {"thickness_m": 4e-3},
-        {"relaxing": 0.3},
         {"two_beds": 0.2},
         {"top": 0.2, "top_hz": 40.0},
         {"table_kg": 60.0, "table_x_hz": 20.0},
@@ -119,7 +123,7 @@ def test_a_base_slips_where_friction_does_not_hold_it():
     ids=str,
 )
 def test_what_is_besides_is_seen(besides):
-    assert np.abs(theta(besides=besides) - known()).max() > 20 * CLOSE
+    assert np.abs(theta(besides=besides) - as_paper()).max() > 20 * CLOSE
 
 
 def test_two_beds_mirror_two_beds():

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import cycle
 
 import numpy as np
 import pytest
@@ -25,13 +26,16 @@ def on_a_bed(thickness_m, damping=LAMBDA):
     return {"k": K, "lambda": damping, "kappa": K / thickness_m}
 
 
+SOFT = {
+    name: scene
+    for name, scene in scenes("small").items()
+    if scene.law == "hunt_crossley" and scene.debonding == "geometric"
+}
 MATS = {
     f"{name}, {thickness_m * 1e3:g} mm": replace(
         scene, law="hardening", parameters={**scene.parameters, "kappa": scene.parameters["k"] / thickness_m}
     )
-    for thickness_m in (3e-3, 12e-3)
-    for name, scene in scenes("small").items()
-    if scene.law == "hunt_crossley" and scene.debonding == "geometric"
+    for (name, scene), thickness_m in zip(SOFT.items(), cycle((3e-3, 12e-3)))
 }
 
 

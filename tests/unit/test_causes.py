@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -117,7 +118,12 @@ def unexplained(besides=None, **others):
 
 def seen(besides, lost=0, incline=0.0, base=None):
     """A run of another simulator with something that the law of its fit has not."""
-    scene = Scene(BLOCK, SOIL, False, THETA0, 1e-7, base=base or {}, besides=besides)
+    return _seen(tuple(besides.items()), lost, incline, tuple((base or {}).items()))
+
+
+@cache
+def _seen(besides, lost, incline, base):
+    scene = Scene(BLOCK, SOIL, False, THETA0, 1e-7, base=dict(base), besides=dict(besides))
     moves = Rocking(scene, 1e3, 2.5)
     way = read(moves.states, scene, LASER.position, incline)
     way = way - read(moves.stands[:6, None], scene, LASER.position, incline)

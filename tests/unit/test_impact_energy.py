@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -38,7 +39,12 @@ def by_another_engine(law, span_s=1.2, air_nms2=0.0):
 
     Air, where there is some, is a moment against turning by the square of the rate.
     """
-    foundation = Foundation.of(law)
+    return _by_another_engine(tuple(law.items()), span_s, air_nms2)
+
+
+@cache
+def _by_another_engine(law, span_s, air_nms2):
+    foundation = Foundation.of(dict(law))
 
     def rates(_, state):
         drag = -air_nms2 * state[3] * abs(state[3])

@@ -6,6 +6,7 @@ stated.
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import lmfit
 import numpy as np
@@ -120,6 +121,13 @@ def test_a_law_explains_a_run_whose_inputs_are_wrong_by_their_uncertainty(seed):
     assert np.nanmax(np.abs(fit.contributions.pulls)) < 3.5
 
 
+@cache
+def drawn_seventh():
+    """A run, and its fit."""
+    _, motion = measured(7)
+    return motion, fit_run("housner", BLOCK, motion)
+
+
 def test_with_the_inputs_held_the_same_runs_are_not_explained():
     held = [fit_run("housner", BLOCK, replace(measured(seed)[1], laboratory=None)) for seed in range(4)]
     assert sum(evidence(fit).explains for fit in held) < 4
@@ -160,8 +168,7 @@ def test_derivatives_by_inputs_are_those_of_small_steps_also_where_a_run_tells_m
 
 @pytest.mark.parametrize("name", ["height_m", "width_m", "position_m"])
 def test_an_impact_is_the_shift_of_a_fit_with_the_input_held_off_by_what_remains(name):
-    _, motion = measured(7)
-    fit = fit_run("housner", BLOCK, motion)
+    motion, fit = drawn_seventh()
     found = fit.contributions
     j = [each.name for each in INPUTS].index(name)
     off = found.moved[j] + found.remaining[j]
@@ -197,6 +204,13 @@ def off_by_height(off_m, u):
     height = replace(INPUTS[0], u=u)
     laboratory = Laboratory(replace(BLOCK, height_m=BLOCK.height_m - off_m), {"l": LASER}, (height,))
     return laboratory.block, replace(motion, laboratory=laboratory, view=view_of([LASER], laboratory.block))
+
+
+@cache
+def far_off():
+    """A block stated five standard uncertainties shorter than it is, its run, and the fit."""
+    block, motion = off_by_height(1e-3, 2e-4)
+    return block, motion, fit_run("housner", block, motion)
 
 
 def test_an_input_off_by_more_than_its_prior_rejects_the_law_and_is_named():
@@ -344,8 +358,7 @@ def test_an_input_that_cannot_be_freed_ends_no_search(monkeypatch):
 
 
 def test_a_hypothesis_beside_others_takes_up_what_they_would_change_by_their_odds():
-    block, motion = off_by_height(1e-3, 2e-4)
-    fit = fit_run("housner", block, motion)
+    _, _, fit = far_off()
     other = replace(fit, value=fit.value * 1.01, bic=fit.bic)
     assert beside_others(fit, []).discrepancy == pytest.approx(fit.discrepancy)
     known = np.hypot(fit.discrepancy, 0.01 * fit.value / math.sqrt(2))
@@ -376,8 +389,7 @@ def test_the_stated_width_is_fitted_from_where_a_freed_one_ended():
 
 
 def test_a_base_that_is_off_level_by_its_input_is_not_called_level():
-    block, motion = off_by_height(1e-3, 2e-4)
-    flat = fit_run("housner", block, motion)
+    _, _, flat = far_off()
     tilted = replace(flat, parameters=(*flat.parameters, "tilt"), value=np.append(2 * flat.value, 1e-3))
 
     def told(name):
@@ -393,7 +405,7 @@ def test_a_base_that_is_off_level_by_its_input_is_not_called_level():
 
 @pytest.mark.parametrize("times, name", [(1.05, "pushed"), (0.95, "held_back")])
 def test_a_doubt_about_the_release_states_its_direction(times, name):
-    fit = fit_run("housner", *off_by_height(1e-3, 2e-4))
+    _, _, fit = far_off()
     at = {"r": 1.02, "theta0": times}
     loose = replace(fit, value=fit.value * [at.get(each, 1.0) for each in fit.parameters])
     plain, released = Hypothesis("housner"), Hypothesis("housner", ("release",))

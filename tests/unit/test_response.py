@@ -137,8 +137,9 @@ def test_draws_begin_with_the_means_and_have_their_spread():
 
 
 @pytest.mark.slow
-def test_a_lognormal_is_found_and_its_interval_holds_the_truth():
+def test_a_lognormal_is_found_and_its_interval_holds_the_truth(monkeypatch):
     """Sixteen sets of falls by a known curve, five responses to each of 40 motions that share their luck."""
+    monkeypatch.setattr("freerock.response.fragility.RESAMPLES", 80)
     hits, median, beta = 0, 0.4, 0.35
     for seed in range(16):
         draw = np.random.default_rng(seed)

@@ -1,22 +1,33 @@
 """Fixtures: a finished campaign, and copies of it to be changed."""
 
 import os
-import shutil
 
 import pandas as pd
 import pytest
-from small_campaign import BLOCKS, CAMPAIGN, TRACE, Checkout, add_campaign, check_out, once, simulated
+from small_campaign import (
+    BLOCKS,
+    BY,
+    CAMPAIGN,
+    TRACE,
+    Checkout,
+    add_campaign,
+    check_out,
+    copied,
+    once,
+    simulated,
+)
 
 from freerock.virtual_lab.write_tdms import write_records
 
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory):
-    """A campaign of two records, analysed; with the package's files each script imported in `trace`."""
+    """A campaign of two records, analysed; with the package's files each script imported in `trace`. Its
+    creators are named, as a supplement needs."""
 
     def analyse(folder):
         checkout = check_out(folder)
-        add_campaign(checkout, "small", CAMPAIGN, [("tall_mat", "", "tall"), ("squat_mat", "", "squat")])
+        add_campaign(checkout, "small", CAMPAIGN + BY, [("tall_mat", "", "tall"), ("squat_mat", "", "squat")])
         records = [(f"{block}_mat", simulated(block, seed)) for seed, block in enumerate(BLOCKS)]
         write_records(checkout / "raw/small", records)
         for part in ("hook", "trace"):
@@ -38,6 +49,4 @@ def tables(results):
 @pytest.fixture
 def checkout(finished, tmp_path):
     """A copy of the finished campaign, to be changed."""
-    passing = shutil.ignore_patterns("iocache", "log")  # another test may plan in the same folder
-    shutil.copytree(finished.folder, tmp_path / "copy", ignore=passing)
-    return Checkout(tmp_path / "copy")
+    return Checkout(copied(finished.folder, tmp_path / "copy"))

@@ -36,6 +36,7 @@ lasers:
 records_per_job: 1
 figures: [restitution, parameters, misfit_map]
 """
+BY = 'creator: "Rossi, Ada; Bianchi, Ugo"\ninstitution: Laboratory\nlicense: CC-BY-4.0\n'
 COLUMNS = "test,file,channel,block,foundation,laser,exclude,override,reason,note\n"
 BLOCKS = {
     "tall": (Block(0.28, 0.07, 5.84), Laser("horizontal", 0.2, 0.1), math.radians(10)),
@@ -146,6 +147,16 @@ def check_out(folder: Path) -> Checkout:
     (folder / "config" / "campaigns").mkdir(parents=True)
     note_meanings(folder)
     return Checkout(folder)
+
+
+def copied(folder: Path, to: Path, *left_out: str) -> Path:
+    """A copy of a folder; what Python compiled is linked, since it is replaced and never changed."""
+
+    def copy(source, target):
+        (os.link if "/__pycache__/" in source else shutil.copy2)(source, target)
+
+    passing = shutil.ignore_patterns("iocache", "log", *left_out)  # another test may plan in the same folder
+    return shutil.copytree(folder, to, ignore=passing, copy_function=copy)
 
 
 def add_campaign(checkout: Checkout, name: str, yaml: str, records: list) -> None:

@@ -10,8 +10,8 @@ from importlib.metadata import version
 
 import pytest
 from installed import ROOT, install
-from small_campaign import Checkout, once
-from test_supplement import BY, share_compiled
+from small_campaign import Checkout, copied, once
+from test_supplement import share_compiled
 from warm import commands
 
 pytestmark = pytest.mark.slow
@@ -94,8 +94,7 @@ def test_run_makes_what_is_missing_and_ends_with_the_report(analysed):
 
 
 def test_run_says_each_failure_in_one_line(analysed, tmp_path):
-    shutil.copytree(analysed.folder, tmp_path / "copy", ignore=shutil.ignore_patterns("iocache", "log"))
-    broken = Laboratory(tmp_path / "copy", analysed.site)
+    broken = Laboratory(copied(analysed.folder, tmp_path / "copy"), analysed.site)
     record = broken / "raw/small/tall_mat.tdms"
     record.write_bytes(record.read_bytes()[:100])
     done = broken.freerock("run", "small")
@@ -107,8 +106,7 @@ def test_run_says_each_failure_in_one_line(analysed, tmp_path):
 
 
 def test_run_without_a_snakefile_takes_that_of_the_package(analysed, tmp_path):
-    shutil.copytree(analysed.folder, tmp_path / "bare", ignore=shutil.ignore_patterns("iocache", "log"))
-    bare = Laboratory(tmp_path / "bare", analysed.site)
+    bare = Laboratory(copied(analysed.folder, tmp_path / "bare"), analysed.site)
     (bare / "Snakefile").unlink()
     shutil.rmtree(bare / "profiles")
     (bare / "results/small/tables/runs.csv").unlink()
@@ -118,12 +116,7 @@ def test_run_without_a_snakefile_takes_that_of_the_package(analysed, tmp_path):
 
 
 def test_its_supplement_holds_the_code(analysed, tmp_path):
-    shutil.copytree(analysed.folder, tmp_path / "named", ignore=shutil.ignore_patterns("iocache", "log"))
-    named = Laboratory(tmp_path / "named", analysed.site)
-    with open(named / "config/campaigns/small.yaml", "a", encoding="utf-8") as file:
-        file.write(BY)
-    done = named.snakemake("--forceall")
-    assert done.returncode == 0, done.stderr
+    named = Laboratory(copied(analysed.folder, tmp_path / "named"), analysed.site)
     done = named.freerock("supplement", "small")
     assert done.returncode == 0, done.stderr
     with zipfile.ZipFile(named / "small_supplement.zip") as archive:
@@ -144,8 +137,7 @@ def test_as_a_module_beside_another_version(analysed, tmp_path):
     command = tmp_path / "freerock"
     command.write_text(f'#!/bin/sh\nPYTHONPATH={other} exec {commands()}/freerock "$@"\n')
     command.chmod(0o755)
-    shutil.copytree(analysed.folder, tmp_path / "own", ignore=shutil.ignore_patterns("iocache", "log"))
-    own = Laboratory(tmp_path / "own", analysed.site)
+    own = Laboratory(copied(analysed.folder, tmp_path / "own"), analysed.site)
     shutil.copy2(ROOT / "examples/own_workflow/Snakefile", own.folder)
     done = own.snakemake("--config", "campaigns=small", f"other={command}")
     assert done.returncode == 0, done.stderr

@@ -247,9 +247,9 @@ for name, seen in maps.items():
 """
 
 
-def test_misfit_maps_are_read_without_this_package(palermo):
+def test_misfit_maps_are_read_without_this_package(finished):
     done = subprocess.run(
-        [sys.executable, "-c", WITHOUT_FREEROCK, str(palermo / "misfit_map.nc")],
+        [sys.executable, "-c", WITHOUT_FREEROCK, str(finished / "results/small/misfit_map.nc")],
         capture_output=True,
         text=True,
     )

@@ -9,12 +9,16 @@ import zipfile
 import pytest
 import yaml
 from rocrate.rocrate import ROCrate
-from small_campaign import ROOT, Checkout
+from small_campaign import BY, ROOT, Checkout, copied
 from warm import commands
 
+from freerock.config.campaign import load_campaign
+from freerock.errors import FreerockError
 from freerock.files import sha256
+from freerock.jobs.supplement import _check_texts
 
-BY = 'creator: "Rossi, Ada; Bianchi, Ugo"\ninstitution: Laboratory\nlicense: CC-BY-4.0\n'
+YAML = "config/campaigns/small.yaml"
+RECORD, FIT = (f"results/small/{kind}/tall_mat.nc" for kind in ("records", "fits"))
 MORE = ("LICENSE", "Makefile", "pyproject.toml", "requirements.lock", "docs/datasets.md")
 
 
@@ -28,16 +32,12 @@ def supplement(checkout, *arguments):
 def packed(finished, tmp_path_factory):
     """A finished campaign of two named creators, and its supplement."""
     folder = tmp_path_factory.mktemp("packed") / "copy"
-    shutil.copytree(finished.folder, folder, ignore=shutil.ignore_patterns("iocache", "log"))
+    copied(finished.folder, folder)
     checkout = Checkout(folder)
     (folder / "docs").mkdir()
     for file in MORE:
         shutil.copy2(ROOT / file, folder / file)
     (folder / "results/small/figures/stray.pdf").write_text("of no campaign")
-    with open(folder / "config/campaigns/small.yaml", "a", encoding="utf-8") as file:
-        file.write(BY)
-    done = checkout.snakemake()
-    assert done.returncode == 0, done.stderr
     refused = supplement(checkout, "small")
     assert refused.returncode == 1
     assert refused.stderr.splitlines() == [
@@ -47,13 +47,6 @@ def packed(finished, tmp_path_factory):
     assert "foreign: results/small/figures/stray.pdf" in refused.stdout
     assert not (folder / "small_supplement.zip").exists()
     (folder / "results/small/figures/stray.pdf").unlink()
-    refused = supplement(checkout, "small")
-    assert refused.stderr == (
-        "results/small/records/tall_mat.nc: holds another institution and creator_name and license than the "
-        "configuration; run snakemake --forceall --config campaigns=small\n"
-    )
-    done = checkout.snakemake("--forceall")
-    assert done.returncode == 0, done.stderr
     done = supplement(checkout, "small", "--paper", "https://doi.org/10.1000/xyz", "--year", "2026")
     assert done.returncode == 0, done.stderr
     assert f"sha256 {sha256(folder / 'small_supplement.zip')}" in done.stdout
@@ -78,6 +71,23 @@ def share_compiled(one, other):
             shutil.copystat(source, path)
     for folder in one.rglob("__pycache__"):
         shutil.copytree(folder, other / folder.relative_to(one), dirs_exist_ok=True)
+
+
+def test_datasets_of_other_texts_are_refused_until_they_are_made_again(packed, tmp_path, monkeypatch):
+    """An edited text alone makes no dataset again."""
+    checkout = Checkout(copied(packed.folder, tmp_path / "copy", "*.zip"))
+    checkout.edit(YAML, "institution: Laboratory\nlicense: CC-BY-4.0\n", "institution: Another\n")
+    assert not {"record", "fit"} & checkout.planned().keys()
+    monkeypatch.chdir(checkout.folder)
+    campaign = load_campaign(YAML)
+    other = "holds another institution and license than the configuration; "
+    remedy = "run snakemake --forceall --config campaigns=small"
+    with pytest.raises(FreerockError, match=f"^{RECORD}: {other}{remedy}$"):
+        _check_texts(campaign)
+    done = checkout.snakemake("--forceall", RECORD)
+    assert done.returncode == 0, done.stderr
+    with pytest.raises(FreerockError, match=f"^{FIT}: {other}{remedy}$"):
+        _check_texts(campaign)
 
 
 def test_everything_in_it_has_a_checksum(unpacked):
@@ -166,10 +176,7 @@ def test_elsewhere_everything_is_whole_and_made_again_to_the_bit(unpacked):
     ],
 )
 def test_what_is_damaged_is_not_packed(packed, tmp_path, path, told):
-    shutil.copytree(
-        packed.folder, tmp_path / "copy", ignore=shutil.ignore_patterns("iocache", "log", "*.zip")
-    )
-    checkout = Checkout(tmp_path / "copy")
+    checkout = Checkout(copied(packed.folder, tmp_path / "copy", "*.zip"))
     (checkout / path).write_bytes((checkout / path).read_bytes()[:-1])
     done = supplement(checkout, "small")
     assert done.returncode == 1
@@ -211,8 +218,9 @@ def test_refused(packed, arguments, code, told):
     assert not [*packed.folder.glob("*a?b*"), *packed.folder.glob(".*partial*")]
 
 
-def test_a_campaign_of_nobody_is_refused(finished):
-    done = supplement(finished, "small")
+def test_a_campaign_of_nobody_is_refused(checkout):
+    checkout.edit(YAML, BY, "")
+    done = supplement(checkout, "small")
     assert done.returncode == 1
     assert done.stderr == (
         "config/campaigns/small.yaml: names no creator; add creator: Family, Given; Family, Given\n"
