@@ -24,6 +24,7 @@ DULL_RAD_S = 2e-3  # rate over which dry friction turns round
 LEAST_RAD = 1e-5  # a rigid block lies still below
 AT_REST = 2e-5  # [rad]
 RTOL, ATOL, LONGEST_S = 1e-8, 1e-11, 60.0
+USUAL_S, STILL_S = 15.0, 1.0  # after which most blocks have been at rest for so long
 TILT_S = 1.2  # of a record, before its hold
 AWAY_M = 0.5  # sensor from the face
 N = 12  # coordinates and rates, without what friction and bed remember
@@ -138,12 +139,17 @@ class Motion:
         self.scene, self.rate_hz = scene, rate_hz
         self.stands = standing(scene)
         self.held = _held(scene)
-        rigid = "r" in scene.law
-        self.states = (
-            _rigid(scene, rate_hz, longest_s) if rigid else _on_springs(scene, self.held, rate_hz, longest_s)
-        )
-        moving = np.flatnonzero(np.abs(self.states[2] - self.stands[2]) > AT_REST)
-        self.states = self.states[:, : int(moving[-1]) + 2]
+        for ends_s in (min(USUAL_S, longest_s), longest_s):
+            states = self._until(ends_s)
+            moves = int(np.flatnonzero(np.abs(states[2] - self.stands[2]) > AT_REST)[-1])
+            if moves < (ends_s - STILL_S) * rate_hz:
+                break
+        self.states = states[:, : moves + 2]
+
+    def _until(self, ends_s: float) -> Floats:
+        if "r" in self.scene.law:
+            return _rigid(self.scene, self.rate_hz, ends_s)
+        return _on_springs(self.scene, self.held, self.rate_hz, ends_s)
 
     @property
     def theta(self) -> Floats:

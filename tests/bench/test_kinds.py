@@ -25,23 +25,10 @@ from freerock_bench.kinds import (
     record,
     rows_of,
 )
-from freerock_bench.springs import Motion
 
 pytestmark = pytest.mark.slow
 
 COLUMNS = {*STUDY.columns}
-ENDS_S = 20.0  # by then nearly every block is at rest
-
-
-@pytest.fixture(autouse=True)
-def until_rest(monkeypatch):
-    """A block at rest is not followed for the minute that a study allows it: the volts are the same."""
-
-    def motion(scene, rate_hz):
-        found = Motion(scene, rate_hz, ENDS_S)
-        return found if found.states.shape[1] < (ENDS_S - 1) * rate_hz else Motion(scene, rate_hz)
-
-    monkeypatch.setattr(kinds, "Motion", motion)
 
 
 def without_advice(monkeypatch):
