@@ -34,5 +34,4 @@ __all__ = [
     "set_up",
     "simulated_scene",
     "style",
-    "ticks",
 ]
