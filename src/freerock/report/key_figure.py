@@ -22,7 +22,6 @@ from freerock.tables.number_text import quantity
 
 SIZE_IN = (5.0, 4.2)
 BINS = 300  # of a curve, with its lowest and highest value drawn in each
-SAME_BYTES = {"svg.hashsalt": "freerock", "svg.fonttype": "none"}
 UNNAMED = dict.fromkeys(("Creator", "Date", "Format", "Type"))  # metadata
 OPENS = (
     '<svg class="key" role="img" aria-label="Rotation as recorded and as modelled over time, and residuals '
@@ -98,7 +97,7 @@ def key_figure(
     }
 
 
-@style.styled(SAME_BYTES)
+@style.styled({"svg.hashsalt": "freerock", "svg.fonttype": "none"})  # the same bytes each time
 def _drawing(fitted: xr.DataTree, models: Sequence[str], sigma: float) -> Markup:
     """Rotation over time above, residuals over σ below, as SVG."""
     figure = Figure(figsize=SIZE_IN)
