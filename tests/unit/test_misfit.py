@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from scipy.interpolate import CubicSpline
 
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta
-from freerock.populations.misfit import GRID, between_cells, cubic_spline, misfit_map
+from freerock.populations.misfit import GRID, between_cells, misfit_map
 
 BLOCK = Block(0.28, 0.07, 5.84)
 VALUES = {"k": 6.88e6, "lambda": 1.30e8, "theta0": math.radians(10), "t0": 0.0}
@@ -55,9 +54,3 @@ def test_contours_between_the_cells_of_a_narrow_trough():
     exact = [[epsilon_theta(time_s, swing(k, damping), swing(0, 0)) for k in finer] for damping in finer]
     np.testing.assert_allclose(found, exact, rtol=0.02, atol=1e-5)
     assert np.max(exact) > 0.5
-
-
-@pytest.mark.parametrize("n", [4, 5, GRID.cells])
-def test_the_spline_is_scipys(n):
-    at = np.linspace(0, n - 1, 97)
-    np.testing.assert_allclose(cubic_spline(n, at), CubicSpline(np.arange(n), np.eye(n))(at), atol=1e-14)

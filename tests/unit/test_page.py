@@ -231,7 +231,6 @@ def test_report_states_tolerance_error_and_sampling(page):
 def test_report_shows_nested_provenance(page):
     assert "raw/b1_marble.tdms 0a1b" in page.text
     assert "free.hunt_crossley theta0, t0" in page.text
-    assert "git abc-dirty" in page.text
     assert "state of the code: abc-dirty" in page.text
 
 
@@ -284,6 +283,16 @@ def test_fits_of_every_run_are_listed(page):
         page.text.count("k = (6.880 ± 0.012)·10⁶ N m⁻²") == page.html.count('class="table wordy fits"') == 7
     )
     assert page.html.count("Rejected, ε<sub>θ</sub>: ") == 7
+
+
+def test_a_fitted_release_angle_is_printed_in_degrees_as_elsewhere(page):
+    angles = re.findall(r"θ₀ = [\d.]+(?: ± [\d.]+)?(\S*)", page.text)
+    assert angles and {each.rstrip(";,.") for each in angles} == {"°"}
+
+
+def test_the_page_says_which_tables_have_numbers(page):
+    assert re.findall(r"<figcaption>Table (\d)\.", page.html) == ["1", "2", "3"]
+    assert "other tables have none" in page.text
 
 
 def test_report_of_a_campaign_in_which_every_record_failed(tmp_path):

@@ -54,6 +54,12 @@ def test_parameters_agree_to_within_a_tenth_and_r_by_what_an_impact_takes(beside
     assert "Housner (rejected) r on Marble 0.9570 ± 0.0012 [0.950]" in differs  # 4.3 against 5 %
 
 
+def test_why_a_rejected_law_proves_nothing_is_said_once(beside):
+    agrees, differs = beside({"winkler_k": 6e6, "housner_r": 0.957}, {}, {})
+    assert "(rejected)" in agrees and "(rejected)" in differs
+    assert f"{agrees} {differs}".count("Parameters of a rejected law depend on") == 1
+
+
 def test_what_is_too_uncertain_neither_agrees_nor_differs(beside):
     for unsure, size in ((1.0, "More than a tenth off the"), (1000.0, "off, but by less than two standard")):
         agrees, differs = beside({"winkler_k": 6e6}, {}, {}, unsure=unsure)

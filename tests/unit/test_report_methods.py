@@ -98,3 +98,12 @@ def test_nothing_in_a_label_is_markdown_or_cited():
     text = methods_markdown([Paragraph("Tests", f"On {hostile} [@housner1963].")])
     assert "&lt;script&gt;\\[x\\](y) \\[\\@nobody1999\\] \\*b\\* \\| \\@SUM [@housner1963]." in text
     assert "nobody1999" not in bib([Paragraph("Tests", hostile)])
+
+
+def test_the_page_lists_each_cited_source_once(tmp_path):
+    page = make(tmp_path, campaign())
+    listed = page.text.partition("References.")[2].partition("To be pasted")[0]
+    for key in ENTRY.findall((tmp_path / "methods.bib").read_text(encoding="utf-8")):
+        known = REFERENCES[key]
+        assert listed.count(f"{known.short}, doi:{known.doi}") == 1
+    assert "Bandis" not in listed  # of a law that was not fitted

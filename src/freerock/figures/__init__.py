@@ -35,5 +35,4 @@ __all__ = [
     "set_up",
     "simulated_scene",
     "style",
-    "ticks",
 ]

@@ -41,27 +41,22 @@ def _look(model: str) -> Style:
 
 
 MODEL_STYLES: dict[str, Style] = {model: _look(model) for model in CANDIDATES}
-# Of a parameter: its points, and the hatch of its bars.
+# Of a parameter: marker, colour and face of its points, hatch of its bars.
+_OF_PARAMETERS = {
+    "k": ("o", "black", "black", ""),
+    "lambda": ("D", "#d55e00", "none", "////"),
+    "c": ("s", "#0072b2", "none", "////"),
+    "r": ("^", "#00805e", "#00805e", ""),
+    "kappa": ("v", "#7b5ea7", "none", "...."),
+    "e": ("P", "black", "black", ""),
+    "mu": ("X", "#d55e00", "none", "////"),
+    "tau": ("*", "#8c6d1f", "none", "...."),
+}
 PARAMETER_STYLES: dict[str, Style] = {
-    "k": {"marker": "o", "color": "black"},
-    "lambda": {"marker": "D", "color": "#d55e00", "markerfacecolor": "none"},
-    "c": {"marker": "s", "color": "#0072b2", "markerfacecolor": "none"},
-    "r": {"marker": "^", "color": "#00805e"},
-    "kappa": {"marker": "v", "color": "#7b5ea7", "markerfacecolor": "none"},
-    "e": {"marker": "P", "color": "black"},
-    "mu": {"marker": "X", "color": "#d55e00", "markerfacecolor": "none"},
-    "tau": {"marker": "*", "color": "#8c6d1f", "markerfacecolor": "none"},
+    name: {"marker": marker, "color": color, "markerfacecolor": face}
+    for name, (marker, color, face, _) in _OF_PARAMETERS.items()
 }
-HATCHES = {
-    "k": "",
-    "c": "////",
-    "lambda": "////",
-    "r": "",
-    "kappa": "....",
-    "e": "",
-    "mu": "////",
-    "tau": "....",
-}
+HATCHES = {name: hatch for name, (*_, hatch) in _OF_PARAMETERS.items()}
 DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # on the screen
 
 

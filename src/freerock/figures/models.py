@@ -7,18 +7,19 @@ import pandas as pd
 import xarray as xr
 
 from freerock.figures import looks, style
-from freerock.figures.style import LINEAR, NOISE, Axes, Drawing, Labels, printed
+from freerock.figures.style import NOISE, Axes, Drawing, Labels, printed
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.choices import explained_in, named_in
 from freerock.products.groups import runs_of
-from freerock.tables.number_text import between, fixed, quantity
+from freerock.tables.number_text import between, quantity
 
 FIGURE = {
     "title": "{Measured} rotation and the law selected for it",
     "caption": "Rotation θ of all runs of a record and the law selected for each, as in figure 3 of Spanos "
     "et al. 2017; below, modelled minus recorded rotation Δθ over σ, the standard deviation of one "
     "sample of θ at rest. The grey band is ±1.96 σ: it holds 95 % of the "
-    "samples if the residual is white noise. The scale is linear up to ±3 σ and logarithmic beyond.",
+    "samples if the residual is white noise. The scale is linear up to ±3 σ and logarithmic beyond. "
+    "Of each run, at most about 1000 evenly spaced samples are drawn.",
     "reading": "The black line hides in the grey record if the law follows the motion. Look at the lower "
     "panel: a law that explains a run stays in the band from release to rest. A wave there that "
     "grows or keeps time with the impacts shows what the law lacks.",
@@ -72,7 +73,8 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
         right = {"transform": motion.transAxes, "ha": "right", "va": "top", "fontsize": "small"}
         motion.text(0.99, 0.99, "\n".join(_laws(fitted)), **right)
         residual.axhspan(-NOISE, NOISE, color="0.85", linewidth=0)
-        _scale(residual, max(own["residual_over_sigma"].abs().max() for own in curves.values()))
+        furthest = max(own["residual_over_sigma"].abs().max() for own in curves.values())
+        style.scale_by_noise(residual, furthest)
         motion.set_xlim(left=0)
     style.finish(figure, origin)
     return figure, style.gathered(parts, COLUMNS)[COLUMNS]
@@ -108,16 +110,6 @@ def _plot(motion: Axes, residual: Axes, own: pd.DataFrame, model: str, origin: s
         motion.plot(modelled["time_s"], modelled["theta_deg"], **look | {"linewidth": style.scaled(0.8)})
         thin = {"linewidth": style.scaled(0.4), "linestyle": "-", "color": look["color"]}
         residual.plot(modelled["time_s"], modelled["residual_over_sigma"], **thin)
-
-
-def _scale(residual: Axes, furthest: float) -> None:
-    """Linear about zero, logarithmic beyond."""
-    residual.set_yscale("symlog", linthresh=LINEAR)
-    first = 2 if furthest > 30 else 1  # 10 would touch 3
-    decades = [10.0**power for power in range(first, 7) if 10**power < furthest]
-    ticks = [-each for each in decades[::-1]] + [-LINEAR, 0.0, LINEAR] + decades
-    residual.set_yticks(ticks, [fixed(tick, 0) for tick in ticks])
-    residual.minorticks_off()
 
 
 def _curves(run: xr.DataTree, sigma_deg: float) -> pd.DataFrame:

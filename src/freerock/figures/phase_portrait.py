@@ -16,7 +16,8 @@ from freerock.tables.swings import named_models
 FIGURE = {
     "title": "Phase portrait",
     "caption": "Angular rate against rotation, from parabolas over 0.02 s, of the record and of the model "
-    "that the choice names, or else of the fit with the least ε_θ.",
+    "that the choice names, or else of the fit with the least ε_θ. At most about 2000 evenly "
+    "spaced samples of a run are drawn.",
     "reads": ["fits", "epsilon"],
 }
 

@@ -9,12 +9,10 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator
 
 from freerock.arrays import Floats, extremes
 from freerock.figures import looks, style
-from freerock.figures.style import LINEAR, NOISE, Axes, Labels, Style, styled
-from freerock.figures.ticks import lighten
+from freerock.figures.style import NOISE, Axes, Labels, Style, styled
 from freerock.models.free_parameters import OF_RECORD, SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.products.choices import explained_in, named_in
@@ -22,21 +20,19 @@ from freerock.products.groups import Attrs, impacts_of, reasons_in, release_angl
 from freerock.products.verdicts import verdict_of_run
 from freerock.rotation.faults import listed_faults
 from freerock.runs.verdict import in_one_line
-from freerock.tables.number_text import number_of, quantity, unit_text
+from freerock.tables.number_text import number_of, quantity, value_text
 from freerock.units import BASE
 
 Pages = tuple[list[Figure], pd.DataFrame]
 """Pages of a record, and the numbers drawn."""
 PAGE: Style = {"dpi": 110, "layout": "none"}
 WIDTH_IN, HEIGHT_IN = 7.0, 8.4
-MARKS = [0, *(sign * size for size in (LINEAR, 10, 100, 1000, 10000) for sign in (1, -1))]
-CROWDED = 30.0  # standard deviations from which on the marks 3 and 10 would touch
 OF_FITS = ("time", "residual", "parameter", "value", "stderr", "u_total", "unit", "epsilon_theta")  # shown
 COLUMNS = ["run", "series", "time_s", "value", "unit"]
 VERDICT_COLOURS = {"ok": "#00643c", "warn": "#8a5a00", "fail": "#b00020", "excluded": "#5a5a5a"}
 
 
-@styled()
+@styled({"axes.formatter.useoffset": False, "axes.formatter.limits": (-99, 99)})  # no room for them
 def draw(record: xr.DataTree, fits: xr.DataTree, labels: Labels = None) -> Pages:
     """Pages of quality control of one record.
 
@@ -154,7 +150,6 @@ def _page(
     for ax in figure.axes:
         ax.yaxis.set_label_coords(-0.45 / WIDTH_IN / (1 - 0.72 / WIDTH_IN), 0.5)
         ax.xaxis.set_label_coords(0.5, -0.25 / HEIGHT_IN / ax.get_position().height)
-    lighten(figure)
     style.footer(figure, record.attrs["origin"])
     return figure
 
@@ -206,13 +201,13 @@ def _draw_run(motion: Axes, residual: Axes, own: pd.DataFrame, sigma_deg: float,
 
 def _draw_noise(residual: Axes, sigma_deg: float) -> None:
     """The band of the noise; beyond it the scale is logarithmic. Without noise the residual is in °."""
-    residual.set_ylabel("residual / σ" if sigma_deg else "residual / °")
-    residual.set_yscale("symlog", linthresh=LINEAR if sigma_deg else 0.1)
-    residual.yaxis.set_major_formatter(lambda value, _: f"{value:g}".replace("-", "−"))
     if not sigma_deg:
+        residual.set_ylabel("residual / °")
+        residual.set_yscale("symlog", linthresh=0.1)
+        residual.yaxis.set_major_formatter(lambda value, _: f"{value:g}".replace("-", "−"))
         return
-    crowded = max(residual.get_ylim()) > CROWDED
-    residual.yaxis.set_major_locator(FixedLocator([m for m in MARKS if abs(m) != 10 or not crowded]))
+    residual.set_ylabel("residual / σ")
+    style.scale_by_noise(residual, float(np.abs(residual.dataLim.intervaly).max()))
     noise: Style = {"facecolor": "0.85", "edgecolor": "#f0c000", "linewidth": 0.8, "label": "noise: 95 %"}
     residual.axhspan(-NOISE, NOISE, **noise)
     for edge in (-NOISE, NOISE):  # on top: a residual that is noise hides the band
@@ -230,7 +225,7 @@ def _found(run: xr.DataTree | None) -> str:
     sure = "u_total" if "u_total" in fit else "stderr"
     columns = (fit[key].values.tolist() for key in ("parameter", "value", sure, "unit"))
     told = [
-        f"{SYMBOLS[name]} = {quantity(value, u)} {unit_text(unit)}".rstrip()
+        f"{SYMBOLS[name]} = {value_text(value, u, unit)}"
         for name, value, u, unit in zip(*columns, strict=True)
         if name in MODELS[model] or name in OF_RECORD
     ]

@@ -27,7 +27,7 @@ from freerock.figures.looks import Style as Style
 from freerock.files import atomic
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS, unit_of
 from freerock.tables.csvfile import write_csv
-from freerock.tables.number_text import in_words, quantity, with_unit
+from freerock.tables.number_text import fixed, in_words, quantity, with_unit
 from freerock.tables.number_text import number_of as number_of
 
 Axes = Any
@@ -385,6 +385,16 @@ def whole_decades(axis: Any) -> None:
     low, high = axis.get_view_interval()
     axis.set_view_interval(min(low, 10 ** np.floor(np.log10(high))), high, ignore=True)
     axis.set_minor_formatter(NullFormatter())
+
+
+def scale_by_noise(residual: Axes, furthest: float) -> None:
+    """Linear about zero, logarithmic beyond: the axis of a residual over the noise, up to its largest."""
+    residual.set_yscale("symlog", linthresh=LINEAR)
+    first = 2 if furthest > 30 else 1  # 10 would touch 3
+    decades = [10.0**power for power in range(first, 7) if 10**power < furthest]
+    ticks = [-each for each in decades[::-1]] + [-LINEAR, 0.0, LINEAR] + decades
+    residual.set_yticks(ticks, [fixed(tick, 0) for tick in ticks])
+    residual.minorticks_off()
 
 
 def note_simulated(figure: Figure) -> None:

@@ -10,7 +10,8 @@ convex combination of the members with the least variance wᵀ V w.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy.special import chdtrc, gammaincinv, stdtr, stdtrit
@@ -25,8 +26,7 @@ LEVEL = 0.95  # of all intervals
 class Population:
     """Values drawn from a normal population, each measured with a known noise.
 
-    All are on the scale of the values, which the population is normal on; NaN where one value says nothing
-    of it.
+    All are on the scale of the values, which the population is normal on; NaN where nothing is known.
 
     Parameters
     ----------
@@ -49,13 +49,13 @@ class Population:
 
     n: int
     mean: float
-    stderr: float
-    low: float
-    high: float
-    u: float
-    total_low: float
-    total_high: float
-    weights: Floats
+    stderr: float = math.nan
+    low: float = math.nan
+    high: float = math.nan
+    u: float = math.nan
+    total_low: float = math.nan
+    total_high: float = math.nan
+    weights: Floats = field(default_factory=lambda: np.empty(0))
     tau: float = math.nan
     tau_low: float = math.nan
     tau_high: float = math.nan
@@ -95,8 +95,8 @@ def population(
     known, lost = _known(np.zeros((n, 0)) if shifts is None else shifts)
     if n == 1:
         stderr, u = math.sqrt(own[0]), math.sqrt(own[0] + np.sum(known**2)) + lost
-        ends = [y[0] + sign * NORMAL_95 * each for each in (stderr, u) for sign in (-1, 1)]
-        return Population(1, float(y[0]), stderr, ends[0], ends[1], u, ends[2], ends[3], np.ones(1))
+        half, total = NORMAL_95 * stderr, NORMAL_95 * u
+        return _about(float(y[0]), half, total, math.nan, n=1, stderr=stderr, u=u, weights=np.ones(1))
 
     dof = n - 1
     covariance = np.diag(own) + known @ known.T
@@ -112,22 +112,23 @@ def population(
     beside = quantile * math.sqrt(squared + ratio * (tau**2 + float(np.median(own))))
     u = math.sqrt(whole) + lost
     total = float(stdtrit(dof * (u**2 / squared) ** 2, (1 + LEVEL) / 2)) * u if squared > 0 else NORMAL_95 * u
+    p = float(chdtrc(dof, np.sum(squares / variances)))
+    of_mean = {"n": n, "stderr": math.sqrt(squared), "u": u, "weights": weights}
+    spread = {"tau": tau, "tau_low": tau_low, "tau_high": tau_high}
+    return _about(mean, half, total, beside, **of_mean, **spread, p=p)
+
+
+def _about(mean: float, half: float, total: float, beside: float, **more: Any) -> Population:
+    """A population, by half widths of its intervals: without shared inputs, in all, and of the next value."""
     return Population(
-        n=n,
         mean=mean,
-        stderr=math.sqrt(squared),
         low=mean - half,
         high=mean + half,
-        u=u,
         total_low=mean - total,
         total_high=mean + total,
-        weights=weights,
-        tau=tau,
-        tau_low=tau_low,
-        tau_high=tau_high,
         next_low=mean - beside,
         next_high=mean + beside,
-        p=float(chdtrc(dof, np.sum(squares / variances))),
+        **more,
     )
 
 
@@ -174,23 +175,11 @@ def population_of_means(
     another = float(np.median(np.diag(none) - np.sum(common**2, axis=1)))
     beside = another - float(alike @ alike) + float(np.sum((alike - np.median(common, axis=0)) ** 2))
     half, total, following = map(half_width, (each - together, each, each + spreads + beside))
-    return Population(
-        n=n,
-        mean=mean,
-        stderr=math.sqrt(whole - together),
-        low=mean - half,
-        high=mean + half,
-        u=math.sqrt(whole) + lost,
-        total_low=mean - total + lost,
-        total_high=mean + total + lost,
-        weights=weights,
-        tau=tau,
-        tau_low=tau_low,
-        tau_high=tau_high,
-        next_low=mean - following,
-        next_high=mean + following,
-        p=float(chdtrc(n - 1, np.sum(squares / variances))),
-    )
+    p = float(chdtrc(n - 1, np.sum(squares / variances)))
+    stderr, u = math.sqrt(whole - together), math.sqrt(whole) + lost
+    of_mean = {"n": n, "stderr": stderr, "u": u, "weights": weights}
+    spread = {"tau": tau, "tau_low": tau_low, "tau_high": tau_high}
+    return _about(mean, half, total + lost, following, **of_mean, **spread, p=p)
 
 
 def least_variance(covariance: Floats) -> Floats:

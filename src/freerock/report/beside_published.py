@@ -16,7 +16,6 @@ TWO_U = 2.0  # standard uncertainties apart, up to which others are too uncertai
 KEYS = ("test", "model", "parameter")
 REJECTED = " Parameters of a rejected law depend on how much of a run is fitted."
 
-
 SIMULATED = "The records are simulated: agreement with the law that made them tests the method alone."
 FINAL_TIME = "it depends on the final time"
 NOISE_ALONE = "a simulated record leaves noise alone, a laboratory's does not"
@@ -66,12 +65,12 @@ def _parameters(known: Tables, labels: Labels) -> Iterator[Told]:
         ("More than a tenth off", ~near & ~vague),
         ("More than a tenth off, but by less than two standard uncertainties,", vague),
     )
-    told_why = False
-    for size, some in ((size, rows[which]) for size, which in kinds if which.any()):
+    shown = [(size, rows[which]) for size, which in kinds if which.any()]
+    first = next((size for size, some in shown if some["rejected"].any()), "")  # to say so once
+    for size, some in shown:
         of_r = "; r by its difference from one" * bool(offset[some.index].any())
-        why = REJECTED * bool(some["rejected"].any() and not told_why)
-        told_why |= bool(why)
         values = listed([_beside(known, row, labels) for row in some.itertuples()])
+        why = REJECTED * (size == first)
         told = said("{} the published value (in brackets{}): {}.{}", size, of_r, values, why)
         yield near[some.index].all(), told
 

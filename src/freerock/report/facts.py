@@ -85,30 +85,23 @@ def settings(config: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str, 
     """Each section of the configuration with (anchor, name, pairs of key and text) of the things in it."""
     sections = {key: value for key, value in config.items() if isinstance(value, Mapping)}
     told = {*sections, "records", "title", "summary"}
-    plain = {key: value for key, value in config.items() if key not in told}
-    return [("campaign", [("", "", list(_flat(plain)))])] + [
-        (key, list(_parts(value, f"config-{key}"))) for key, value in sections.items()
-    ]
-
-
-def _parts(section: Mapping[str, Any], anchor: str) -> Iterator[tuple[str, str, Pairs]]:
-    if section and all(isinstance(each, Mapping) for each in section.values()):
-        for name, each in section.items():
-            yield f"{anchor}-{name}", name, list(_flat(each))
-    else:
-        yield "", "", list(_flat(section))
+    found = []
+    for key, section in {"campaign": {k: config[k] for k in config if k not in told}, **sections}.items():
+        of_things = section and all(isinstance(each, Mapping) for each in section.values())
+        things = section if of_things else {"": section}
+        parts = [(f"config-{key}-{name}", name, list(_flat(each))) for name, each in things.items()]
+        found.append((key, parts))
+    return found
 
 
 def _flat(value: Any, key: str = "") -> Iterator[tuple[str, str]]:
     """Nested mappings and lists as pairs of dotted key and text; what is empty is left out."""
+    if isinstance(value, list | tuple):
+        nested = any(isinstance(inner, Mapping) for inner in value)
+        value = dict(enumerate(value, 1)) if nested else ", ".join(map(str, value))
     if isinstance(value, Mapping):
         for name, inner in value.items():
             yield from _flat(inner, f"{key}.{name}" if key else name)
-    elif isinstance(value, list | tuple) and any(isinstance(inner, Mapping) for inner in value):
-        for i, inner in enumerate(value, 1):
-            yield from _flat(inner, f"{key}.{i}")
-    elif isinstance(value, list | tuple):
-        yield from _flat(", ".join(map(str, value)), key)
     elif value not in (None, ""):
         yield key, str(value)
 

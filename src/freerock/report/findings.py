@@ -12,7 +12,7 @@ from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of
 from freerock.report.limitations import limits
 from freerock.report.numbers import KNOWN, NOT, Number, Sentence, Tables, Where, listed, said
 from freerock.tables.candidates import Answer, answers
-from freerock.tables.number_text import LEAST_P, MOST_P, quantity, unit_text
+from freerock.tables.number_text import LEAST_P, MOST_P, printed_unit, quantity
 from freerock.tables.printed_tables import U_NOTE, Labels
 
 TABLES = ("runs", "choice", "candidates", "populations", "foundations", "predictions", "table1", "table3")
@@ -263,19 +263,19 @@ def _of_records(known: Tables, where: Where, labels: Labels) -> Sentence:
     """A parameter of each of a few records, or its range over more."""
     own, symbol = known.rows("populations", where), f"{SYMBOLS[str(where['parameter'])]} = "
     if len(own) > MOST:
-        ends, unit = known.ends("populations", "mean", where), f" {unit_text(own['unit'].iloc[0])}".rstrip()
+        unit, factor = printed_unit(own["unit"].iloc[0])
+        ends = known.ends("populations", "mean", where, factor)
         return said("{}{}{}{}", symbol, ends, unit, _of_width(known, where))
     names = own["block"] if own["block"].is_unique else own["test"]
     each = [
-        said("{} ({})", _mean(known, {**where, "test": test}), labels.get(name, name))
+        said(
+            "{} ({})",
+            known.value("populations", "mean", {**where, "test": test}, "u_total"),
+            labels.get(name, name),
+        )
         for test, name in zip(own["test"], names, strict=True)
     ]
     return symbol, *listed(each), *_of_width(known, where)
-
-
-def _mean(known: Tables, where: Where) -> Number:
-    """The mean of a parameter with its total uncertainty."""
-    return known.value("populations", "mean", where, "u_total")
 
 
 def _of_width(known: Tables, where: Where) -> Sentence:
@@ -300,7 +300,8 @@ def _number(known: Tables, where: Where, labels: Labels) -> Sentence:
     if own.empty:
         return (f"{SYMBOLS[parameter]} unknown",)
     if len(own) == 1:
-        return f"{SYMBOLS[parameter]} = ", _mean(known, where), *_of_width(known, where)
+        mean = known.value("populations", "mean", where, "u_total")
+        return f"{SYMBOLS[parameter]} = ", mean, *_of_width(known, where)
     return _of_records(known, where, labels)
 
 

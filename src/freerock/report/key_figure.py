@@ -1,34 +1,32 @@
 """The figure of the first screen: a run as measured and as modelled, and residuals over the noise, as SVG."""
 
+import io
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from markupsafe import Markup
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
 
 from freerock.arrays import Floats, extremes
-from freerock.figures.looks import on_screen
+from freerock.figures import style
+from freerock.figures.looks import MEASURED, MODEL_STYLES, on_screen
 from freerock.models.laws import CANDIDATES, PAPER_MODELS
 from freerock.products.groups import runs_of
 from freerock.tables.candidates import answers
 from freerock.tables.number_text import quantity
 
-WIDTH, LEFT, RIGHT = 480.0, 46.0, 8.0  # of the drawing [px at its own scale]
-PANELS = ((12.0, 178.0), (206.0, 364.0))  # top and bottom of the rotation and of the residuals
-HEIGHT = 400.0
+SIZE_IN = (5.0, 4.2)
 BINS = 300  # of a curve, with its lowest and highest value drawn in each
-NOISE = 1.96  # standard deviations that are shaded: 95 % of white noise
-LINEAR = 3.0  # standard deviations up to which the scale is linear
-
-
-class Curve(NamedTuple):
-    """A curve of a panel: its source, "measured" or a model, time [s] and values."""
-
-    source: str
-    time_s: Floats
-    values: Floats
+UNNAMED = dict.fromkeys(("Creator", "Date", "Format", "Type"))  # metadata
+OPENS = (
+    '<svg class="key" role="img" aria-label="Rotation as recorded and as modelled over time, and residuals '
+)
+OPENS += 'over the noise" '
 
 
 def key_run(
@@ -76,8 +74,8 @@ def key_figure(
     Returns
     -------
     dict or None
-        test, run, sigma_deg (as text), drawing, keys (of the lines: source, label, colour, dash), chosen
-        (label of the law that the choice names); None where no run was fitted.
+        test, run, sigma_deg (as text), drawing (SVG), keys (of the lines: label, colour, dash), chosen (label
+        of the law that the choice names); None where no run was fitted.
     """
     named = key_run(tables["runs"], tables["choice"], published)
     if named is None:
@@ -88,97 +86,40 @@ def key_figure(
     sigma = record.children[f"run_{number}"].dataset["sigma_theta"].item()
     chosen = next(each.model for each in answers(tables["choice"]) if (each.test, each.run) == named)
     models = [m for m in CANDIDATES if m in fitted.children and m in (*PAPER_MODELS, chosen)]
-    time, measured = (fitted.dataset[name].values for name in ("time", "theta"))
-    theta, residuals = [_curve("measured", time, np.degrees(measured))], []
-    for model in models:
-        own = fitted.children[model].dataset
-        theta.append(_curve(model, time, np.degrees(own["theta_model"].values)))
-        residuals.append(_curve(model, time, own["residual"].values / sigma))
-    residuals.sort(key=lambda each: float(np.nanmax(np.abs(each.values))))  # what is noise lies below
     looks = on_screen()
     return {
         "test": test,
         "run": number,
         "sigma_deg": quantity(math.degrees(sigma), digits=2),
         "chosen": looks[chosen]["label"] if chosen else "",
-        "drawing": drawing(theta, residuals),
+        "drawing": _drawing(fitted, models, sigma),
         "keys": [looks["measured"], *(looks[model] for model in models)],
     }
 
 
-def drawing(theta: Sequence[Curve], residuals: Sequence[Curve]) -> dict[str, Any]:
-    """Rotation over time above, residuals over σ below: what key_figure.svg.j2 draws.
+@style.styled({"svg.hashsalt": "freerock", "svg.fonttype": "none"})  # the same bytes each time
+def _drawing(fitted: xr.DataTree, models: Sequence[str], sigma: float) -> Markup:
+    """Rotation over time above, residuals over σ below, as SVG."""
+    figure = Figure(figsize=SIZE_IN)
+    motion, residual = figure.subplots(2, sharex=True)
+    time_s, measured = (fitted.dataset[name].values for name in ("time", "theta"))
+    own = {model: fitted.children[model].dataset for model in models}
+    over_noise = {model: fit["residual"].values / sigma for model, fit in own.items()}
+    furthest = {model: float(np.nanmax(np.abs(values))) for model, values in over_noise.items()}
 
-    Parameters
-    ----------
-    theta : sequence of Curve
-        Rotations [degree].
-    residuals : sequence of Curve
-        Model minus measured over the standard deviation of the noise.
-    """
-    end = max(each.time_s[-1] for each in theta)
-    top = max(float(np.nanmax(np.abs(each.values))) for each in theta) * 1.05
-    panels = [_panel(PANELS[0], theta, end, top, _steps(top), "θ / °")]
-    if residuals:
-        bent = [each._replace(values=_bend(each.values)) for each in residuals]
-        most = max(1.5, *(float(np.nanmax(np.abs(each.values))) for each in bent)) * 1.05
-        marks = [0.0, *(s * size for size in (LINEAR, 10.0, 100.0, 1000.0, 1e4) for s in (1, -1))]
-        ticks = {float(_bend(np.array(mark))): _tick(mark) for mark in marks}
-        shaded = tuple(float(each) for each in _bend(np.array([NOISE, -NOISE])))
-        panels.append(_panel(PANELS[1], bent, end, most, ticks, "residual / σ", shaded))
-    instants = [
-        (LEFT + value / end * (WIDTH - LEFT - RIGHT), text)
-        for value, text in _steps(end).items()
-        if value >= 0
-    ]
-    sizes = {"width": WIDTH, "height": HEIGHT, "left": LEFT, "right": WIDTH - RIGHT}
-    return {**sizes, "panels": panels, "instants": instants, "places": PANELS}
+    def draw(ax: style.Axes, values: Floats, look: style.Style) -> None:
+        drawn = extremes(values, BINS)
+        ax.plot(time_s[drawn], values[drawn], **look)
 
-
-def _bend(values: Floats) -> Floats:
-    """1 at `LINEAR`, linear up to there; a unit more for each power of ten beyond."""
-    size = np.abs(values) / LINEAR
-    return np.where(size <= 1, values / LINEAR, np.sign(values) * (1 + np.log10(np.maximum(size, 1.0))))
-
-
-def _curve(source: str, time: Floats, values: Floats) -> Curve:
-    drawn = extremes(values, BINS)
-    return Curve(source, time[drawn], values[drawn])
-
-
-def _panel(
-    place: tuple[float, float],
-    curves: Sequence[Curve],
-    end: float,
-    most: float,
-    ticks: Mapping[float, str],
-    label: str,
-    shaded: tuple[float, ...] = (),
-) -> dict[str, Any]:
-    """A panel's place and label, ticks, shaded band and curves on the drawing."""
-    top, bottom = place
-
-    def y(value: Any) -> Any:
-        return bottom - (value + most) / (most + most) * (bottom - top)
-
-    lines = []
-    for source, time_s, values in curves:
-        x = LEFT + time_s / end * (WIDTH - LEFT - RIGHT)
-        points = zip(x, y(values), strict=True)
-        path = " ".join(f"{a:.1f},{b:.1f}" for a, b in points if math.isfinite(b))
-        lines.append({"points": path, **on_screen()[source]})
-    known = {y(value): text for value, text in ticks.items() if -most <= value <= most}
-    shade = [y(value) for value in shaded]
-    return {"top": top, "bottom": bottom, "label": label, "ticks": known, "shade": shade, "lines": lines}
-
-
-def _steps(most: float) -> dict[float, str]:
-    """Round values between -most and most."""
-    power = 10.0 ** math.floor(math.log10(most / 2))
-    step = next(n * power for n in (1, 2, 5, 10) if most / (n * power) <= 4)
-    n = int(most / step)
-    return {i * step: _tick(i * step) for i in range(-n, n + 1)}
-
-
-def _tick(value: float) -> str:
-    return f"{value:g}".replace("-", "−")
+    draw(motion, np.degrees(measured), MEASURED)
+    for model, fit in own.items():
+        draw(motion, np.degrees(fit["theta_model"].values), MODEL_STYLES[model])
+    residual.axhspan(-style.NOISE, style.NOISE, color="#fbeec2", linewidth=0)
+    for model in sorted(models, key=furthest.__getitem__):  # what is noise lies below
+        draw(residual, over_noise[model], MODEL_STYLES[model])
+    style.scale_by_noise(residual, max(furthest.values(), default=0.0))
+    motion.set(ylabel="θ / °", xlim=(0, None))
+    residual.set(ylabel="residual / σ", xlabel="time since release / s")
+    with io.StringIO() as written:
+        FigureCanvasSVG(figure).print_svg(written, metadata=UNNAMED)
+        return Markup(OPENS + written.getvalue().partition("<svg ")[2])

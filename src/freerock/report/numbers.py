@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 
 import pandas as pd
 
-from freerock.tables.number_text import quantity, unit_text
+from freerock.tables.number_text import printed_unit, quantity, value_text
 
 KNOWN = "*"
 """Picks the rows in which a column is not empty."""
@@ -112,9 +112,10 @@ class Tables(dict[str, pd.DataFrame]):
         row = self.rows(table, where).iloc[0]
         if column.startswith("n_"):
             return Number(str(int(row[column])), table, (column,), where)
-        text = quantity(row[column], row[stderr] if stderr else math.nan, digits)
-        unit = unit_text(row["unit"]) if "unit" in row else ""
-        return Number(f"{text} {unit}".rstrip(), table, (column, stderr) if stderr else (column,), where)
+        unit = row.get("unit", "1")
+        text = value_text(row[column], row[stderr] if stderr else math.nan, unit, digits)
+        columns = (column, stderr) if stderr else (column,)
+        return Number(text, table, columns, where, factor=printed_unit(unit)[1])
 
     def ends(self, table: str, column: str, where: Where, factor: float = 1.0) -> Sentence:
         """Lowest and highest size in a column, "6 to 20"; one number where they are printed alike."""

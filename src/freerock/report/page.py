@@ -24,7 +24,7 @@ from freerock.report.beside_published import beside_published
 from freerock.report.facts import counts, facts, free_besides, settings
 from freerock.report.findings import findings, laws_of_foundations
 from freerock.report.key_figure import key_figure
-from freerock.report.methods import HERE, bib, methods, methods_markdown
+from freerock.report.methods import HERE, REFERENCES, bib, cited, methods, methods_markdown
 from freerock.report.methods import html as html_of
 from freerock.report.numbers import plain
 from freerock.report.records import Listed, charted, listed_records, sections_of
@@ -37,8 +37,8 @@ from freerock.tables.printed_tables import PUBLISHED_NOTE, named, of_other_laws,
 MOST_LISTED = 120  # runs with rows and fits in the page, up to 6 kB each; all stand in the tables
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
 MOST_FIGURES = 12  # in the page, about 100 kB each; the others are linked
-CHAPTERS = {name: "results" for name in ("set_up", "models", "residuals")} | {"restitution": "restitution"}
-CHAPTERS |= {"overturning": "overturning"}
+CHAPTERS = dict.fromkeys(("set_up", "models", "residuals"), "results")  # by the name of a figure's file
+CHAPTERS |= {"restitution": "restitution", "overturning": "overturning"}
 FURTHER = "further"  # chapter of the other figures
 PUBLISHED = PUBLISHED_NOTE.partition(":")[0]
 COLOURS = 64  # of a figure in the page: lines, text and their smooth edges need no more
@@ -112,6 +112,7 @@ def write_report(
     html = environment.get_template("report.html.j2").render(
         content,
         methods=paragraphs,
+        references=[REFERENCES[key] for key in cited(paragraphs)],
         key=key_figure(tables, opened, content["published"]["values"]),
         figures=_figures(figures, folder),
         sections=[each for each in sections if each["test"] in shown.tests],
@@ -200,7 +201,7 @@ def _content(
         "n_runs": int(runs["run"].notna().sum()),
         "settings": settings(config),
         "free": free_besides(config["fits"], laws),
-        **{name: provenance[name] for name in ("inputs", "software", "git")},
+        "inputs": provenance["inputs"],
         "other_software": provenance.get("other_software", ()),
         "styles": {"mark": " – simulated" if simulated else "", "lines": looks},
     }
@@ -233,15 +234,9 @@ def _spoken(text: str) -> str:
 def _figures(figures: Sequence[tuple[str, str | Path]], folder: Path) -> list[dict[str, Any]]:
     """The figures, in the order of their chapters."""
     chapters = [*dict.fromkeys(CHAPTERS.values()), FURTHER]
-    shown = [(_chapter(Path(file)), caption, Path(file)) for caption, file in figures]
+    shown = [(CHAPTERS.get(Path(file).stem, FURTHER), caption, Path(file)) for caption, file in figures]
     shown.sort(key=lambda figure: chapters.index(figure[0]))
     return [_figure(*each, folder, n) for n, each in enumerate(shown, 1)]
-
-
-def _chapter(file: Path) -> str:
-    """The chapter that a figure belongs to, by the name of its file."""
-    kinds = (kind for kind in CHAPTERS if file.stem == kind or file.stem.startswith(f"{kind}_"))
-    return CHAPTERS.get(next(kinds, ""), FURTHER)
 
 
 def _figure(chapter: str, caption: str, file: Path, folder: Path, n: int) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from freerock.products.choices import choices_of
 from freerock.products.groups import fits_of, impacts_of, reasons_in, release_angle_of, runs_of
 from freerock.report.charts import run_curves
 from freerock.runs.verdict import VERDICTS, in_one_line
-from freerock.tables.number_text import fixed, quantity, unit_text
+from freerock.tables.number_text import fixed, quantity, value_text
 
 SCENE = ("block", "foundation")
 
@@ -185,10 +185,7 @@ def _fit(model: str, fit: xr.Dataset) -> dict[str, Any]:
     known = fit.attrs
     return {
         "model": MODEL_LABELS[model],
-        "parameters": [
-            f"{symbol_of(name)} = {quantity(value, u)}" + f" {unit_text(unit)}".rstrip()
-            for name, value, u, unit in found
-        ],
+        "parameters": [f"{symbol_of(name)} = {value_text(value, u, unit)}" for name, value, u, unit in found],
         "by_noise": sure == "stderr",
         "epsilon": quantity(100 * fit["epsilon_theta"].item()),
         "success": bool(fit["success"].item()),

@@ -1,5 +1,6 @@
 """What is known of a block on a foundation, and which candidate explains its runs, in words."""
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of
 from freerock.tables.candidates import MEDIANS, Answer, answers
-from freerock.tables.number_text import in_words, quantity, unit_text
+from freerock.tables.number_text import in_words, quantity, value_text
 
 PIVOTING = [m for m, each in CANDIDATES.items() if each.kinematics == "pivoting" and law_of(m).is_foundation]
 
@@ -43,15 +44,10 @@ class SceneChoices:
         """Answers of the runs that a candidate explains."""
         return [each for each in self.answers if each.explained]
 
-    @property
-    def possible(self) -> list[str]:
-        """Candidates that explain a run, in their order."""
-        found = {model for each in self.explained for model in each.possible}
-        return [model for model in CANDIDATES if model in found]
-
     def possible_on(self, foundation: bool) -> list[str]:
-        """Candidates that explain a run with a compliant foundation, or with a rigid one."""
-        return [model for model in self.possible if law_of(model).is_foundation == foundation]
+        """Candidates that explain a run with a compliant foundation, or with a rigid one, in their order."""
+        found = {model for each in self.explained for model in each.possible}
+        return [m for m in CANDIDATES if m in found and law_of(m).is_foundation == foundation]
 
     @cached_property
     def asked(self) -> frozenset[str]:
@@ -70,8 +66,8 @@ class SceneChoices:
         row, told = self.summary[model], []
         for column, parameter in MEDIANS.items():
             if pd.notna(row.get(column)):
-                value, unit = quantity(row[column]), unit_text(PARAMETERS[parameter].unit)
-                told.append(f"{SYMBOLS[parameter]} = {value} {unit}".rstrip())
+                value = value_text(row[column], math.nan, PARAMETERS[parameter].unit)
+                told.append(f"{SYMBOLS[parameter]} = {value}")
                 if parameter == "width":
                     told[-1] += f", {100 * row[column] / self.block.width_m:.0f} % of the block's"
         return ", ".join(told)
@@ -158,7 +154,9 @@ def _rigid_or_compliant(scene: SceneChoices) -> list[str]:
         what = "a rigid block on a rigid foundation"
         if scene.frees_width(rigid[-1]):
             what = "a rigid block whose edges are not where its width says, as worn corners make it"
-        return [f"So this is {what}: {scene.numbers(rigid[-1])}.{_needless(scene)}"]
+        fitted = any(model in scene.summary for model in PAPER_MODELS if law_of(model).is_foundation)
+        needless = " These runs give no reason to quote k and λ of the other laws." * fitted
+        return [f"So this is {what}: {scene.numbers(rigid[-1])}.{needless}"]
     if soft and not rigid and "housner_width" in scene.asked:
         n = scene.summary["housner_width"]["n_explains"]
         if n:
@@ -171,13 +169,6 @@ def _rigid_or_compliant(scene: SceneChoices) -> list[str]:
             f"A rigid block with worn corners does not explain {'them' if len(scene.answers) > 1 else 'it'}."
         ]
     return []
-
-
-def _needless(scene: SceneChoices) -> str:
-    """What the paper's foundations are beside a rigid one that explains the runs."""
-    if not any(model in scene.summary for model in PAPER_MODELS if law_of(model).is_foundation):
-        return ""
-    return " These runs give no reason to quote k and λ of the other laws."
 
 
 def _neither(scene: SceneChoices) -> list[str]:

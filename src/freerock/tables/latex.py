@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from freerock.tables.number_text import SEEN_NOTE, SIMULATED_NOTE, fixed, quantity, unit_text
+from freerock.tables.number_text import SEEN_NOTE, SIMULATED_NOTE, fixed, quantity, value_text
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
 SMALL = "alpha beta gamma delta zeta eta theta iota kappa mu nu xi pi rho sigma tau upsilon phi chi psi omega"
@@ -193,13 +193,13 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     macro(["Runs"], runs["run"].notna().sum())
     populations = tidy["populations"]
     for row in populations[populations["level"] == "record"].itertuples():
-        value = f"{quantity(row.mean, row.u_total)} {unit_text(row.unit)}".rstrip()
+        value = value_text(row.mean, row.u_total, row.unit)
         macro([spelt_test(row.test), *map(_letters, (row.model, row.parameter))], value)
     usable = tidy["epsilon"][tidy["epsilon"]["success"]]
     for (test, model), epsilon in usable.groupby(["test", "model"], sort=False)["epsilon_theta"]:
         macro([spelt_test(test), _letters(model), "Epsilon"], f"{quantity(100 * epsilon.median())} %")
     for row in tidy["parameters"].itertuples():
-        value = f"{quantity(row.value, row.u_total)} {unit_text(row.unit)}".rstrip()
+        value = value_text(row.value, row.u_total, row.unit)
         macro([*_fit_name(row), _letters(row.parameter)], value if row.success else "failed fit")
     for row in tidy["epsilon"].itertuples():
         text = f"{quantity(100 * row.epsilon_theta)} %"

@@ -172,9 +172,7 @@ def _member(parameter: str, runs: pd.DataFrame, shifts: list[dict[Key, float]]) 
     known = np.isfinite(stderr) & (stderr > 0)
     there = scale.there(value)
     if not known.any():
-        nan = math.nan
-        none = Population(0, float(there.mean()), nan, nan, nan, nan, nan, nan, np.empty(0))
-        return Mean(none, np.empty(0), np.empty(0), {})
+        return Mean(Population(0, float(there.mean())), np.empty(0), np.empty(0), {})
     noise = stderr[known] / np.array([scale.slope(each) for each in value[known]])
     return over_runs(there[known], noise, [each for each, one in zip(shifts, known, strict=True) if one])
 
