@@ -22,8 +22,8 @@ from freerock.errors import FreerockError, exit_code
 
 MANIFEST = "manifest.csv"
 PARTIAL = ".*.partial*"  # names of files that are being written
-COLUMNS = ["file", "sha256", "bytes"]
-ROOM = "free some space or allow writing to the folder"
+CHECKSUM_COLUMNS = ["file", "sha256", "bytes"]
+ROOM_REMEDY = "free some space or allow writing to the folder"
 REMEDIES = {ENOENT: "write the file", ENAMETOOLONG: "shorten its name"}  # of a file that can't be read
 SPECIAL = {
     stat.S_IFIFO: "a FIFO",
@@ -95,7 +95,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
             os.fsync(written.fileno())  # a power cut after the renaming leaves no empty file
         os.replace(partial, path)
     except OSError as error:
-        raise FreerockError(path, f"cannot be written ({error.strerror or error})", ROOM) from error
+        raise FreerockError(path, f"cannot be written ({error.strerror or error})", ROOM_REMEDY) from error
     finally:
         with suppress(OSError):
             partial.unlink()
@@ -133,7 +133,7 @@ def replace_together(contents: Mapping[Path, bytes]) -> None:
         _drop([*contents])
         if not isinstance(error, OSError):
             raise
-        raise FreerockError(path, f"cannot be written ({error.strerror or error})", ROOM) from error
+        raise FreerockError(path, f"cannot be written ({error.strerror or error})", ROOM_REMEDY) from error
     with suppress(OSError, FreerockError):  # it has happened: `recover` does the rest
         _sync_folders(contents)
         recover([*contents])
@@ -161,7 +161,7 @@ def recover(paths: Sequence[Path]) -> None:
             if _next(path, False).exists():
                 os.replace(_next(path, False), path)
     except OSError as error:
-        raise FreerockError(path, f"cannot be written ({error.strerror or error})", ROOM) from error
+        raise FreerockError(path, f"cannot be written ({error.strerror or error})", ROOM_REMEDY) from error
 
 
 def _next(path: Path, first: bool) -> Path:
@@ -248,7 +248,9 @@ def listed_checksums(folder: str | Path) -> dict[str, str]:
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise FreerockError(manifest, f"can't be read ({error})", "save it as CSV in UTF-8") from error
     if not {"file", "sha256"} <= set(columns):
-        raise FreerockError(manifest, "has no columns file and sha256", f"write {','.join(COLUMNS)} first")
+        raise FreerockError(
+            manifest, "has no columns file and sha256", f"write {','.join(CHECKSUM_COLUMNS)} first"
+        )
     for row in listed:
         if not row["sha256"]:
             raise FreerockError(manifest, f"lists no sha256 of {row['file']}", "write the manifest again")
@@ -310,7 +312,7 @@ def write_manifest(folder: str | Path, files: Iterable[str]) -> Path:
     manifest = folder / MANIFEST
     rows = [[file, sha256(folder / file), (folder / file).stat().st_size] for file in sorted(files)]
     with atomic(manifest) as partial, open(partial, "w", newline="", encoding="utf-8") as stream:
-        csv.writer(stream, lineterminator="\n").writerows([COLUMNS, *rows])
+        csv.writer(stream, lineterminator="\n").writerows([CHECKSUM_COLUMNS, *rows])
     return manifest
 
 

@@ -17,7 +17,7 @@ from ruamel.yaml import YAML
 from freerock.jobs.make_responses import CURVE, SCENE
 from freerock.planning import plan, plan_total
 from freerock.products.names import VARIABLES
-from freerock.response.ensemble import COLUMNS as RESPONSES
+from freerock.response.ensemble import RESPONSE_COLUMNS as RESPONSES
 from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.tables import candidates, tidy_columns
 from freerock_bench.document import in_markdown, renew

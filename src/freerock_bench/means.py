@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.populations.means import Mean, Shifts, over_records, over_runs
-from freerock.rotation.u_total import LAW
+from freerock.rotation.u_total import OF_LAW
 from freerock_bench.document import in_markdown
 from freerock_bench.harness import Study
 from freerock_bench.virtual_run import SEED, Row
@@ -98,7 +98,7 @@ def _shifts(kind: Kind, number: int) -> Shifts:
     if is_next:  # of a size as the others'
         size = float(np.median([sizes[i % len(sizes)] for i in range(kind.n_records)]))
     if kind.sharing == "misfit of one law":
-        return {("next" if is_next else "hunt_crossley", LAW): size}
+        return {("next" if is_next else "hunt_crossley", OF_LAW): size}
     of_a_block = 2 if kind.sharing == "two records of a block" else 1
     block = "next" if is_next else f"block {number // of_a_block}"
     if of_a_block == 2 and not is_next:

@@ -14,7 +14,7 @@ from itertools import product
 
 import numpy as np
 
-from freerock.identification.problem import COARSE, FINE
+from freerock.identification.problem import RTOL_DERIVATIVES, RTOL_RESIDUAL
 from freerock.models.block import GRAVITY
 from freerock.models.ground import pulse
 from freerock.models.laws import KINEMATICS, Rules
@@ -85,7 +85,7 @@ def methods():
 def kinematics():
     """Time of a pivoting run over that of a guided one, 8 s at 2 kHz at the tolerances of fits."""
     time, ratios = np.arange(0.0, 8.0, 1 / 2000), []
-    scenes = product((COARSE, FINE), CONFIGURATIONS, TABLE_2, ("winkler", "hunt_crossley"))
+    scenes = product((RTOL_RESIDUAL, RTOL_DERIVATIVES), CONFIGURATIONS, TABLE_2, ("winkler", "hunt_crossley"))
     for rtol, configuration, foundation, model in scenes:
         (block, theta0, _), law = CONFIGURATIONS[configuration], TABLE_2[foundation][model]
         scene = partial(simulate_theta, model, block, law, time, theta0=theta0, solver=Solver(rtol))

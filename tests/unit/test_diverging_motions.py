@@ -9,7 +9,7 @@ import pytest
 from freerock.config.defaults import FitSettings
 from freerock.identification.diverging_motions import PURSUIT, pursue, resolved
 from freerock.identification.fit import fit_run
-from freerock.identification.problem import FINE
+from freerock.identification.problem import RTOL_DERIVATIVES
 from freerock.identification.search import as_exact, follow
 from freerock.identification.start import posed
 from freerock.models.laws import MODELS
@@ -26,7 +26,7 @@ RATTLING = Truth(
 def posed_at(truth):
     """The problem of a run of a truth, and its numbers there."""
     run = virtual_motion(truth, np.random.default_rng(5), still_s=(1.0, 1.0))
-    problem = replace(posed("winkler", [BLOCK], [run], FitSettings()), rtol=FINE)
+    problem = replace(posed("winkler", [BLOCK], [run], FitSettings()), rtol=RTOL_DERIVATIVES)
     return problem, problem.start_at({**truth.parameters, "theta0": truth.theta0, "t0": run.time_s[0]})
 
 
@@ -39,7 +39,7 @@ def test_a_motion_that_multiplies_errors_gets_steps_that_move_it_by_part_of_the_
     problem, x = posed_at(RATTLING)
     samples = problem.samples(most=1000)
     finer = resolved(problem, x, samples)
-    assert finer.rtol == finer.fine < FINE and finer.stride < 1
+    assert finer.rtol == finer.fine < RTOL_DERIVATIVES and finer.stride < 1
     before = finer.curve(x, samples)
     moved = [
         np.sqrt(np.mean((finer.curve(x + step, samples) - before) ** 2)) / problem.motions[0].sigma_theta

@@ -49,7 +49,7 @@ def keys(model):
 def columns():
     """Columns of all tables."""
     parameters, epsilon = (
-        pd.DataFrame(columns=names) for names in (tidy_columns.PARAMETERS, tidy_columns.EPSILON)
+        pd.DataFrame(columns=names) for names in (tidy_columns.PARAMETER_COLUMNS, tidy_columns.EPSILON)
     )
     frames = [
         summary.table1([], {"block": Block(height_m=0.28, width_m=0.07, mass_kg=5.84)}),
@@ -58,8 +58,8 @@ def columns():
         summary.recovered_table(parameters, {}),
     ]
     lists = [
-        tidy_columns.RUNS,
-        tidy_columns.PARAMETERS,
+        tidy_columns.RUN_COLUMNS,
+        tidy_columns.PARAMETER_COLUMNS,
         tidy_columns.EPSILON,
         tidy_columns.CHOICE,
         tidy_columns.RESTITUTION,
@@ -75,12 +75,12 @@ def columns():
         populations.BUDGET,
         plan.COLUMNS,
         plan.RIVALS,
-        tidy_columns.PARTS,
+        tidy_columns.PART_COLUMNS,
         tidy_columns.PULLS,
         tidy_columns.REASONS,
         plan_total.BUDGET,
         plan_total.TOTALS,
-        restitution_law.LAW,
+        restitution_law.LAW_COLUMNS,
     ]
     return {column for listed in [*lists, *frames] for column in listed}
 

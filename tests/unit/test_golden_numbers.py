@@ -18,7 +18,7 @@ from freerock.rotation.laboratory import Input
 from freerock.rotation.reading import Reading
 from freerock.rotation.sensor import Laser
 from freerock.rotation.two_lasers import rotation_of_two
-from freerock.rotation.u_total import LAW, Contributions
+from freerock.rotation.u_total import OF_LAW, Contributions
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection import doubts
 from freerock.tables.populations import budget_table, populations_table
@@ -38,7 +38,7 @@ def one_run(stderr, shifts):
     scene = {"campaign": "lab", "test": "a", "run": 1, "block": "b", "foundation": "mat"}
     scene |= {"model": "hunt_crossley", "parameter": "k", "value": 2e6}
     parameters = pd.DataFrame([scene | {"stderr": 2e6 * stderr, "unit": "N m-2", "success": True}])
-    sources = [*INPUTS, (LAW, "hunt_crossley", math.nan, "", pd.NA)]
+    sources = [*INPUTS, (OF_LAW, "hunt_crossley", math.nan, "", pd.NA)]
     names = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
     rows = [
         scene | dict(zip(names, source, strict=True)) | {"contribution": 2e6 * shift}
@@ -53,14 +53,14 @@ def test_the_budget_of_one_run_has_squares_over_the_square_of_u():
     (mean,) = populations_table(parameters, contributions).itertuples()
     assert mean.u_total == pytest.approx(2e6 * u)
     budget = budget_table(parameters, contributions).set_index("input")
-    shares = {"runs": 400 / 65, "width_m": 900 / 65, "scale_fraction": 1600 / 65, LAW: 3600 / 65}
+    shares = {"runs": 400 / 65, "width_m": 900 / 65, "scale_fraction": 1600 / 65, OF_LAW: 3600 / 65}
     assert budget["share_percent"].to_dict() == pytest.approx(shares)
     assert budget["u_total"].tolist() == pytest.approx([2e6 * u] * 4)
     assert budget.loc["width_m", "sensitivity"] == pytest.approx(2e6 * 0.003 / 1e-4)
 
 
 def test_the_law_is_shared_by_all_runs_and_does_not_average_out():
-    shifts = [{("hunt_crossley", LAW): 0.01}] * 4
+    shifts = [{("hunt_crossley", OF_LAW): 0.01}] * 4
     found = over_runs(np.zeros(4), np.full(4, 0.002), shifts)
     assert found.found.u == pytest.approx(math.hypot(0.01, 0.001))
 

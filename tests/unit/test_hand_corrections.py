@@ -19,7 +19,7 @@ from freerock.config.hand_corrections import (
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.flags import BY_HAND
 from freerock.runs.by_hand import ByHand
-from freerock.runs.impacts import COLUMNS
+from freerock.runs.impacts import IMPACT_COLUMNS
 from freerock.runs.judged import judged_runs
 from freerock.runs.segment import find_runs
 
@@ -311,7 +311,7 @@ def test_an_impact_that_is_named_has_no_restitution_and_all_else_stays():
     assert found[1][0].verdict.level == "ok"
     for (run, impacts), (old, before) in zip(found, plain, strict=True):
         named = np.arange(before.time_s.size) == (2 if run.number == 2 else -1)
-        for column in COLUMNS:
+        for column in IMPACT_COLUMNS:
             unused = column.startswith("restitution") & named
             kept = np.where(unused, np.nan, getattr(before, column))
             np.testing.assert_array_equal(getattr(impacts, column), kept)
@@ -329,7 +329,7 @@ def test_what_stands_in_a_stretch_does_not_matter_and_no_restitution_spans_it(fi
     spoiled[1][slice(*np.searchsorted(spoiled[0], stretch))] += math.radians(30)
     (_, _), (again, same), (_, _) = judged(spoiled, stretch)
     assert again == run and run.verdict.level == "ok"
-    for column in COLUMNS:
+    for column in IMPACT_COLUMNS:
         np.testing.assert_array_equal(getattr(same, column), getattr(impacts, column))
     assert run.verdict.texts == (f"{stretch[0]:.3f} s to {stretch[1]:.3f} s left out: knocked",)
     assert impacts.time_s.size == plain.time_s.size

@@ -10,7 +10,7 @@ from scipy.stats import t
 from freerock.config.defaults import FitSettings
 from freerock.identification.fit import fit_run
 from freerock.identification.model_discrepancy import (
-    PARTS,
+    PARTS_OF_RUN,
     Part,
     fitted_parts,
     model_discrepancy,
@@ -53,7 +53,7 @@ def test_parts_have_as_many_swings_and_the_last_one_what_is_lost_in_noise():
     time = np.linspace(0, 1, 12001)
     theta = np.where(time < 0.75, 1.0, 1e-3) * np.cos(24 * np.pi * time)  # 18 swings, then 6 low ones
     parts = parts_of(theta, 0.01)
-    assert len(parts) == PARTS and parts[0].start == 0 and parts[-1].stop == len(theta)
+    assert len(parts) == PARTS_OF_RUN and parts[0].start == 0 and parts[-1].stop == len(theta)
     assert all(one.stop == other.start for one, other in pairwise(parts))
     passes = [int(np.sum(theta[part][1:] * theta[part][:-1] < 0)) for part in parts]
     assert set(passes[:-1]) <= {2, 3} and passes[-1] > 5

@@ -502,5 +502,5 @@ def test_compliance_checker_finds_no_error(folder, product):
 
 def test_every_field_of_runs_and_impacts_is_written():
     in_attributes = {"number", "verdict", "excluded", "overridden"}
-    assert {field.name for field in fields(Run)} == set(names.RUN) | in_attributes
-    assert {field.name for field in fields(Impacts)} == set(names.IMPACTS)
+    assert {field.name for field in fields(Run)} == set(names.RUN_VARIABLES) | in_attributes
+    assert {field.name for field in fields(Impacts)} == set(names.IMPACT_VARIABLES)

@@ -17,7 +17,7 @@ from freerock.figures.style import save
 from freerock.identification.fit import fit_run
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.planning.cramer_rao import standard_errors
-from freerock.planning.plan import CASE, COLUMNS, Choices, Setup, plan, sigma_theta_of
+from freerock.planning.plan import CASE_COLUMNS, COLUMNS, Choices, Setup, plan, sigma_theta_of
 from freerock.planning.plan_campaign import plan_campaign
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.calibration import Calibration
@@ -165,7 +165,7 @@ def test_plan_has_a_row_per_case_and_parameter():
     )
     assert list(frame.columns) == COLUMNS
     assert len(frame) == 2 * 2 * 2 * 3
-    assert not frame.duplicated([*CASE, "parameter"]).any()
+    assert not frame.duplicated([*CASE_COLUMNS, "parameter"]).any()
     assert (frame["note"] == "").all()
     case = frame[(frame["release_angle_deg"] == 10) & (frame["sampling_rate_hz"] == 1000)]
     case = case[(case["duration_s"] == 4) & (case["model"] == "hunt_crossley")].set_index("parameter")

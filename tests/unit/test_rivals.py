@@ -12,7 +12,7 @@ from freerock.figures.plan_pages import draw_rivals
 from freerock.figures.style import save
 from freerock.identification.fit import fit_run
 from freerock.models.laws import LAWS, PAPER_MODELS
-from freerock.planning.plan import CASE, RIVALS, Choices, Setup, plan, plan_rivals
+from freerock.planning.plan import CASE_COLUMNS, RIVALS, Choices, Setup, plan, plan_rivals
 from freerock.planning.rivals import Rival, best_rival, expected_motion, rivals_of
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
@@ -123,7 +123,7 @@ def test_rivals_of_a_campaign_in_a_table_in_words_and_drawn(tmp_path):
     frame, _ = table(expected, (5, 10), sampling_rates_hz=(500, 2000), durations_s=(2,))
     assert list(frame.columns) == RIVALS
     assert len(frame) == 2 * 2 * 2 * 4 and set(frame["model"]) == {"hunt_crossley"}
-    assert not frame.duplicated([*CASE, "rival"]).any()
+    assert not frame.duplicated([*CASE_COLUMNS, "rival"]).any()
     fine = frame[frame["sensor"] == "fine"]
     assert fine["told_apart"].all() and not frame[frame["sensor"] == "coarse"]["told_apart"].all()
     by_rate = fine.groupby("sampling_rate_hz")["bic_difference"].sum()

@@ -27,7 +27,7 @@ from freerock.config.campaign import Source, campaign_paths, read_campaign
 from freerock.config.mistakes import refuse
 from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError, attempt
-from freerock.files import COLUMNS, MANIFEST, atomic, listed_checksums, sha256
+from freerock.files import CHECKSUM_COLUMNS, MANIFEST, atomic, listed_checksums, sha256
 from freerock.review.csv_edit import parsed
 from freerock.units import in_base_units
 
@@ -145,7 +145,7 @@ def _manifest(
     """The list of checksums with further files: its path, its bytes before and after."""
     listed = listed_checksums(path.parent)
     before = path.read_bytes() if path.exists() else None
-    old = before or (",".join(COLUMNS) + "\n").encode()
+    old = before or (",".join(CHECKSUM_COLUMNS) + "\n").encode()
     header = next(csv.reader(io.StringIO(old.decode("utf-8-sig"))))
     rows = [
         {"file": file, "sha256": look.sha256, "bytes": str(look.n_bytes)}

@@ -35,7 +35,7 @@ SNIPPETS = Path(__file__).with_name("snippets")
 PEERS = Path(".venv-peers/bin/python")  # as `make peers` sets it up in a checkout
 SPAN_S, EVERY_S = 3.0, 0.01  # of the motion compared
 LONGEST_S = 600.0  # of a program
-MEASURED = re.compile(r"^epsilon_theta ([\d.e+-]+)$", re.M)
+STATED_EPSILON = re.compile(r"^epsilon_theta ([\d.e+-]+)$", re.M)
 
 
 @dataclass(frozen=True)
@@ -235,7 +235,7 @@ def measured(path: Path, python: Path) -> str:
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         return f"not measured: {error}"
-    found = MEASURED.search(done.stdout)
+    found = STATED_EPSILON.search(done.stdout)
     if found and not done.returncode:
         return f"{float(found[1]):.2g}, measured"
     why = (done.stderr.strip().rpartition("\n")[2] or "it ended without an answer").rstrip(".")

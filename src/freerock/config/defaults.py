@@ -186,4 +186,9 @@ class FitSettings:
         return {name: each if isinstance(each, Given) else Given(**each) for name, each in own.items()}
 
 
-ROTATION, RUNS, IMPACTS, FITS = RotationOptions(), RunLimits(), ImpactLimits(), FitSettings()
+ROTATION_OPTIONS, RUN_LIMITS, IMPACT_LIMITS, FIT_SETTINGS = (
+    RotationOptions(),
+    RunLimits(),
+    ImpactLimits(),
+    FitSettings(),
+)

@@ -16,7 +16,7 @@ RUN, SECONDS = "[0-9]{1,6}", r"(-?[0-9]{1,9}(?:\.[0-9]{0,12})?)"
 ITEM = re.compile(rf"({RUN})\s*@\s*{SECONDS}\s*:\s*{SECONDS}(?:\s+hold\s+{SECONDS}\s*:\s*{SECONDS})?")
 AS = "2@12.310:19.800 or 2@12.310:19.800 hold 10.000:12.200"
 LEFT_OUT = re.compile(rf"(?P<run>{RUN})|@\s*(?P<at>{SECONDS})|{SECONDS}\s*:\s*{SECONDS}")
-NOTHING, RECORD = "", "record"
+NOTHING, WHOLE_RECORD = "", "record"
 EXCLUDED = (
     "record, or numbers of runs, stretches of time and instants of impacts in seconds, "
     "as 2;3;12.310:12.450;@14.213"
@@ -69,7 +69,7 @@ def read_exclusions(cell: str) -> Exclusions:
         It is not understood, or a stretch ends before it begins.
     """
     runs, stretches = list[int](), list[tuple[float, float]]()
-    for item in cell.split(";") if cell not in (NOTHING, RECORD) else []:
+    for item in cell.split(";") if cell not in (NOTHING, WHOLE_RECORD) else []:
         match = LEFT_OUT.fullmatch(item.strip())
         if not match:
             raise Invalid(f"{shown(item)} is not understood", f"give {EXCLUDED}")

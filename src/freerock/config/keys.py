@@ -12,7 +12,15 @@ from pydantic import Field, ValidationInfo, create_model, field_validator, model
 
 from freerock import bounds
 from freerock.config.default_uncertainties import BlockUncertainty, stated_only_with
-from freerock.config.defaults import FITS, IMPACTS, ROTATION, RUNS, ImpactLimits, RotationOptions, RunLimits
+from freerock.config.defaults import (
+    FIT_SETTINGS,
+    IMPACT_LIMITS,
+    ROTATION_OPTIONS,
+    RUN_LIMITS,
+    ImpactLimits,
+    RotationOptions,
+    RunLimits,
+)
 from freerock.config.values import (
     Candidate,
     Debonding,
@@ -133,9 +141,9 @@ class FoundationSection(Section):
 class ProcessingSection(Section):
     """The steps from volts to impacts."""
 
-    rotation: RotationOptions = key("volts to θ(t)", ROTATION)
-    runs: RunLimits = key("θ(t) to free-rocking runs", RUNS)
-    impacts: ImpactLimits = key("runs to impacts and restitution", IMPACTS)
+    rotation: RotationOptions = key("volts to θ(t)", ROTATION_OPTIONS)
+    runs: RunLimits = key("θ(t) to free-rocking runs", RUN_LIMITS)
+    impacts: ImpactLimits = key("runs to impacts and restitution", IMPACT_LIMITS)
 
 
 def _free_field(law: Law) -> tuple[Any, Any]:
@@ -189,16 +197,16 @@ class FitsSection(Section):
     debonding: Debonding = key(
         "geometric (contact wherever the base is below the ground) or tensionless (only where the foundation"
         " also pushes)",
-        FITS.debonding,
+        FIT_SETTINGS.debonding,
     )
     integrator_error: Number = key(
         "the largest shift of a parameter by the integrator's error, as a share of its standard error",
-        FITS.integrator_error,
+        FIT_SETTINGS.integrator_error,
         gt=0,
         le=1,
     )
     profile: bool = key(
-        "true to take 95 % intervals from the profile likelihood: some seconds per fit", FITS.profile
+        "true to take 95 % intervals from the profile likelihood: some seconds per fit", FIT_SETTINGS.profile
     )
 
     @field_validator("parameters")

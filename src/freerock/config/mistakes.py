@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from freerock.config import values
-from freerock.config.values import NAME, Invalid, Section
+from freerock.config.values import NAME_PATTERN, Invalid, Section
 from freerock.config.yaml_lines import Key
 from freerock.errors import FreerockError
 
@@ -100,7 +100,7 @@ def _explain(model: type[Section], loc: Key, fault: ErrorDetails) -> tuple[str, 
             return FORMER[loc[-1]]
         keys = _keys(model, loc[:-1])
         return "unknown key", values.did_you_mean(loc[-1], keys) or f"use one of {', '.join(keys)}"
-    if context.get("pattern") == NAME and value:
+    if context.get("pattern") == NAME_PATTERN and value:
         return values.name_fault(value) or ("", "")
     if kind in ("string_too_long", "too_long") and isinstance(value, str):
         return f"{values.shown(value)} has {len(value)} characters", f"use {context['max_length']} at most"

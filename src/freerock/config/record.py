@@ -9,7 +9,7 @@ from pydantic import ValidationInfo, field_validator
 
 from freerock import bounds
 from freerock.config.csv_cells import rows_in
-from freerock.config.hand_corrections import EXCLUDED, RECORD, read_exclusions, read_overrides
+from freerock.config.hand_corrections import EXCLUDED, WHOLE_RECORD, read_exclusions, read_overrides
 from freerock.config.mistakes import FILL_IN, validate
 from freerock.config.values import Inside, Invalid, Name, Section, Text, closest, did_you_mean, key
 from freerock.config.yaml_lines import Key, read_text, text_of
@@ -100,7 +100,7 @@ class Record(Section):
     @property
     def excluded(self) -> bool:
         """Whether the whole record is left out."""
-        return self.exclude == RECORD
+        return self.exclude == WHOLE_RECORD
 
     @property
     def exclusions(self) -> tuple[tuple[int, str], ...]:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from freerock.errors import FreerockError
 from freerock.files import read_bytes
 
-BY_HAND = ("exclude", "override", "reason")  # cells that say which runs there are
+CELLS_BY_HAND = ("exclude", "override", "reason")  # cells that say which runs there are
 LOOKED_AT = "looked_at"  # in place of a column: the run was looked at
 
 
@@ -116,6 +116,6 @@ def looked_at(changes: Sequence[Change]) -> dict[tuple[str, str], Change]:
             found[change.test, change.run] = change
         elif change.cell == LOOKED_AT:
             found.pop((change.test, change.run), None)
-        elif change.cell in BY_HAND:
+        elif change.cell in CELLS_BY_HAND:
             found = {key: each for key, each in found.items() if key[0] != change.test}
     return found

@@ -23,7 +23,7 @@ from freerock.files import plain_path
 from freerock.models.laws import CANDIDATES, DEBONDING, KINEMATICS, LAWS
 from freerock.units import CHANNEL_UNITS
 
-NAME = r"^[A-Za-z0-9_]+$"
+NAME_PATTERN = r"^[A-Za-z0-9_]+$"
 UNPRINTED = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff]")
 
 
@@ -58,7 +58,7 @@ Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
 Length = Annotated[Number, Field(gt=0, le=100)]  # of a block or above its base [m]
 Place = Annotated[Number, Field(ge=-100, le=100)]  # right of its middle, or of a beam [m]
-Name = Annotated[str, StringConstraints(pattern=NAME, max_length=bounds.NAME_CHARACTERS)]
+Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN, max_length=bounds.NAME_CHARACTERS)]
 Label = Annotated[str, BeforeValidator(_in_one_line), Field(max_length=100)]
 Text = Annotated[str, BeforeValidator(_in_one_line), Field(max_length=2000)]
 if TYPE_CHECKING:  # words known only at run time
@@ -95,7 +95,7 @@ class Section(BaseModel):
 
 def name_fault(name: str) -> tuple[str, str] | None:
     """Why a text can't be a name, and what to do."""
-    if not re.fullmatch(NAME, name):
+    if not re.fullmatch(NAME_PATTERN, name):
         return f"{shown(name)} is not a name", "use letters, digits and _ only"
     if len(name) > bounds.NAME_CHARACTERS:
         return f"{shown(name)} has {len(name)} characters", f"use {bounds.NAME_CHARACTERS} at most"

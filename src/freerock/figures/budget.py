@@ -10,7 +10,7 @@ from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS
-from freerock.rotation.u_total import LAW
+from freerock.rotation.u_total import OF_LAW
 from freerock.tables.candidates import named_by
 from freerock.tables.number_text import INPUT_LABELS
 
@@ -27,7 +27,7 @@ OF_MEAN = ["level", "test", "block", "foundation"]
 # Told apart in grey and by hatching; an input of the rows below keeps its look in all figures.
 LOOKS: dict[str, Style] = {
     "runs": {"color": "0.25"},
-    LAW: {"color": "#d55e00", "hatch": "++++"},
+    OF_LAW: {"color": "#d55e00", "hatch": "++++"},
     "width_m": {"color": "#56b4e9"},
     "position_m": {"color": "#e69f00", "hatch": "////"},
     "height_m": {"color": "#009e73", "hatch": "...."},
@@ -95,7 +95,7 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """Of which law the means are, and which inputs are defaults."""
     if data.empty:
         return "No mean has a budget."
-    stated = data[~data["input"].isin(["runs", LAW])].drop_duplicates("input")
+    stated = data[~data["input"].isin(["runs", OF_LAW])].drop_duplicates("input")
     assumed = [INPUT_LABELS.get(row.input, row.input) for row in stated.itertuples() if not row.input_stated]
     told = f"Law: {MODEL_LABELS[data['model'].iloc[0]]}, named by {data['named_by'].iloc[0]}."
     return f"{told} Taken by default, not stated: {', '.join(assumed)}." if assumed else told

@@ -13,7 +13,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.identification.against_noise import least_mean_square
 from freerock.identification.least_squares import Solution, least_squares
-from freerock.identification.problem import FINE, STRIDE, Problem, Samples
+from freerock.identification.problem import RTOL_DERIVATIVES, STRIDE, Problem, Samples
 from freerock.identification.start import is_lively
 from freerock.models.free_parameters import parameter_of
 
@@ -93,7 +93,7 @@ def resolved(problem: Problem, x: Floats, samples: Samples) -> Problem:
             break
         directions = _directions(jacobian, steps, PURSUIT.moved * noise)
         stride = float(np.min(np.linalg.norm(directions / steps[:, None], axis=0)))
-        fine = max(PURSUIT.finest, FINE * stride)
+        fine = max(PURSUIT.finest, RTOL_DERIVATIVES * stride)
         problem = replace(
             problem, directions=directions, stride=stride, fine=fine, rtol=min(problem.rtol, fine)
         )
@@ -104,7 +104,7 @@ def multiplies_errors(problem: Problem, x: Floats) -> bool:
     """Whether the usual steps are too long for the derivatives of a run: of a block that is hardly damped."""
     if not is_lively(problem, x) or _noise(problem) == 0:
         return False
-    usual = replace(problem, rtol=FINE, fine=FINE, stride=1.0, directions=None)
+    usual = replace(problem, rtol=RTOL_DERIVATIVES, fine=RTOL_DERIVATIVES, stride=1.0, directions=None)
     return not _are_apt(usual, usual.jacobian(x, problem.samples(most=PURSUIT.samples)))
 
 
@@ -166,7 +166,10 @@ def pursue(problem: Problem, x: Floats, span_s: float, reach: float = PURSUIT.re
         By how much what a horizon leaves open may move the curve until the end of the next one, times the
         noise.
     """
-    problem, evaluations = replace(problem, rtol=FINE, fine=FINE, stride=1.0, directions=None), 0
+    problem, evaluations = (
+        replace(problem, rtol=RTOL_DERIVATIVES, fine=RTOL_DERIVATIVES, stride=1.0, directions=None),
+        0,
+    )
     last, noise = problem.motions[0].time_s[-1], least_mean_square(problem.motions[0])
     known_s = 0.0
     while True:
@@ -191,7 +194,7 @@ def pursue(problem: Problem, x: Floats, span_s: float, reach: float = PURSUIT.re
 def are_one(problem: Problem, x: Floats, other: Floats) -> bool:
     """Whether two ends of a single run lie as near as those of one minimum do, in standard errors at both."""
     samples = problem.samples(most=PURSUIT.samples)
-    usual = replace(problem, rtol=FINE, fine=FINE, stride=1.0, directions=None)
+    usual = replace(problem, rtol=RTOL_DERIVATIVES, fine=RTOL_DERIVATIVES, stride=1.0, directions=None)
 
     def spread(x: Floats) -> Floats:
         jacobian = resolved(usual, x, samples).jacobian(x, samples)

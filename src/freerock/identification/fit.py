@@ -43,7 +43,7 @@ from freerock.runs.motion import Motion
 
 # Of a number: least uncertainty beside inputs that moved, whose second order is left out. Set on 16 rigid
 # blocks: r of three, known to 2e-7 by the first order, was 2.3 to 4.3 times as far off.
-LINEAR = 1e-6
+LINEAR_STEP = 1e-6
 
 
 @dataclass(frozen=True)
@@ -397,7 +397,7 @@ def _told(end: _End, solution: Solution, resolution: Resolution, holdout: float,
         law = np.hypot(law, moved.contributions.excess)
         if moved.contributions.p_of_pulls <= REJECTS:
             law = np.hypot(law, moved.contributions.if_as_stated)
-        least = np.where(fixed, 0.0, LINEAR * np.abs(value))
+        least = np.where(fixed, 0.0, LINEAR_STEP * np.abs(value))
         law = np.where(moved.contributions.total(known.stderr, law) < least, least, law)
     if problem.settings.profile and not failed:
         known, profiled = with_profile(problem, x, resolution.m, known)

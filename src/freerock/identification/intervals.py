@@ -16,7 +16,7 @@ from freerock.arrays import Floats, Mask
 from freerock.identification.against_noise import noise_of_residual
 from freerock.identification.inputs_with_priors import Posterior, contributed
 from freerock.identification.levels import NORMAL_95
-from freerock.identification.problem import FINE, Problem, Samples
+from freerock.identification.problem import RTOL_DERIVATIVES, Problem, Samples
 from freerock.models.laws import MODELS
 from freerock.rotation.u_total import Contributions
 from freerock.runs.noise_spectrum import Noise, averaged
@@ -145,7 +145,7 @@ def with_profile(problem: Problem, x: Floats, m: int, known: Uncertainty) -> tup
         Samples averaged into one.
     known : Uncertainty
     """
-    problem = replace(problem, rtol=min(problem.rtol, FINE))
+    problem = replace(problem, rtol=min(problem.rtol, RTOL_DERIVATIVES))
     intervals = _profile(problem, x, problem.samples(m=m), known.stderr)
     low, high = known.low.copy(), known.high.copy()
     for name, ends in intervals.items():

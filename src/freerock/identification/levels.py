@@ -46,7 +46,7 @@ ASKED_WIDTH = 1.5
 SURE_EDGES = 3.5  # beside a freed release no BIC decides of edges
 # Standard errors from which a sensor is told to be slower than stated: noise alone does so in one of two
 # thousand. Set on 24 clean records, of which none had more than 1.7.
-SLOWER = 3.3
+SLOWER_RESPONSE = 3.3
 # Standard errors from which a run requires an effect that no law contains: 4.1. Of 300 clean runs of
 # seventeen noises none does.
 EFFECTS = deviations(level(12))

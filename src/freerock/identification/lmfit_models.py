@@ -9,7 +9,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.config.defaults import FitSettings
-from freerock.identification.problem import FINE
+from freerock.identification.problem import RTOL_DERIVATIVES
 from freerock.identification.search import approach
 from freerock.identification.start import posed
 from freerock.models.block import Block
@@ -48,7 +48,9 @@ class RockingModel(lmfit.Model):  # type: ignore[misc]
 
         def theta(time: Floats, **values: float) -> Floats:
             named = {self.sources[name]: float(value) for name, value in values.items()}
-            return as_measured(self.law, block, named, time, view, rules=rules, solver=Solver(FINE))
+            return as_measured(
+                self.law, block, named, time, view, rules=rules, solver=Solver(RTOL_DERIVATIVES)
+            )
 
         arguments = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in ("time", *self.sources)]
         theta.__signature__ = Signature(arguments)  # type: ignore[attr-defined]

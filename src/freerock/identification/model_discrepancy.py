@@ -28,7 +28,7 @@ from freerock.identification.start import is_lively
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import extended_by, law_of
 
-PARTS = 6  # of a run, if it has as many swings; by judgement
+PARTS_OF_RUN = 6  # of a run, if it has as many swings; by judgement
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def parts_of(theta: Floats, sigma: float) -> list[slice]:
     heights = np.maximum.reduceat(np.abs(theta), passes) if len(passes) else np.empty(0)
     low = np.flatnonzero(heights < sigma)
     passes = passes[: low[0] + 1 if len(low) else len(passes)]
-    at = np.unique(np.linspace(0, len(passes), PARTS + 1).round().astype(int))[1:-1]
+    at = np.unique(np.linspace(0, len(passes), PARTS_OF_RUN + 1).round().astype(int))[1:-1]
     ends = [0, *(int(passes[i - 1]) for i in at), len(theta)]
     return [slice(start, end) for start, end in pairwise(ends)]
 

@@ -23,7 +23,7 @@ from freerock.runs.motion import Motion
 from freerock.runs.noise_spectrum import averaged
 from freerock.runs.release import FAR, lowered
 
-COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
+RTOL_RESIDUAL, RTOL_DERIVATIVES = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
 JUMPS = 0.1  # of their sum, from which two one-sided difference quotients are those of a jump
 STRIDE = 30.0  # times the steps of the difference quotients, at the tolerance of the residual
 
@@ -120,8 +120,8 @@ class Problem:
     settings: FitSettings
     r_low: float
     n_impacts: int = 0
-    rtol: float = COARSE
-    fine: float = FINE
+    rtol: float = RTOL_RESIDUAL
+    fine: float = RTOL_DERIVATIVES
     stride: float = 1.0
     tilt: float = 0.0
     directions: Floats | None = None
@@ -289,7 +289,7 @@ class Problem:
     def rough(self) -> "Problem":
         """The same problem with derivatives that are no more exact than the residual; those of a rigid
         block are in closed form."""
-        return replace(self, fine=COARSE, stride=STRIDE) if law_of(self.model).is_foundation else self
+        return replace(self, fine=RTOL_RESIDUAL, stride=STRIDE) if law_of(self.model).is_foundation else self
 
     def alone(self) -> "Problem":
         """The same problem on the first run only."""

@@ -16,7 +16,7 @@ from freerock.identification.diverging_motions import (
     settle,
 )
 from freerock.identification.least_squares import Solution, least_squares
-from freerock.identification.problem import FINE, Problem, Samples
+from freerock.identification.problem import RTOL_DERIVATIVES, Problem, Samples
 from freerock.identification.start import R_GRID, finer_scan, first_impact_s, is_lively, scan
 from freerock.models.free_parameters import PARAMETERS, parameter_of
 from freerock.models.laws import law_of
@@ -106,7 +106,7 @@ def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem
     near = approach(problem, start)
     x = near.x
     if _is_single(problem) and is_lively(problem, x) and not _is_left(problem, near):
-        problem = resolved(replace(problem, rtol=FINE), x, problem.samples())
+        problem = resolved(replace(problem, rtol=RTOL_DERIVATIVES), x, problem.samples())
     resolution = find_resolution(problem, x)
     exact = resolution.rtol >= min(problem.rtol, problem.fine)
     problem, jacobian = replace(problem, rtol=resolution.rtol), resolution.jacobian if exact else None
@@ -187,7 +187,7 @@ def approach(problem: Problem, start: Mapping[str, float] | None = None, beyond:
 
 def _looked_at_finely(problem: Problem, horizons: Sequence[float], best: Solution) -> Solution:
     """The best of some end and those of a finer scan of low dampings."""
-    problem = replace(problem, fine=FINE, stride=1.0)
+    problem = replace(problem, fine=RTOL_DERIVATIVES, stride=1.0)
     ends, told = _scanned_finely(problem, horizons, best)
     ends = [as_exact(problem, end) for end in (best, *ends)]
     found = _reached_twice(problem, ends)
@@ -215,7 +215,7 @@ def _settled(problem: Problem, end: Solution) -> Solution:
     """An end of at most twice the noise, taken to its minimum by shorter steps."""
     if _is_left(problem, end):
         return end
-    finer = resolved(replace(problem, rtol=FINE), end.x, problem.samples())
+    finer = resolved(replace(problem, rtol=RTOL_DERIVATIVES), end.x, problem.samples())
     return as_exact(problem, settle(finer, end.x)[1])
 
 

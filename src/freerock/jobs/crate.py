@@ -14,7 +14,7 @@ from freerock.config.campaign import Campaign
 from freerock.jobs.metadata import KEYWORDS, SPDX, Metadata, creators_of, parted
 from freerock.products.netcdf import start_of
 
-NAME = "ro-crate-metadata.json"
+CRATE_FILE = "ro-crate-metadata.json"
 RUN_PROFILES = ("process/0.5", "workflow/0.5")
 PROFILES = (
     *(f"https://w3id.org/ro/wfrun/{name}" for name in RUN_PROFILES),
@@ -38,7 +38,7 @@ FORMATS = {
 WORKFLOW = "Snakefile"
 Json = dict[str, Any]
 DESCRIPTOR: Json = {
-    "@id": NAME,
+    "@id": CRATE_FILE,
     "@type": "CreativeWork",
     "about": {"@id": "./"},
     "conformsTo": [{"@id": "https://w3id.org/ro/crate/1.1"}, {"@id": PROFILES[-1]}],

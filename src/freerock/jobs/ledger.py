@@ -25,7 +25,7 @@ from freerock.jobs.contents import checksum, is_look, look
 from freerock.jobs.log import log_to
 from freerock.jobs.newer_input import is_one
 
-FOLDER = "ledger"
+LEDGER_FOLDER = "ledger"
 AGAIN = "run the same command again"
 SELDOM = 100_000  # objects between two looks for garbage
 
@@ -55,7 +55,7 @@ class Entry:
 
 def entry_path(log: str | Path) -> Path:
     """The ledger's file of the job that has this log."""
-    return Path(log).parents[1] / FOLDER / f"{Path(log).stem}.json"
+    return Path(log).parents[1] / LEDGER_FOLDER / f"{Path(log).stem}.json"
 
 
 def read_entry(path: str | Path) -> Entry | None:
@@ -132,7 +132,7 @@ def refuse_damaged(read: Mapping[str, str]) -> None:
     DamagedProduct
         The first of them.
     """
-    folders = {above / FOLDER for path in read for above in Path(path).parents}
+    folders = {above / LEDGER_FOLDER for path in read for above in Path(path).parents}
     written: dict[str, set[str]] = {}
     for entry in filter(None, (read_entry(path) for folder in folders for path in folder.glob("*.json"))):
         for path, found in entry.outputs.items():

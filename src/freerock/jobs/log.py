@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 
 from freerock.errors import DamagedProduct, FreerockError, printable
-from freerock.files import ROOM, read_bytes, regular
+from freerock.files import ROOM_REMEDY, read_bytes, regular
 
 
 def log_to(path: str | Path) -> logging.Logger:
@@ -23,7 +23,7 @@ def log_to(path: str | Path) -> logging.Logger:
     try:
         stream = open(path, "w", encoding="utf-8", opener=regular)  # noqa: SIM115 (to the end of the process)
     except OSError as error:
-        raise FreerockError(path, f"cannot be written ({error.strerror})", ROOM) from error
+        raise FreerockError(path, f"cannot be written ({error.strerror})", ROOM_REMEDY) from error
     logging.basicConfig(stream=stream, format="%(message)s")
     logging.captureWarnings(True)
     logger = logging.getLogger("freerock")

@@ -11,7 +11,7 @@ from freerock.files import write_json, write_text
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, open_record
 from freerock.products.provenance import made_by, other_software, provenance
-from freerock.report.page import OF_FITS, OF_RECORD, write_report
+from freerock.report.page import SHOWN_OF_FITS, SHOWN_OF_RECORD, write_report
 from freerock.tables.csvfile import read_csv
 from freerock.tables.latex import figures_tex
 
@@ -47,7 +47,7 @@ def make_report(
 
     def opened(test: str, samples: bool) -> tuple[xr.DataTree, xr.DataTree]:
         record, fits = datasets[test]
-        return open_record(record, only=OF_RECORD), open_fits(fits, samples, OF_FITS)
+        return open_record(record, only=SHOWN_OF_RECORD), open_fits(fits, samples, SHOWN_OF_FITS)
 
     raw: dict[str, str] = {}
     known: dict[str, dict[str, Any]] = {}

@@ -12,7 +12,7 @@ from freerock.errors import FreerockError, attempt
 from freerock.models.block import Block
 from freerock.models.laws import law_of
 from freerock.response.draws import KnownParameter, drawn
-from freerock.response.ensemble import COLUMNS as RESPONSES
+from freerock.response.ensemble import RESPONSE_COLUMNS as RESPONSES
 from freerock.response.ensemble import respond
 from freerock.response.fragility import fragility
 from freerock.response.motions import INTENSITIES, Accelerogram, read_motion

@@ -13,11 +13,11 @@ from freerock.config.review_log import log_of
 from freerock.config.step_settings import descriptions, record_attributes
 from freerock.errors import FreerockError
 from freerock.files import MANIFEST, atomic, listed_checksums, sha256
-from freerock.jobs.crate import NAME as CRATE
+from freerock.jobs.crate import CRATE_FILE as CRATE
 from freerock.jobs.crate import crate_json
 from freerock.jobs.descriptions import described
 from freerock.jobs.home import PACKAGE, PACKED
-from freerock.jobs.ledger import FOLDER, read_entry
+from freerock.jobs.ledger import LEDGER_FOLDER, read_entry
 from freerock.jobs.metadata import Metadata, citation_cff, datacite_json, readme
 from freerock.products.netcdf import open_fits, open_record
 from freerock.response.motions import motion_files
@@ -68,7 +68,7 @@ def pack(campaign: Campaign, root: Path, path: Path, metadata: Metadata) -> int:
     captions = {name: text for name, text in files.items() if name.endswith(".txt") and "/figures/" in name}
     told = readme(campaign, metadata, made_by, _captions(campaign.name, captions), files)
     files["README.md"] = told.encode()
-    ledger = f"results/{campaign.name}/{FOLDER}/"
+    ledger = f"results/{campaign.name}/{LEDGER_FOLDER}/"
     sums = {name: _sha256(source) for name, source in sorted(files.items()) if not name.startswith(ledger)}
     crate = {name: (found, _size(files[name])) for name, found in sums.items()}
     files[CRATE] = crate_json(campaign, metadata, made_by, crate).encode()
@@ -145,7 +145,7 @@ def _inside(folder: str, where: str, of: str) -> Path:
 
 def _products(name: str) -> Iterator[tuple[str, Source]]:
     """The products that the ledger vouches for, and the ledger without how files looked on this machine."""
-    for path in sorted(Path("results", name, FOLDER).glob("*.json")):
+    for path in sorted(Path("results", name, LEDGER_FOLDER).glob("*.json")):
         entry = read_entry(path)
         if entry is None:
             raise FreerockError(path, "can't be read", "run snakemake")

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from freerock.jobs.contents import Checksums, Known, look, noted
-from freerock.jobs.ledger import FOLDER, Entry, as_json, entry_path, read_entry, software
+from freerock.jobs.ledger import LEDGER_FOLDER, Entry, as_json, entry_path, read_entry, software
 
 VERIFIED = "verified:"  # comes before what a verification found, below what Snakemake tells
 QUICK_LOOK = "quick_look.png"  # what `freerock new-campaign` shows of the records
-NOT_PRODUCTS = {FOLDER, "logs", "benchmarks", "plan", QUICK_LOOK}  # in a campaign's folder of results
+NOT_PRODUCTS = {LEDGER_FOLDER, "logs", "benchmarks", "plan", QUICK_LOOK}  # in a campaign's folder of results
 SHOWN = 5  # of a list
 State = Literal["missing", "damaged", "stale"]
 
@@ -95,7 +95,7 @@ class PlanAgainstLedger:
     """
 
     def __init__(self, folders: Iterable[Path], thorough: bool = False) -> None:
-        found = (path for folder in folders for path in (folder / FOLDER).glob("*.json"))
+        found = (path for folder in folders for path in (folder / LEDGER_FOLDER).glob("*.json"))
         self._ledger = {path: read_entry(path) for path in found}
         self.contents = Checksums({} if thorough else known_looks(self._ledger.values()))
         self.steps: list[Step] = []

@@ -26,9 +26,18 @@ from freerock.runs.motion import Motion
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, n_freed
 
 BUDGET_CASE = ["block", "foundation", "laser", "duration_s", "release_angle_deg", "model"]
-CASE = [*BUDGET_CASE[:3], "sensor", "duration_s", "sampling_rate_hz", *BUDGET_CASE[4:]]
-COLUMNS = [*CASE, "sigma_theta_deg", "parameter", "value", "stderr", "unit", "tilt_stderr_deg", "note"]
-RIVALS = [*CASE, "sigma_theta_deg", "rival", "bic_difference", "epsilon_theta", "told_apart", "note"]
+CASE_COLUMNS = [*BUDGET_CASE[:3], "sensor", "duration_s", "sampling_rate_hz", *BUDGET_CASE[4:]]
+COLUMNS = [
+    *CASE_COLUMNS,
+    "sigma_theta_deg",
+    "parameter",
+    "value",
+    "stderr",
+    "unit",
+    "tilt_stderr_deg",
+    "note",
+]
+RIVALS = [*CASE_COLUMNS, "sigma_theta_deg", "rival", "bic_difference", "epsilon_theta", "told_apart", "note"]
 
 
 def sigma_theta_of(sensor: SensorSection, theta0: float, block: Block, laser: Laser) -> tuple[float, str]:
@@ -232,7 +241,7 @@ def cases_of(setups: Iterable[Setup], choices: Choices) -> Iterator[tuple[Setup,
 
 def _in_order_of_appearance(frame: pd.DataFrame) -> pd.DataFrame:
     """Rows sorted case by case, the names of a case by when they first appear."""
-    appearance = [pd.factorize(frame[name])[0] for name in reversed(CASE)]
+    appearance = [pd.factorize(frame[name])[0] for name in reversed(CASE_COLUMNS)]
     return frame.iloc[np.lexsort(appearance)].reset_index(drop=True)
 
 

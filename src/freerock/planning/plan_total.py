@@ -21,11 +21,11 @@ from scipy.stats import t
 from freerock.arrays import Floats
 from freerock.config.defaults import FitSettings
 from freerock.errors import FreerockError
-from freerock.identification.problem import COARSE
+from freerock.identification.problem import RTOL_RESIDUAL
 from freerock.identification.start import posed
 from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import Solver
-from freerock.planning.plan import BUDGET_CASE, CASE, Choices, Setup, cases_of, expected_of
+from freerock.planning.plan import BUDGET_CASE, CASE_COLUMNS, Choices, Setup, cases_of, expected_of
 from freerock.populations.random_effects import LEVEL
 from freerock.populations.sensitivity import held_contributions
 from freerock.rotation.as_measured import as_measured
@@ -37,7 +37,7 @@ ALL = "all blocks"  # in place of a block, of the mean over blocks
 OVER_BLOCKS = {"block": ALL, "laser": "", "release_angle_deg": math.nan}  # columns of such a mean
 BUDGET = [*BUDGET_CASE, "parameter", "input", "input_owner", "input_u", "input_unit", "input_stated"]
 BUDGET += ["contribution_fraction"]
-TOTALS = [*CASE, "parameter", "value", "unit", "spread_fraction", "n_runs", "runs_fraction"]
+TOTALS = [*CASE_COLUMNS, "parameter", "value", "unit", "spread_fraction", "n_runs", "runs_fraction"]
 TOTALS += ["inputs_fraction", "u_total", "half95"]
 TOTALS += ["first_input", "first_owner", "first_share", "u_total_without_first"]
 
@@ -94,10 +94,10 @@ def _shifts(
         motion.time_s,
         view,
         rules=candidate.rules(settings.debonding),
-        solver=Solver(COARSE),
+        solver=Solver(RTOL_RESIDUAL),
     )
     seen = replace(motion, theta=theta, view=view)
-    problem = replace(posed(model, (laboratory.block,), (seen,), settings), rtol=COARSE).rough()
+    problem = replace(posed(model, (laboratory.block,), (seen,), settings), rtol=RTOL_RESIDUAL).rough()
     found = held_contributions(problem, problem.start_at(values), laboratory)
     return found.values[[problem.names.index(name) for name in candidate.parameters]]
 
@@ -146,7 +146,7 @@ def plan_totals(
             known.append(_Known(row | {"spread_fraction": between}, own, shifts))
     rows = [_mean([each], n) for each in known for n in n_runs]
     together: dict[tuple[Any, ...], dict[str, list[_Known]]] = {}
-    alike = [name for name in [*CASE, "parameter"] if name not in OVER_BLOCKS]
+    alike = [name for name in [*CASE_COLUMNS, "parameter"] if name not in OVER_BLOCKS]
     for each in known:
         blocks = together.setdefault(tuple(each.row[name] for name in alike), {})
         blocks.setdefault(each.row["block"], []).append(each)

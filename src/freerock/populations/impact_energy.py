@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from freerock.arrays import Floats
-from freerock.config.defaults import RUNS
+from freerock.config.defaults import RUN_LIMITS
 from freerock.identification.fit import Fit, ImpactEnergy
 from freerock.identification.model_discrepancy import model_discrepancy
 from freerock.models.block import Block
@@ -225,7 +225,7 @@ def _taken(block: Block, theta0: float) -> float:
     height = min(abs(theta0), 0.99 * block.theta_cr)
     slope = math.sin(block.theta_cr - height)
     energy = 2 * math.sin(height / 2) * math.sin(block.theta_cr - height / 2)
-    return lowered(block.p**2 * slope, RUNS.finger_s) * slope / energy / 2
+    return lowered(block.p**2 * slope, RUN_LIMITS.finger_s) * slope / energy / 2
 
 
 def _discrepancy(fit: Fit, gradient: Floats) -> Floats:

@@ -8,7 +8,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.populations.random_effects import Population, common_spread, population, population_of_means
-from freerock.rotation.u_total import LAW
+from freerock.rotation.u_total import OF_LAW
 
 Key = tuple[str, str]  # owner and name of an input
 Shifts = Mapping[Key, float]  # of a number for one standard uncertainty of each input
@@ -58,7 +58,7 @@ def over_records(records: Sequence[Mean]) -> Mean:
     own = np.array([each.found.weights**2 @ (each.variances + tau2) for each in records])
     keys, by = _by_input([each.shifts for each in records])
     values = np.array([each.found.mean for each in records])
-    shared = [key[1] != LAW and all(key in each.shifts for each in records) for key in keys]
+    shared = [key[1] != OF_LAW and all(key in each.shifts for each in records) for key in keys]
     dof = sum(len(each.values) - 1 for each in records) or math.inf
     found = population_of_means(values, own, by, dof, shared)
     return Mean(found, values, own, _shifted(keys, found.weights @ by))

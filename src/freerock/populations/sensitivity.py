@@ -10,7 +10,7 @@ from freerock.config.defaults import FitSettings
 from freerock.identification.diverging_motions import multiplies_errors
 from freerock.identification.fit import Fit
 from freerock.identification.inputs_with_priors import INPUTS, Nuisances, contributed, moves
-from freerock.identification.problem import COARSE, Problem
+from freerock.identification.problem import RTOL_RESIDUAL, Problem
 from freerock.identification.start import posed
 from freerock.models.laws import law_of
 from freerock.rotation.laboratory import Laboratory
@@ -37,7 +37,7 @@ def contributions(fit: Fit, motion: Motion, laboratory: Laboratory, settings: Fi
     Contributions
         NaN of a motion that multiplies errors (`diverging_motions`), for which first order is too little.
     """
-    problem = replace(posed(fit.model, (laboratory.block,), (motion,), settings), rtol=COARSE).rough()
+    problem = replace(posed(fit.model, (laboratory.block,), (motion,), settings), rtol=RTOL_RESIDUAL).rough()
     unlike = problem.names != fit.parameters  # an impact more or less: no such fit
     if unlike or multiplies_errors(problem, problem.start_at(fit.values)):
         unknown = np.full((len(fit.parameters), len(laboratory.inputs)), np.nan)

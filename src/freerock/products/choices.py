@@ -11,8 +11,8 @@ from freerock.products.groups import runs_of
 if TYPE_CHECKING:
     from freerock.selection.choice import Choice
 
-GROUP = "choice"  # in that of a run: no candidate has this name
-NUMBERS = ("epsilon_theta", "epsilon_holdout", "epsilon_holdout_runs", "bic")
+CHOICE_GROUP = "choice"  # in that of a run: no candidate has this name
+CHOICE_NUMBERS = ("epsilon_theta", "epsilon_holdout", "epsilon_holdout_runs", "bic")
 TESTS = ("noise_p", "noise_ratio", "noise_low_hz", "noise_high_hz", "added_damping")
 
 
@@ -26,16 +26,16 @@ def choice_dataset(choice: "Choice") -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Along candidate: status and reason (texts), explains (0 or 1), n_freed, `NUMBERS` and `TESTS`, NaN
-        where a candidate has no such number. Attributes: selected, explained, reason, and stories where there
-        is something to tell.
+        Along candidate: status and reason (texts), explains (0 or 1), n_freed, `CHOICE_NUMBERS` and `TESTS`,
+        NaN where a candidate has no such number. Attributes: selected, explained, reason, and stories where
+        there is something to tell.
     """
     known = [each.evidence for each in choice.judged]
     texts = {name: [getattr(each, name) for each in choice.judged] for name in ("status", "reason")}
     arrays: dict[str, Any] = {name: ("candidate", np.array(values, str)) for name, values in texts.items()}
     arrays |= {
         name: ("candidate", np.array([getattr(each, name) for each in known], float))
-        for name in (*NUMBERS, *TESTS)
+        for name in (*CHOICE_NUMBERS, *TESTS)
     }
     arrays["explains"] = "candidate", np.array([each.explains for each in known], np.int8)
     arrays["n_freed"] = "candidate", np.array([each.n_freed for each in known], np.int32)
@@ -59,15 +59,15 @@ def choices_of(tree: xr.DataTree) -> Iterator[tuple[int, xr.Dataset]]:
         As from `choice_dataset`.
     """
     for run, group in runs_of(tree).items():
-        if GROUP in group.children:
-            yield run, group.children[GROUP].dataset
+        if CHOICE_GROUP in group.children:
+            yield run, group.children[CHOICE_GROUP].dataset
 
 
 def named_in(run: xr.DataTree) -> str:
     """The candidate that the choice names for a run of a fit dataset; "" where it names none."""
-    return str(run.children[GROUP].attrs["selected"]) if GROUP in run.children else ""
+    return str(run.children[CHOICE_GROUP].attrs["selected"]) if CHOICE_GROUP in run.children else ""
 
 
 def explained_in(run: xr.DataTree) -> bool:
     """Whether the candidate named for a run of a fit dataset explains it."""
-    return GROUP in run.children and bool(run.children[GROUP].attrs["explained"])
+    return CHOICE_GROUP in run.children and bool(run.children[CHOICE_GROUP].attrs["explained"])

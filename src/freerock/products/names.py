@@ -22,12 +22,12 @@ ORIGINS = {
 # Field of Run and of Impacts -> variable of the dataset, whose unit is an attribute.
 OF_RUN = ["hold_start_s", "release_s", "release_stderr_s", "fit_start_s", "end_s", "theta0", "theta0_stderr"]
 OF_RUN += ["zero_stderr", "sigma_theta", "n_impacts"]
-RUN = {field: field.removesuffix("_s") for field in OF_RUN}
+RUN_VARIABLES = {field: field.removesuffix("_s") for field in OF_RUN}
 
 OF_IMPACTS = ["peak_before_rad", "peak_before_stderr_rad", "peak_after_rad", "peak_after_stderr_rad"]
 OF_IMPACTS += ["restitution", "restitution_stderr", "restitution_rate", "restitution_rate_stderr"]
-IMPACTS = {"time_s": "impact_time", "time_stderr_s": "impact_time_stderr"}
-IMPACTS |= {field: field.removesuffix("_rad") for field in [*OF_IMPACTS, "theta_uplift"]}
+IMPACT_VARIABLES = {"time_s": "impact_time", "time_stderr_s": "impact_time_stderr"}
+IMPACT_VARIABLES |= {field: field.removesuffix("_rad") for field in [*OF_IMPACTS, "theta_uplift"]}
 
 WITH_TOTAL = ("peak_before", "peak_after", "restitution")  # of an impact, with a total uncertainty NAME_u
 

@@ -10,9 +10,9 @@ import xarray as xr
 from freerock.arrays import Floats
 from freerock.models.given import legal
 from freerock.models.laws import CANDIDATES
-from freerock.products.choices import GROUP, choice_dataset
+from freerock.products.choices import CHOICE_GROUP, choice_dataset
 from freerock.products.groups import Attrs, reasons_in
-from freerock.products.names import IMPACTS, RUN, WITH_TOTAL, root_attributes
+from freerock.products.names import IMPACT_VARIABLES, RUN_VARIABLES, WITH_TOTAL, root_attributes
 from freerock.products.storage import open_product, root_of, root_text, write_groups
 from freerock.runs.verdict import Level, Reason
 
@@ -87,7 +87,7 @@ def write_record(
     groups = {"/": root}
     for run, found, total in zip(runs, impacts, totals or [None] * len(runs), strict=True):
         groups[f"run_{run.number}"] = xr.Dataset(
-            {name: ((), getattr(run, field)) for field, name in RUN.items()}
+            {name: ((), getattr(run, field)) for field, name in RUN_VARIABLES.items()}
             | _impacts(found)
             | _totals(total),
             attrs={
@@ -148,7 +148,7 @@ def write_fits(
         group = f"run_{run}"
         if group in groups:
             of_block = _block_peaks(peaks[run]) if peaks and run in peaks else {}
-            groups[f"{group}/{GROUP}"] = choice_dataset(choice).assign(of_block)
+            groups[f"{group}/{CHOICE_GROUP}"] = choice_dataset(choice).assign(of_block)
     write_groups(path, groups, packed)
 
 
@@ -203,7 +203,7 @@ def _record_verdict(runs: Sequence["Run"]) -> tuple[Level, list[Reason]]:
 def _impacts(impacts: "Impacts") -> dict[str, Any]:
     return {
         name: ((), impacts.theta_uplift) if field == "theta_uplift" else ("impact", getattr(impacts, field))
-        for field, name in IMPACTS.items()
+        for field, name in IMPACT_VARIABLES.items()
     }
 
 

@@ -9,7 +9,7 @@ import xarray as xr
 from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.products.groups import reasons_in
-from freerock.products.names import IMPACTS, RUN
+from freerock.products.names import IMPACT_VARIABLES, RUN_VARIABLES
 from freerock.rotation.lattice import converter_step
 from freerock.rotation.view import View, view_in
 from freerock.runs.impacts import Impacts
@@ -25,7 +25,7 @@ def runs_in(record: xr.DataTree) -> list[Run]:
     """The runs of a record, as they were written."""
     return [
         Run(
-            **{field: group.dataset[name].item() for field, name in RUN.items()},
+            **{field: group.dataset[name].item() for field, name in RUN_VARIABLES.items()},
             number=int(group.attrs["run"]),
             verdict=Verdict(reasons_in(group.attrs)),
             excluded=bool(group.attrs["excluded"]),
@@ -118,5 +118,5 @@ def sensors_view(attrs: Mapping[Any, Any]) -> View | None:
 
 def impacts_in(group: xr.DataTree) -> Impacts:
     """The impacts of a run of a record, or of a model of a run."""
-    arrays = {field: group.dataset[name].values for field, name in IMPACTS.items()}
+    arrays = {field: group.dataset[name].values for field, name in IMPACT_VARIABLES.items()}
     return Impacts(**arrays | {"theta_uplift": arrays["theta_uplift"].item()})

@@ -12,11 +12,11 @@ from freerock import bounds
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 
-AT_ONCE = 1 << 18  # samples; their temporary copies take little memory
+SAMPLES_AT_ONCE = 1 << 18  # samples; their temporary copies take little memory
 COPY_AGAIN = "copy it again from the acquisition computer"
 NAMES_LISTED = 20
 
-SECONDS = {
+SECONDS_OF_UNIT = {
     **dict.fromkeys(["", "s", "sec", "secs", "second", "seconds", "sek", "sekunden"], 1.0),
     **dict.fromkeys(["ms", "msec", "millisecond", "milliseconds"], 1e-3),
     **dict.fromkeys(["us", "µs", "μs", "microsecond", "microseconds"], 1e-6),
@@ -40,8 +40,8 @@ def whole(column: SampleColumn, unit: float = 1.0) -> Floats:
     if isinstance(column, np.ndarray) and unit == 1:
         return np.asarray(column, float)
     values = np.empty(len(column))
-    for start in range(0, len(column), AT_ONCE):
-        part = slice(start, start + AT_ONCE)
+    for start in range(0, len(column), SAMPLES_AT_ONCE):
+        part = slice(start, start + SAMPLES_AT_ONCE)
         np.multiply(column[part], unit, out=values[part])
     return values
 
@@ -125,9 +125,9 @@ def seconds_in(where: object, unit: str) -> float:
         No unit of time that is known.
     """
     plain = unit.casefold().split(" since ")[0].strip()
-    if plain not in SECONDS:
+    if plain not in SECONDS_OF_UNIT:
         raise FreerockError(where, f"the time is in {unit[:40]!r}", "give it in s, ms, us or min")
-    return SECONDS[plain]
+    return SECONDS_OF_UNIT[plain]
 
 
 def names_in_short(names: Iterable[str]) -> str:

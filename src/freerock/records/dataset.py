@@ -78,8 +78,8 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
 
 def _check_values(path: Path, name: str, values: Floats) -> None:
     """Refuse a finite sample whose powers no double holds."""
-    for start in range(0, len(values), channels.AT_ONCE):
-        part = values[start : start + channels.AT_ONCE]
+    for start in range(0, len(values), channels.SAMPLES_AT_ONCE):
+        part = values[start : start + channels.SAMPLES_AT_ONCE]
         beyond = np.flatnonzero(np.isfinite(part) & (np.abs(part) > bounds.SAMPLE_UNITS))
         if beyond.size:
             n = start + int(beyond[0])
@@ -140,8 +140,10 @@ def _check_other_clocks(
             steps, where = [clock.step_s], "the file states"
         else:
             step = typical_step(channels.whole(columns[clock.column]))
-            units = {clock.unit} & channels.SECONDS.keys()
-            steps = [step * channels.SECONDS[unit] for unit in (units - {""} or channels.SECONDS)]
+            units = {clock.unit} & channels.SECONDS_OF_UNIT.keys()
+            steps = [
+                step * channels.SECONDS_OF_UNIT[unit] for unit in (units - {""} or channels.SECONDS_OF_UNIT)
+            ]
             where = f"{clock.name!r} gives"
         if min(steps) > 0 and all(channels.differ(each, step_s) for each in steps):
             what = f"one clock gives {1 / step_s:.6g} Hz, and {where} {1 / max(steps):.6g} Hz"

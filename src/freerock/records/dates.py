@@ -12,9 +12,9 @@ from freerock.errors import FreerockError
 ISO = r"\d{4}([-/])\d\d\1\d\d"
 DAYS = r"\d\d?\.\d\d?\.(?:\d{4}|\d\d)|\d\d?/\d\d?/\d{4}"  # of another order than year, month, day
 TIME = r"\d\d?:[0-5]\d:[0-5]\d(?:[.,]\d+)?"
-DATE = re.compile(rf"{ISO}|{DAYS}", re.ASCII)
+DATE_PATTERN = re.compile(rf"{ISO}|{DAYS}", re.ASCII)
 CLOCK = re.compile(
-    rf"(?:(?:{DATE.pattern})(?:,? |T))?{TIME}(?:Z|[ \N{{NO-BREAK SPACE}}\u202f]?[AP]M)?",
+    rf"(?:(?:{DATE_PATTERN.pattern})(?:,? |T))?{TIME}(?:Z|[ \N{{NO-BREAK SPACE}}\u202f]?[AP]M)?",
     re.ASCII | re.IGNORECASE,
 )
 PARTS = re.compile(
@@ -48,7 +48,7 @@ def seconds(where: object, column: "pd.Series[str]") -> Floats:
 
 def start(stamps: Iterable[str]) -> tuple[str, str]:
     """The first of some dates with times in ISO 8601, and in words what was found out; "" where not told."""
-    stamps = [stamp for stamp in stamps if DATE.match(stamp)]
+    stamps = [stamp for stamp in stamps if DATE_PATTERN.match(stamp)]
     if not stamps:
         return "", ""
     first, told = stamps[0], ""

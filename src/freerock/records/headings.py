@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike
 
 from freerock import bounds
 from freerock.errors import FreerockError
-from freerock.records.channels import SECONDS, Channel, Even, Stamps, differ
+from freerock.records.channels import SECONDS_OF_UNIT, Channel, Even, Stamps, differ
 from freerock.units import quantity_of_other, understood
 
 NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE | re.ASCII)
 WANTED = {"n": "a number", "c": "a time"}  # kinds of cells of a table
 KNOWN_UNITS = (
-    {unit for unit in SECONDS if unit}
+    {unit for unit in SECONDS_OF_UNIT if unit}
     | {"v", "mv", "volt", "volts", "a", "ma", "amp", "amps"}
     | {"m", "mm", "cm", "um", "µm", "rad", "mrad", "deg", "°", "degrees", "radians"}
     | {"hz", "khz", "n", "kn", "g", "m/s", "m/s2", "m/s^2", "m/s²", "rad/s", "-", "1"}
@@ -31,7 +31,7 @@ HERTZ = {  # units of a sampling rate
 } | {"": 1.0, "1/s": 1.0}
 NEXT_CELL = {  # units that, behind a number, don't begin another statement: Min, Samples
     True: HERTZ.keys() - {"samples", "ksamples", "msamples"},
-    False: SECONDS.keys() - {"min", "minute", "minutes"},
+    False: SECONDS_OF_UNIT.keys() - {"min", "minute", "minutes"},
 }
 TIMES = {"t", "time", "times", "zeit", "tempo", "temps", "tiempo", "xvalue", "timestamp", "elapsedtime"}
 RATES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplefrequency", "abtastrate"}
@@ -96,7 +96,7 @@ def stated_rates(path: object, values: Mapping[str, object]) -> dict[str, Even]:
         value = float(written) if NUMBER.fullmatch(written) else 0.0
         if not bounds.SHORTEST_STEP_S < value < bounds.LONGEST_STEP_S:
             continue
-        factor = (HERTZ if is_rate else SECONDS).get(unit.casefold())
+        factor = (HERTZ if is_rate else SECONDS_OF_UNIT).get(unit.casefold())
         if factor is None:
             remedy = f"give it in {'Hz, kHz, MHz or samples/s' if is_rate else 's, ms, us or ns'}"
             raise FreerockError(path, f"{heading} is in {unit[:40]!r}", remedy)

@@ -18,7 +18,15 @@ from scipy.io.matlab import matfile_version
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.channels import AT_ONCE, Channel, Contents, Even, SampleColumn, Stamps, check_declared
+from freerock.records.channels import (
+    SAMPLES_AT_ONCE,
+    Channel,
+    Contents,
+    Even,
+    SampleColumn,
+    Stamps,
+    check_declared,
+)
 from freerock.records.hdf5 import numeric_arrays, opened
 from freerock.records.headings import also_stated, is_time, rises, split_unit, stated_rate, states_rate
 from freerock.records.mat5 import matrices
@@ -75,7 +83,7 @@ def _contents(path: Path, all_shapes: Mapping[str, tuple[int, ...]], load: Load,
     channels: list[Place] = [*((name, None) for name in vectors if name not in times), *columns]
     if clock is None and len(matrices) == 1 and not vectors:
         first = columns[0]
-        if rises(_column(_loaded(load, matrices), first)[:AT_ONCE]):
+        if rises(_column(_loaded(load, matrices), first)[:SAMPLES_AT_ONCE]):
             clock = Stamps(_title(first), first, "")
             channels.remove(first)
             notes.append(f"{_title(first)} rises steadily and is taken for time")

@@ -17,7 +17,7 @@ import pandas as pd
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.records.channels import COPY_AGAIN
-from freerock.records.dates import CLOCK, DATE, seconds
+from freerock.records.dates import CLOCK, DATE_PATTERN, seconds
 from freerock.records.headings import NUMBER, WANTED
 
 HEAD = 1 << 16  # characters in which encoding and layout are found
@@ -140,7 +140,7 @@ def _numbers(path: Path, encoding: str, layout: Layout, lines: _Lines) -> dict[i
 
 def kind_of(cell: str, decimal: str) -> str:
     """n for a number, c for a clock's time, t for other text, nothing for an empty cell or a date alone."""
-    if not cell or DATE.fullmatch(cell):
+    if not cell or DATE_PATTERN.fullmatch(cell):
         return ""
     if CLOCK.fullmatch(cell):
         return "c"

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats, Indices
 from freerock.errors import FreerockError
-from freerock.records.channels import AT_ONCE, SampleColumn, whole
+from freerock.records.channels import SAMPLES_AT_ONCE, SampleColumn, whole
 
 MILD_JITTER = 0.25  # of the sampling interval: largest deviation of a stamp from the grid
 GAP = 1.5  # sampling intervals between two stamps from which a sample is missing
@@ -89,8 +89,10 @@ def regular_grid(where: object, time_s: ArrayLike) -> Grid:
 
 def typical_step(time_s: Floats) -> float:
     """Typical interval between time stamps [s]."""
-    starts = range(0, time_s.size - 1, AT_ONCE)
-    return float(np.median([np.median(np.diff(time_s[start : start + AT_ONCE + 1])) for start in starts]))
+    starts = range(0, time_s.size - 1, SAMPLES_AT_ONCE)
+    return float(
+        np.median([np.median(np.diff(time_s[start : start + SAMPLES_AT_ONCE + 1])) for start in starts])
+    )
 
 
 def on_grid(where: object, grid: Grid, values: SampleColumn) -> Floats:
@@ -106,9 +108,9 @@ def on_grid(where: object, grid: Grid, values: SampleColumn) -> Floats:
     if grid.stretches is None:
         return whole(values)
     placed = np.full(grid.size, np.nan)
-    for start in range(0, len(values), AT_ONCE):
+    for start in range(0, len(values), SAMPLES_AT_ONCE):
         begin = max(0, start - 1)
-        samples = np.asarray(values[begin : start + AT_ONCE], float)
+        samples = np.asarray(values[begin : start + SAMPLES_AT_ONCE], float)
         place = grid.place(begin, begin + samples.size)
         repeated = np.flatnonzero(np.diff(place) == 0)
         same = (samples[repeated] == samples[repeated + 1]) | np.isnan(samples[repeated + 1])
@@ -135,8 +137,8 @@ class _Steps(NamedTuple):
 
 def _parts(time: Floats) -> Iterator[tuple[slice, Floats]]:
     """Parts of the stamps, with the intervals before each; 0 before the first."""
-    for start in range(0, time.size, AT_ONCE):
-        part = slice(start, start + AT_ONCE)
+    for start in range(0, time.size, SAMPLES_AT_ONCE):
+        part = slice(start, start + SAMPLES_AT_ONCE)
         yield part, np.diff(time[part], prepend=time[max(0, start - 1)])
 
 

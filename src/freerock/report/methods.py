@@ -15,7 +15,7 @@ from freerock.models.laws import LAWS
 from freerock.report.facts import Pairs
 from freerock.tables.markdown import SIGNS
 
-HERE = Path(__file__).parent
+PAGE_FILES = Path(__file__).parent
 _ENTRY = re.compile(r"^Cited as (.+)\n(@(?:article|book)\{(\w+),\n(?:  .+\n)+\}\n)", re.M)
 
 
@@ -31,7 +31,7 @@ class Reference(NamedTuple):
         return self.entry.partition("  doi = {")[2].partition("}")[0]
 
 
-_FILE = (HERE / "references.bib").read_text(encoding="utf-8")
+_FILE = (PAGE_FILES / "references.bib").read_text(encoding="utf-8")
 REFERENCES = {key: Reference(short, entry) for short, entry, key in _ENTRY.findall(_FILE)}
 assert len(REFERENCES) == _FILE.count("\n@"), "references.bib: an entry was passed over"
 ASSUMED = (
@@ -43,7 +43,7 @@ ASSUMED = (
 _KEY = f"@(?:{'|'.join(REFERENCES)})"
 CITED = re.compile(rf"\[({_KEY}(?:; {_KEY})*)\]")
 PLAIN = SIGNS | {ord("@"): "\\@"}  # in Markdown, where @ begins a citation
-_TEMPLATES = Environment(loader=FileSystemLoader(HERE), undefined=StrictUndefined)
+_TEMPLATES = Environment(loader=FileSystemLoader(PAGE_FILES), undefined=StrictUndefined)
 _HEAD = re.compile(r"^## (.+)$", re.M)  # of methods.j2
 
 

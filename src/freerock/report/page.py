@@ -24,7 +24,7 @@ from freerock.report.beside_published import beside_published
 from freerock.report.facts import counts, facts, free_besides, settings
 from freerock.report.findings import findings, laws_of_foundations
 from freerock.report.key_figure import key_figure
-from freerock.report.methods import HERE, REFERENCES, bib, cited, methods, methods_markdown
+from freerock.report.methods import PAGE_FILES, REFERENCES, bib, cited, methods, methods_markdown
 from freerock.report.methods import html as html_of
 from freerock.report.numbers import plain
 from freerock.report.records import Listed, charted, listed_records, sections_of
@@ -49,10 +49,18 @@ SPOKEN = {"ε_θ": "discrepancy", "t_f": "final time"}  # where no index can be
 BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
 IMPACTS = ("impact_time", "restitution", "restitution_stderr")
 RELEASE = ("release", "theta0", "theta0_stderr", "theta0_u", "sigma_theta")
-OF_RECORD = ("time", "theta", *RELEASE, "fit_start", "end", "n_impacts", *IMPACTS)  # shown of a record
+SHOWN_OF_RECORD = ("time", "theta", *RELEASE, "fit_start", "end", "n_impacts", *IMPACTS)  # shown of a record
 OF_MODEL = ("parameter", "value", "stderr", "u_total", "unit", "epsilon_theta", "success")
 OF_CHOICE = ("candidate", "status")
-OF_FITS = ("time", "theta", "theta_model", "residual", *OF_MODEL, *OF_CHOICE, *IMPACTS)  # shown of its fits
+SHOWN_OF_FITS = (
+    "time",
+    "theta",
+    "theta_model",
+    "residual",
+    *OF_MODEL,
+    *OF_CHOICE,
+    *IMPACTS,
+)  # shown of its fits
 
 
 def write_report(
@@ -83,7 +91,8 @@ def write_report(
         The blocks by name.
     opened : callable
         Opens the record and the fit dataset of a test, opened(test, samples); the latter without its samples
-        where that is False. One pair is looked at after the other, of them `OF_RECORD` and `OF_FITS`.
+        where that is False. One pair is looked at after the other, of them `SHOWN_OF_RECORD` and
+        `SHOWN_OF_FITS`.
     figures : sequence of (str, path)
         Caption, its first line a title, and PNG file of each figure to show, numbered as the page shows them.
     pages : mapping of str to path, optional
@@ -98,7 +107,7 @@ def write_report(
     shown = listed_records(tables["runs"], MOST_LISTED)
     wanted = charted(shown.rows(tables["runs"]), MOST_CHARTED)
     sections = sections_of(provenance, tables["runs"], opened, wanted, linked)
-    environment = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined)
+    environment = Environment(loader=FileSystemLoader(PAGE_FILES), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"indices": _indices, "spoken": _spoken, "cited": html_of}
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}  # keys in their order
     content = _content(provenance, tables, blocks, shown)
@@ -121,7 +130,7 @@ def write_report(
         scripts=[(scripts_folder() / name).read_text(encoding="utf-8") for name in BOKEH if wanted],
         by_hand=made.by_hand(changes, provenance["config"], shown.tests),
         looked=made.changes_seen(changes, tables["runs"]),
-        own_script=(HERE / "report.js").read_text(encoding="utf-8"),
+        own_script=(PAGE_FILES / "report.js").read_text(encoding="utf-8"),
     )
     write_text(path, html)
     if texts:

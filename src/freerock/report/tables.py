@@ -11,7 +11,7 @@ from freerock.config.review_log import LOOKED_AT, Change, looked_at
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.response.motions import INTENSITIES
-from freerock.rotation.u_total import LAW
+from freerock.rotation.u_total import OF_LAW
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.number_text import INPUT_LABELS, SEEN_NOTE, fixed, quantity, with_unit
@@ -263,7 +263,7 @@ def _largest(parts: pd.DataFrame, labels: Labels) -> str:
     told = []
     for row in shown.sort_values("share_percent", ascending=False, kind="stable").head(4).itertuples():
         share, name = f"{row.share_percent:.0f} %", INPUT_LABELS[row.input]
-        if row.input not in ("runs", LAW):
+        if row.input not in ("runs", OF_LAW):
             name += f" of {labels.get(row.input_owner, row.input_owner)}"
             share += " (d)" * (row.input_stated == 0)
         told.append(f"{name} {share}")

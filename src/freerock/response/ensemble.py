@@ -14,7 +14,16 @@ from freerock.response.motions import Accelerogram, measures
 RTOL = 1e-5  # of θ_cr per step: a trajectory is one of an ensemble, chaos makes more digits worth nothing
 AFTER = 6.0  # times 1/p that are followed after the ground has come to rest
 FINE = 40.0  # samples in 1/p, in which the highest rotation is sought
-COLUMNS = ["motion", "scale", "pga_g", "pgv_m_s", "pgv_over_pga_s", "draw", "max_theta_ratio", "overturned"]
+RESPONSE_COLUMNS = [
+    "motion",
+    "scale",
+    "pga_g",
+    "pgv_m_s",
+    "pgv_over_pga_s",
+    "draw",
+    "max_theta_ratio",
+    "overturned",
+]
 FAILED = ("step_limit", "non_finite")
 
 
@@ -46,8 +55,8 @@ def respond(
     Returns
     -------
     pandas.DataFrame
-        Columns `COLUMNS`, a row per motion, scale and set: the highest |θ| over θ_cr, 1 and more where it
-        overturned; NaN of both where the integration failed.
+        Columns `RESPONSE_COLUMNS`, a row per motion, scale and set: the highest |θ| over θ_cr, 1 and more
+        where it overturned; NaN of both where the integration failed.
     """
     law, rules, solver = CANDIDATES[model].law, CANDIDATES[model].rules(debonding), Solver(rtol)
     rigid = not law_of(model).is_foundation
@@ -68,4 +77,4 @@ def respond(
                     highest = float(np.nanmax(np.abs(found.theta), initial=0.0)) / block.theta_cr
                     ratio = over if math.isnan(over) else max(highest, over)
                 rows.append((motion.name, *measure.values(), number, ratio, over))
-    return pd.DataFrame(rows, columns=COLUMNS)
+    return pd.DataFrame(rows, columns=RESPONSE_COLUMNS)

@@ -13,11 +13,11 @@ from scipy.special import log_ndtr, ndtr, ndtri
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
+from freerock.populations.random_effects import LEVEL
 
 RESAMPLES = 200
 BETA = (0.02, 3.0)  # bounds of β: steeper or flatter is not seen in so few motions
 GROUPS = 8  # of equal numbers of responses, in which falls are counted
-LEVEL = 0.95
 
 
 class Lognormal(NamedTuple):

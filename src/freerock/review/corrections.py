@@ -10,7 +10,7 @@ from pydantic import AfterValidator, ConfigDict, Field
 
 from freerock import bounds
 from freerock.config.hand_corrections import (
-    RECORD,
+    WHOLE_RECORD,
     Override,
     read_exclusions,
     read_overrides,
@@ -66,7 +66,7 @@ def correction_of(line: Record) -> dict[str, Any]:
             {name: getattr(each, name) for name in SentOverride.model_fields}
             for each in read_overrides(line.override)
         ],
-        "exclude": RECORD if line.excluded else [run for run, _ in line.exclusions],
+        "exclude": WHOLE_RECORD if line.excluded else [run for run, _ in line.exclusions],
         "stretches": [[from_s, to_s] for from_s, to_s, _ in line.stretches],
         "reason": line.reason,
         "note": line.note,
@@ -83,12 +83,14 @@ def corrected_cells(correction: Correction, line: Record) -> dict[str, str]:
     """
     overrides = [_override(each) for each in correction.overrides]
     stretches = [(from_s, to_s) for from_s, to_s in correction.stretches]
-    exclude = RECORD if correction.exclude == "record" else written_exclusions(correction.exclude, stretches)
+    exclude = (
+        WHOLE_RECORD if correction.exclude == "record" else written_exclusions(correction.exclude, stretches)
+    )
     cells = {"override": line.override, "exclude": line.exclude}
     cells |= {"reason": correction.reason, "note": correction.note}
     if overrides != list(read_overrides(line.override)):
         cells["override"] = written_overrides(overrides)
-    if exclude != (RECORD if line.excluded else written_exclusions(*read_exclusions(line.exclude))):
+    if exclude != (WHOLE_RECORD if line.excluded else written_exclusions(*read_exclusions(line.exclude))):
         cells["exclude"] = exclude
     corrected(line, cells)
     return {key: value for key, value in cells.items() if value != getattr(line, key)}

@@ -9,13 +9,13 @@ import pandas as pd
 
 from freerock.config.campaign import Campaign
 from freerock.config.record import Record
-from freerock.config.review_log import BY_HAND
+from freerock.config.review_log import CELLS_BY_HAND
 from freerock.errors import FreerockError
 from freerock.files import read_json
 from freerock.jobs.batches import batches
 from freerock.jobs.code_identity import code_checksum
 from freerock.jobs.home import SCRIPTS
-from freerock.jobs.ledger import FOLDER, read_entry
+from freerock.jobs.ledger import LEDGER_FOLDER, read_entry
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.csvfile import read_csv
 
@@ -73,7 +73,7 @@ def is_of_this_code(campaign: Campaign, test: str, results: Path) -> bool:
     tests = [each.test for each in campaign.records]
     job = next(each[0] for each in batches(tests, campaign.records_per_job) if test in each)
     for step in ("record", "fit"):
-        script, entry = SCRIPTS / f"{step}.py", read_entry(results / f"{FOLDER}/{step}_{job}.json")
+        script, entry = SCRIPTS / f"{step}.py", read_entry(results / f"{LEDGER_FOLDER}/{step}_{job}.json")
         if entry is None or (script.exists() and entry.settings.get("code") != _code(script)):
             return False
     return True
@@ -81,7 +81,7 @@ def is_of_this_code(campaign: Campaign, test: str, results: Path) -> bool:
 
 def is_behind(line: Record, then: Mapping[str, Any] | None) -> bool:
     """Whether a record's cells were changed since it was analysed; not known to be without an analysis."""
-    return then is not None and any(then.get(key, "") != getattr(line, key) for key in BY_HAND)
+    return then is not None and any(then.get(key, "") != getattr(line, key) for key in CELLS_BY_HAND)
 
 
 def _number(value: Any) -> float | None:

@@ -9,7 +9,7 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.free_parameters import symbol_of
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
-from freerock.products.choices import GROUP, named_in
+from freerock.products.choices import CHOICE_GROUP, named_in
 from freerock.products.groups import impacts_of, release_angle_of, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
 from freerock.review.listing import lines_of_runs
@@ -83,9 +83,9 @@ def run_picture(found: Analysed, number: int, block: Block, means: bool = True) 
 
 def fits_of_group(group: xr.DataTree | None) -> Json | None:
     """The candidates of a run, or of all runs jointly: what the choice made of them, and their numbers."""
-    if group is None or GROUP not in group.children:
+    if group is None or CHOICE_GROUP not in group.children:
         return None
-    choice = group.children[GROUP]
+    choice = group.children[CHOICE_GROUP]
     data, attrs = choice.dataset, choice.attrs
     candidates = []
     for i, model in enumerate(data["candidate"].values.astype(str)):

@@ -29,7 +29,7 @@ from freerock.review.remembered import Remembered
 ROTATIONS = 1  # remembered: that of the record on the desk
 FITS = 60  # runs whose fits are remembered
 M_MMAP_THRESHOLD, LARGE_BYTES = -3, 1 << 20  # of mallopt(3)
-BY_HAND = ("overrides", "exclusions", "stretches", "excluded")
+SETTINGS_BY_HAND = ("overrides", "exclusions", "stretches", "excluded")
 
 
 class Superseded(Exception):
@@ -169,7 +169,9 @@ class Bench:
         from freerock.jobs.make_record import rotation_of
 
         own = {
-            key: value for key, value in settings.items() if key not in (*BY_HAND, "attributes", "laboratory")
+            key: value
+            for key, value in settings.items()
+            if key not in (*SETTINGS_BY_HAND, "attributes", "laboratory")
         }
         look = Path(settings["raw"], settings["file"])
         stamp = (look.stat().st_mtime_ns, look.stat().st_size) if look.is_file() else ()

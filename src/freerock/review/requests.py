@@ -76,7 +76,7 @@ class Window(OfTest):
 
 
 DONE: dict[str, type[Section]] = {"refit": Refit, "misfit": Misfit, "keep": Keep, "undo": Sent, "look": Look}
-ASKED: dict[str, type[Section]] = {
+REQUESTS: dict[str, type[Section]] = {
     "list": Asked,
     "again": Asked,
     "styles": Asked,

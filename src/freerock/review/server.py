@@ -24,7 +24,7 @@ from freerock.errors import FreerockError
 from freerock.figures.looks import on_screen, scripts_folder
 from freerock.review.desk import Desk
 from freerock.review.reprocessing import Superseded
-from freerock.review.requests import ASKED, DONE, checked, read_request
+from freerock.review.requests import DONE, REQUESTS, checked, read_request
 
 HOST = "127.0.0.1"
 HERE = Path(__file__).parent
@@ -149,10 +149,10 @@ class Ask(Page):
 
     async def get(self, what: str) -> None:
         """A question by its name."""
-        if what not in ASKED:
+        if what not in REQUESTS:
             raise tornado.web.HTTPError(404)
         given = {name: self.get_query_argument(name) for name in self.request.arguments}
-        if (asked := self.taken(lambda: checked(ASKED[what], given))) is None:
+        if (asked := self.taken(lambda: checked(REQUESTS[what], given))) is None:
             return
         ways: dict[str, Callable[..., Any]] = {"list": self.desk.listing, "styles": on_screen}
         await self.answer(partial(ways.get(what) or getattr(self.desk, what), **asked))

@@ -9,7 +9,7 @@ from freerock.arrays import Floats, Mask
 
 BLOCK_S = 0.025  # the signal is looked at in means over this long
 WIDE = 10  # such means in the window that must stand still
-CANDIDATES = 40  # rates of decay that are tried
+RATES_TRIED = 40  # rates of decay that are tried
 
 
 def ac_cutoff(step: float, signal: Floats) -> float | None:
@@ -94,7 +94,7 @@ def _rate(y: Floats, area: Floats, turned: Mask, limit: float) -> float | None:
     if rates.size < WIDE:
         return None
     density = np.log(rates[WIDE - 1 :] / rates[: 1 - WIDE or None])  # small where many windows agree
-    candidates = rates[np.argsort(density)[:: max(1, WIDE // 2)][:CANDIDATES] + WIDE // 2]
+    candidates = rates[np.argsort(density)[:: max(1, WIDE // 2)][:RATES_TRIED] + WIDE // 2]
 
     def stillness(rate: float) -> int:
         return int(np.count_nonzero(_still(y + rate * area, limit) & turned))

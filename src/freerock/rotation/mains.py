@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 from freerock.arrays import Complexes, Floats, Indices
 
 BAND_HZ = 0.25  # the mains frequency is sought this far either side of its nominal value
-SEARCH = 0.18  # of the nominal frequency, either side; short of the step from 50 to 60 Hz
+SOUGHT = 0.18  # of the nominal frequency, either side; short of the step from 50 to 60 Hz
 FALSE_ALARM = 1e-6
 HARMONICS = 3
 AVERAGED_S = 0.1  # the beat with the mains is averaged over this long, which keeps it sharp and cheap
@@ -174,7 +174,7 @@ def _wanders(centre: Floats, steady: Complexes) -> bool:
 def mains_ratio(time_s: ArrayLike, signal: ArrayLike, mains_hz: float) -> tuple[float, float] | None:
     """Frequency of the mains in a signal over the nominal one: the declared sampling rate over the true.
 
-    They are the highest line of the periodogram (Hann window) within `SEARCH` of the nominal frequency. It
+    They are the highest line of the periodogram (Hann window) within `SOUGHT` of the nominal frequency. It
     counts as seen when noise of the level around it would be as high with a probability P below
     `FALSE_ALARM`: the power of white noise in a bin is exponential, its mean the median over ln 2, and
     the highest of n exceeds ln(n/P) means with probability P.
@@ -205,8 +205,8 @@ def mains_ratio(time_s: ArrayLike, signal: ArrayLike, mains_hz: float) -> tuple[
     step = (time[-1] - time[0]) / (time.size - 1)
     frequency = np.fft.rfftfreq(time.size, step)
     power = np.abs(np.fft.rfft(weighted)) ** 2
-    band = np.flatnonzero(np.abs(frequency - mains_hz) < SEARCH * mains_hz)
-    if band.size < 16 or frequency[-1] < (1 + SEARCH) * mains_hz:
+    band = np.flatnonzero(np.abs(frequency - mains_hz) < SOUGHT * mains_hz)
+    if band.size < 16 or frequency[-1] < (1 + SOUGHT) * mains_hz:
         return None
     noise = np.median(power[band]) / math.log(2)
     peak = band[np.argmax(power[band])]

@@ -20,7 +20,7 @@ NOISE_SAMPLES = 200_000  # suffice to know the noise within 0.2 %
 MAINS_KEEP = 0.005  # of their frequency: the mains stay so close to it
 RATE_SAMPLES = 1 << 18  # suffice to see the mains
 MAINS_HZ = (50.0, 60.0)  # anywhere on earth
-COARSE = 1.5  # times the noise: a step that differences of neighbours no longer see through
+COARSE_STEP = 1.5  # times the noise: a step that differences of neighbours no longer see through
 FAINT = 0.1  # of the noise of one sample: an interference below this is not worth a word
 
 
@@ -103,11 +103,11 @@ class StillSignal:
         i = np.arange(0, self.n_inside - 1, max(1, self.n_inside // NOISE_SAMPLES))
         (time_s, deviation), (later_s, later) = self.inside(i), self.inside(i + 1)
         difference = (later - deviation)[later_s - time_s < 1.5 * self.step]
-        limit = max(6 * np.median(np.abs(difference)) / 0.6745, COARSE * self.lattice)
+        limit = max(6 * np.median(np.abs(difference)) / 0.6745, COARSE_STEP * self.lattice)
         white = float(np.sqrt(np.mean(difference[np.abs(difference) <= limit] ** 2) / 2))
-        if self.lattice > COARSE * white:
+        if self.lattice > COARSE_STEP * white:
             of_all = scatter([self.values[first:last] for first, last in self.quiet()], self.lattice)
-            return of_all if self.lattice > COARSE * of_all else white
+            return of_all if self.lattice > COARSE_STEP * of_all else white
         return white
 
     def quiet(self) -> Iterator[tuple[int, int]]:

@@ -18,7 +18,7 @@ from freerock.rotation.lattice import lattice_step
 from freerock.rotation.lines import other_line, slow_line
 from freerock.rotation.mains import Mains
 from freerock.rotation.noise_at_rest import (
-    COARSE,
+    COARSE_STEP,
     FAINT,
     StillSignal,
     moved_rests,
@@ -36,7 +36,7 @@ LARGEST = 1e9  # in any unit: beyond it nothing was measured
 ROUNDED = 0.32  # of a coarse converter's step: the line that rounding alone makes of a slow one is no higher
 BLIND = 1e-9  # of the half width b: a beam this near a corner sees no turning about it
 SUFFIX = {"V": "v", "mA": "ma", "m": "m", "rad": "rad"}  # of attributes in that unit
-PIECE = 1 << 14  # samples at a time: what fits the processor's cache is several times faster
+READ_AT_ONCE = 1 << 14  # samples at a time: what fits the processor's cache is several times faster
 
 
 class Reading(NamedTuple):
@@ -166,7 +166,7 @@ def read_channel(
 
 def pieces(n: int) -> Iterator[slice]:
     """Slices of n samples, each of what fits the processor's cache."""
-    return (slice(start, start + PIECE) for start in range(0, n, PIECE))
+    return (slice(start, start + READ_AT_ONCE) for start in range(0, n, READ_AT_ONCE))
 
 
 def _flagged(recorded: Floats, step: float, laser: Laser, quantity: str) -> Flags:
@@ -284,7 +284,7 @@ def _interference(
         note = f"{mains.frequency_hz:.2f} Hz, {mains.amplitude:.3g} {unit}, removed"
         faults.append(Fault("mains_interference", *whole, note, mains.amplitude * per_output))
     line = other_line(signal.segments(), signal.step, lines_of_hz)
-    rounded = ROUNDED * signal.lattice if signal.lattice > COARSE * signal.noise else 0.0
+    rounded = ROUNDED * signal.lattice if signal.lattice > COARSE_STEP * signal.noise else 0.0
     if line and line[1] > max(FAINT * signal.noise, rounded):
         note = f"{line[0]:.1f} Hz, {line[1]:.3g} {unit}, not from the mains: folded, or a vibration"
         faults.append(Fault("aliasing", *whole, note, line[1] * per_output))

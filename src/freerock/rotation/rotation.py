@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
-from freerock.config.defaults import ROTATION, RotationOptions
+from freerock.config.defaults import ROTATION_OPTIONS, RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.faults import flagged_faults, lost_at_large_angles
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.one_laser import rotation_of_one
-from freerock.rotation.reading import PIECE, Reading, Rotation, read_channel
+from freerock.rotation.reading import READ_AT_ONCE, Reading, Rotation, read_channel
 from freerock.rotation.sensor import Laser
 from freerock.rotation.sensor_response import delay_s
 from freerock.rotation.two_lasers import rotation_of_two
@@ -51,7 +51,7 @@ def find_rotation(
     laser: Laser | Sequence[Laser],
     block: Block,
     units: str | Sequence[str] | None = None,
-    options: RotationOptions = ROTATION,
+    options: RotationOptions = ROTATION_OPTIONS,
 ) -> "xr.Dataset":
     """Rotation of the block from the channel of its laser, or of two, with uncertainty, flags and faults.
 
@@ -159,9 +159,12 @@ def _even_step(time_s: Floats, signals: Sequence[Floats]) -> float:
             "give two arrays of one equal length, of at least two samples",
         )
     step = float(time_s[-1] - time_s[0]) / (time_s.size - 1)
-    count = step * np.arange(min(PIECE, time_s.size))
-    apart = [np.ptp(time_s[i : i + PIECE] - count[: time_s.size - i]) for i in range(0, time_s.size, PIECE)]
-    begins = time_s[::PIECE] - time_s[0] - step * np.arange(0, time_s.size, PIECE)
+    count = step * np.arange(min(READ_AT_ONCE, time_s.size))
+    apart = [
+        np.ptp(time_s[i : i + READ_AT_ONCE] - count[: time_s.size - i])
+        for i in range(0, time_s.size, READ_AT_ONCE)
+    ]
+    begins = time_s[::READ_AT_ONCE] - time_s[0] - step * np.arange(0, time_s.size, READ_AT_ONCE)
     if not (step > 0 and max(apart) < step and np.all(np.abs(begins) < step)):
         raise FreerockError(
             "laser signal", "time is not evenly spaced", "resample it, or correct the sampling rate"

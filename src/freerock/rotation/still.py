@@ -21,7 +21,7 @@ PIECE = 1 << 15  # samples at a time: what fits the processor's cache is several
 DECAYED = (
     0.3  # of the largest peak, the last before a rest: of foreign records at most 0.11, before a hold 0.6
 )
-NEAR = 10.0  # in units of the stillness limit: levels this close are one level
+NEAR_LEVEL = 10.0  # in units of the stillness limit: levels this close are one level
 # Phases on either side of an oscillation, among which is the rest it goes about. Of 50 drawn records with up
 # to six stops before a release, and a hand that catches, 12 find what all would; of 80 others 8 do.
 AROUND = 32
@@ -157,7 +157,11 @@ def _still_spans(blocks: _Blocks, limit: float) -> list[tuple[int, int]]:
     for first, last in stretches(np.std(windows, axis=1) <= limit):
         last += BLOCKS_PER_WINDOW - 1
         level = float(np.median(blocks.means[first : last + 1]))
-        if spans and first - spans[-1][1] <= BLOCKS_PER_WINDOW and abs(level - spans[-1][2]) < NEAR * limit:
+        if (
+            spans
+            and first - spans[-1][1] <= BLOCKS_PER_WINDOW
+            and abs(level - spans[-1][2]) < NEAR_LEVEL * limit
+        ):
             first = spans.pop()[0]
         spans.append((first, last, level))
     return [(first, last) for first, last, _ in spans]
@@ -194,14 +198,14 @@ def _classify(
     resting = {*at_rest}
     zeros = np.interp([phase.mid_s for phase in phases], middles, levels).tolist()
     held = [
-        phase not in resting and abs(phase.level - zero) > NEAR * limit and _rocks(gap, zero, limit)
+        phase not in resting and abs(phase.level - zero) > NEAR_LEVEL * limit and _rocks(gap, zero, limit)
         for phase, zero, gap in zip(phases, zeros, gaps[1:], strict=True)
     ]
     angle = max((abs(p.level - z) for p, z, h in zip(phases, zeros, held, strict=True) if h), default=0.0)
     named = []
     for phase, zero, is_held in zip(phases, zeros, held, strict=True):
         off = abs(phase.level - zero)
-        if phase in resting or off <= NEAR * limit or (off <= MOVED * angle and not is_held):
+        if phase in resting or off <= NEAR_LEVEL * limit or (off <= MOVED * angle and not is_held):
             kind = "rest"
         else:
             kind = "held" if is_held else "paused"
@@ -220,7 +224,7 @@ def _rocked_about(phases: list[Phase], gaps: list[Floats], limit: float) -> list
     if not found:
         return []
     level = min(found, key=lambda each: each[0])[1].level
-    every = {phase.mid_s: phase for _, phase in found if abs(phase.level - level) <= NEAR * limit}
+    every = {phase.mid_s: phase for _, phase in found if abs(phase.level - level) <= NEAR_LEVEL * limit}
     return list(every.values())
 
 
@@ -242,7 +246,7 @@ def _rocks(signal: Floats, level: float, limit: float) -> bool:
 def _peaks(signal: Floats, level: float, limit: float) -> Floats:
     """Largest deviations from a level between passages of it, from the largest on and over it."""
     deviation = signal[np.isfinite(signal)] - level
-    away = max(PEAK * np.abs(deviation).max(initial=0), NEAR * limit)
+    away = max(PEAK * np.abs(deviation).max(initial=0), NEAR_LEVEL * limit)
     side = np.where(np.abs(deviation) > away, np.sign(deviation), 0)
     telling = side != 0
     if not ((side > 0).any() and (side < 0).any()):  # passages of a signed signal are changes of its sign

@@ -13,7 +13,7 @@ from scipy.special import ndtr
 from freerock.arrays import Floats
 from freerock.rotation.laboratory import Input
 
-LAW = "law"  # label of the model discrepancy in the budget: all fits of one law share it
+OF_LAW = "law"  # label of the model discrepancy in the budget: all fits of one law share it
 
 
 @dataclass(frozen=True)

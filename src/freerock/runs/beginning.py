@@ -10,8 +10,8 @@ from freerock.config.hand_corrections import Override
 from freerock.rotation.still import MIN_PEAKS, Phase
 from freerock.runs.holds import UNSTEADY
 from freerock.runs.release import (
-    BLOCK_S,
     FAR,
+    HOLD_BLOCK_S,
     MIN_BLOCKS,
     HeldAngle,
     Release,
@@ -24,7 +24,7 @@ from freerock.runs.stops import find_stop
 from freerock.runs.tops import TOP_STDERR, TOP_STDERR_S, find_tops
 from freerock.runs.verdict import Reason
 
-HOLD_OF = f"give a hold window with {MIN_BLOCKS * BLOCK_S:g} s of valid samples or more"
+HOLD_OF = f"give a hold window with {MIN_BLOCKS * HOLD_BLOCK_S:g} s of valid samples or more"
 FROM_PEAK = "the run begins at its first clean peak"
 LEAVE_OUT = "the motion before is not free rocking; exclude the run, or set its release by hand"
 LEAST_PEAK = 0.2  # of the largest angle seen, by judgement: a run that begins lower says little
@@ -164,17 +164,17 @@ def begun_by_hand(
 
 def _is_its_hold(found: Beginning, release_s: float, limits: RunLimits) -> bool:
     """Whether a release follows the hold that was found, without free rocking between."""
-    shortest = limits.finger_s + MIN_BLOCKS * BLOCK_S
+    shortest = limits.finger_s + MIN_BLOCKS * HOLD_BLOCK_S
     return found.hold_start_s + shortest < release_s < found.release.instant_s + limits.finger_s
 
 
 def _still_since(signal: Signal, until_s: float, most_s: float) -> float:
     """From when on the block stands still up to an instant [s], looked for over no more than `most_s`."""
-    since_s, last = until_s, held_over(signal, until_s - (MIN_BLOCKS + 0.5) * BLOCK_S, until_s)
-    while last and since_s - BLOCK_S >= until_s - most_s:
-        theta = signal.theta[signal.during(since_s - BLOCK_S, since_s)]
+    since_s, last = until_s, held_over(signal, until_s - (MIN_BLOCKS + 0.5) * HOLD_BLOCK_S, until_s)
+    while last and since_s - HOLD_BLOCK_S >= until_s - most_s:
+        theta = signal.theta[signal.during(since_s - HOLD_BLOCK_S, since_s)]
         theta = theta[np.isfinite(theta)]
         if not theta.size or abs(theta.mean() - last.theta0) > UNSTEADY * abs(last.theta0):
             break
-        since_s -= BLOCK_S
+        since_s -= HOLD_BLOCK_S
     return since_s

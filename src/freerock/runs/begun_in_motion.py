@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.defaults import RUNS
+from freerock.config.defaults import RUN_LIMITS
 from freerock.models.block import Block
 from freerock.runs.beginning import Beginning
 from freerock.runs.release import HeldAngle, Release
@@ -47,7 +47,7 @@ def begun_moving(
     end_s: float,
     block: Block,
     position: Position | None = None,
-    settle_s: float = RUNS.finger_s,
+    settle_s: float = RUN_LIMITS.finger_s,
 ) -> Beginning | None:
     """How a run begins that is in motion already, None where nothing moves.
 

@@ -152,4 +152,4 @@ def _impossible(text: str) -> Reason:
     return Reason("fail", "by_hand", text)
 
 
-NOTHING = ByHand()
+NOTHING_BY_HAND = ByHand()

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ellipkinc
 
 from freerock.arrays import Floats
-from freerock.config.defaults import IMPACTS, ImpactLimits
+from freerock.config.defaults import IMPACT_LIMITS, ImpactLimits
 from freerock.models.block import Block
 from freerock.runs.impact_kernel import Lowest, NoisySamples, Peak, Residual, Rigid, impact_rows
 from freerock.runs.noise_in_motion import in_motion
@@ -58,7 +58,7 @@ class Impacts:
     theta_uplift: float
 
 
-COLUMNS = [field.name for field in fields(Impacts) if field.name != "theta_uplift"]
+IMPACT_COLUMNS = [field.name for field in fields(Impacts) if field.name != "theta_uplift"]
 
 
 def find_impacts(
@@ -69,7 +69,7 @@ def find_impacts(
     *,
     theta0: float | None = None,
     theta0_stderr: float = 0.0,
-    limits: ImpactLimits = IMPACTS,
+    limits: ImpactLimits = IMPACT_LIMITS,
     noise: Noise | None = None,
     zero_stderr: float = 0.0,
 ) -> Impacts:
@@ -115,11 +115,11 @@ def find_impacts(
     uplift = uplift_amplitude(motion.t, motion.y, passages, block)
     release = theta0, theta0_stderr, zero_stderr
     rows = _rows(motion, swings, passages, release, uplift, block, limits, noise)
-    columns = dict(zip(COLUMNS, rows.T.copy(), strict=True))
+    columns = dict(zip(IMPACT_COLUMNS, rows.T.copy(), strict=True))
     return Impacts(theta_uplift=uplift, **columns)
 
 
-def doubt_about(impacts: Impacts, limits: ImpactLimits = IMPACTS) -> list[Reason]:
+def doubt_about(impacts: Impacts, limits: ImpactLimits = IMPACT_LIMITS) -> list[Reason]:
     """A warning where no restitution per impact is meaningful: no swing clearly leaves full contact."""
     if impacts.time_s.size or not impacts.theta_uplift:
         return []
@@ -231,7 +231,7 @@ def _rows(
     """The impacts one by one, as values of `Impacts`; release holds its angle and the standard errors
     of angle and zero."""
     if not passages:
-        return np.empty((0, len(COLUMNS)))
+        return np.empty((0, len(IMPACT_COLUMNS)))
     rigid, theta0 = Rigid(block.theta_cr, block.p), release[0]
     start = _release_peak(motion, *release[:2], rigid)
     released = theta0 is not None and abs(theta0) < rigid.theta_cr

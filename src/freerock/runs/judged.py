@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.defaults import IMPACTS, RUNS, ImpactLimits, RunLimits
+from freerock.config.defaults import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, RunLimits
 from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.lattice import scatter
 from freerock.rotation.still import stationary_phases
 from freerock.runs.begun_in_motion import Position
-from freerock.runs.by_hand import NOTHING, ByHand
+from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand
 from freerock.runs.impacts import Impacts, doubt_about, find_impacts
 from freerock.runs.left_out import impacts_used, missed
 from freerock.runs.quiet import sensor_noise
@@ -30,9 +30,9 @@ def judged_runs(
     signal: Sequence[Floats],
     block: Block,
     quality: SignalQuality,
-    by_hand: ByHand = NOTHING,
-    of_runs: RunLimits = RUNS,
-    of_impacts: ImpactLimits = IMPACTS,
+    by_hand: ByHand = NOTHING_BY_HAND,
+    of_runs: RunLimits = RUN_LIMITS,
+    of_impacts: ImpactLimits = IMPACT_LIMITS,
     position: Position | None = None,
 ) -> list[tuple[Run, Impacts]]:
     """Each run of a record and its impacts.

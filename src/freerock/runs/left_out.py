@@ -11,7 +11,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.runs.by_hand import ByHand
-from freerock.runs.impacts import COLUMNS, Impacts, restitution_from_peaks
+from freerock.runs.impacts import IMPACT_COLUMNS, Impacts, restitution_from_peaks
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
 
@@ -55,7 +55,11 @@ def impacts_used(find: Find, run: Run, block: Block, by_hand: ByHand) -> Used:
     impacts = _joined(parts, run, block)
     for from_s, to_s, why in own:
         if from_s == to_s and (named := nearest(impacts.time_s, from_s)) is not None:
-            kept = {name: getattr(impacts, name).copy() for name in COLUMNS if name.startswith("restitution")}
+            kept = {
+                name: getattr(impacts, name).copy()
+                for name in IMPACT_COLUMNS
+                if name.startswith("restitution")
+            }
             for values in kept.values():
                 values[named] = np.nan
             text = f"impact {named + 1} at {impacts.time_s[named]:.3f} s left out: {why}"
@@ -93,7 +97,7 @@ def _joined(parts: Sequence[Impacts], run: Run, block: Block) -> Impacts:
     known = [each for i, each in enumerate(parts) if i == 0 or each.time_s.size]
     if len(known) < 2:
         return known[0]
-    columns: dict[str, list[Floats]] = {name: [getattr(known[0], name)] for name in COLUMNS}
+    columns: dict[str, list[Floats]] = {name: [getattr(known[0], name)] for name in IMPACT_COLUMNS}
     for before, after in pairwise(known):
         blank = np.full(_hidden(before, after, run, block), np.nan)
         for name, column in columns.items():

@@ -10,7 +10,7 @@ from freerock.arrays import Floats
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
 from freerock.runs.begun_in_motion import LOOSE, local_fit
-from freerock.runs.noise_in_motion import SWING, in_motion, swings_of
+from freerock.runs.noise_in_motion import HIGH_SWING, in_motion, swings_of
 from freerock.runs.noise_spectrum import Noise, noise_at_rest
 from freerock.runs.quiet import relative_noise
 from freerock.runs.segment import Run
@@ -112,7 +112,7 @@ def heard(motion: Motion, at_rest: Noise | None) -> Motion:
     if at_rest is None:
         return motion
     theta = motion.theta
-    swings = swings_of(theta, SWING * math.sqrt(at_rest.variance))
+    swings = swings_of(theta, HIGH_SWING * math.sqrt(at_rest.variance))
     return replace(motion, noise=in_motion(at_rest, theta, np.ones(len(theta)), swings))
 
 

@@ -16,7 +16,7 @@ from freerock.runs.noise_spectrum import CERTAIN, OCTAVE, Noise
 from freerock.runs.sums import covariance_of_sums
 
 SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
-SWING = 20.0  # standard deviations of the noise that a swing is high which tells of it
+HIGH_SWING = 20.0  # standard deviations of the noise that a swing is high which tells of it
 LONGEST = 8  # means of the noise in one of a difference, at most: beyond them the motion itself is seen
 INNER = 0.8  # of a swing, about its middle, that is looked at
 OF_MEDIAN = 0.4549  # the median of squares of normal numbers

@@ -13,7 +13,7 @@ import numpy as np
 from freerock.arrays import Floats, Indices, Mask
 from freerock.config.defaults import RunLimits
 from freerock.rotation.still import BLOCKS_PER_WINDOW, Phase
-from freerock.runs.noise_in_motion import SWING, in_motion, swings_of
+from freerock.runs.noise_in_motion import HIGH_SWING, in_motion, swings_of
 from freerock.runs.noise_spectrum import Noise
 from freerock.runs.signal import Signal
 from freerock.runs.sums import covariance_of_sums, stderr_of_mean, unsure_of_sum
@@ -26,7 +26,10 @@ SEARCH_S = 0.005  # medians over this long show when the block falls, whatever s
 SWINGS = 8  # so many tell the noise in motion
 SURE = 4.0  # standard errors of a push
 FAR = 0.1  # of θ0, off the hold: how far a fit looks for the release
-BLOCK_S, MIN_BLOCKS = 0.025, 4  # a hold shows in means over this long whether it moves; fewer are no hold
+HOLD_BLOCK_S, MIN_BLOCKS = (
+    0.025,
+    4,
+)  # a hold shows in means over this long whether it moves; fewer are no hold
 QUICK = 0.3  # of the noise's variance at least must be within such means, to tell how loud a hold is
 MOVES = 3.0  # times the variance of such means by noise alone, from which the block moves
 SAG, FADES = (0.25 - 2 / math.pi**2) / 2, 3.0  # of `lowered`; its T is such a part of finger_s
@@ -132,7 +135,7 @@ def _in_motion(signal: Signal, hold: Phase, end_s: float) -> Noise:
     theta, sigma = signal.theta[during], signal.sigma[during]
     noise = signal.relative_noise
     known = sigma[np.isfinite(sigma)]
-    lowest = SWING * math.sqrt(noise.variance) * float(np.median(known)) if known.size else 0.0
+    lowest = HIGH_SWING * math.sqrt(noise.variance) * float(np.median(known)) if known.size else 0.0
     if not lowest:
         return noise
     return in_motion(noise, theta, sigma, swings_of(theta, lowest)[:SWINGS])
@@ -174,13 +177,13 @@ def held_angle(signal: Signal, hold: Phase, release_s: float, limits: RunLimits)
 def held_over(signal: Signal, start_s: float, end_s: float) -> HeldAngle | None:
     """Held angle, its standard error and how far it wanders [rad], from one instant to another [s].
 
-    The standard error is that of the mean under the noise. Where means over `BLOCK_S` scatter clearly more
-    than that would, the block moved, and may have been released from anywhere within that motion. None of
-    fewer than `MIN_BLOCKS` such means.
+    The standard error is that of the mean under the noise. Where means over `HOLD_BLOCK_S` scatter clearly
+    more than that would, the block moved, and may have been released from anywhere within that motion. None
+    of fewer than `MIN_BLOCKS` such means.
     """
     near = signal.during(start_s, end_s)
     held = signal.theta[near][np.isfinite(signal.theta[near])]
-    size = max(1, round(BLOCK_S / signal.step_s))
+    size = max(1, round(HOLD_BLOCK_S / signal.step_s))
     n = held.size // size
     if n < MIN_BLOCKS:
         return None

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from freerock.config.defaults import RUNS, RunLimits
+from freerock.config.defaults import RUN_LIMITS, RunLimits
 from freerock.config.hand_corrections import Override
 from freerock.errors import FreerockError
 from freerock.models.block import Block
@@ -23,7 +23,7 @@ from freerock.rotation.faults import SignalQuality
 from freerock.rotation.still import Phase, stationary_phases
 from freerock.runs.beginning import Beginning, begun_by_hand, from_hold, unseen
 from freerock.runs.begun_in_motion import Position, begun_moving, slid
-from freerock.runs.by_hand import NOTHING, ByHand, Planned
+from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand, Planned
 from freerock.runs.ending import OUT_OF_NOISE, core, end_of_motion
 from freerock.runs.holds import find_holds, no_release
 from freerock.runs.noise_spectrum import Noise
@@ -91,8 +91,8 @@ def find_runs(
     flags: ArrayLike,
     block: Block | None = None,
     quality: SignalQuality = UNKNOWN,
-    by_hand: ByHand = NOTHING,
-    limits: RunLimits = RUNS,
+    by_hand: ByHand = NOTHING_BY_HAND,
+    limits: RunLimits = RUN_LIMITS,
     noise: Noise | None = None,
     phases: Sequence[Phase] | None = None,
     position: Position | None = None,

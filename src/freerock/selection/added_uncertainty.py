@@ -8,7 +8,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.identification.fit import Fit
-from freerock.identification.model_discrepancy import PARTS
+from freerock.identification.model_discrepancy import PARTS_OF_RUN
 from freerock.selection.causes import Cause
 from freerock.selection.choice import evidence
 
@@ -43,7 +43,7 @@ def by_bic(fit: Fit, other: Fit) -> float:
 
 def by_misfit(fit: Fit, other: Fit) -> float:
     """The same where both leave more: a misfit has about as many independent values as a run has parts."""
-    return PARTS / 2 * math.log(fit.epsilon_theta / other.epsilon_theta)
+    return PARTS_OF_RUN / 2 * math.log(fit.epsilon_theta / other.epsilon_theta)
 
 
 def beside_others(fit: Fit, others: Sequence[Fit], log_odds: Callable[[Fit, Fit], float] = by_bic) -> Fit:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from freerock.identification.fit import Fit
 from freerock.identification.inputs_with_priors import Posterior
-from freerock.identification.levels import EFFECTS, NORMAL_95, PULLED, SLOWER, WARNS
+from freerock.identification.levels import EFFECTS, NORMAL_95, PULLED, SLOWER_RESPONSE, WARNS
 from freerock.identification.problem import release_bounds
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS, MODELS
@@ -150,12 +150,12 @@ def slow_sensor(best: Posterior, motion: Motion) -> Iterator[Reason]:
     A sensor or filter that averages over a few milliseconds leaves no more than noise, and k too small.
     """
     off_zero, more_s = blur_of(best)
-    if off_zero > SLOWER:
+    if off_zero > SLOWER_RESPONSE:
         stated_ms = motion.view.laser.response_ms if motion.view else 0.0
         text = f"blurred as by a sensor that averages over {1e3 * more_s:.1f} ms, beside the {stated_ms:g} ms"
         width = "width" in best.problem.names
         text += " stated: " + ("measure the contact width first, which is fitted too" if width else SET_IT)
-        yield Reason("warn", "slow_sensor", text, float(off_zero), SLOWER, "1")
+        yield Reason("warn", "slow_sensor", text, float(off_zero), SLOWER_RESPONSE, "1")
 
 
 def unmodelled_effect(fit: Fit, effect: Cause) -> Reason:

@@ -7,7 +7,7 @@ import pandas as pd
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import CANDIDATES, LAWS, PAPER_MODELS
 
-SCENE = ["campaign", "block", "foundation"]
+SCENE_COLUMNS = ["campaign", "block", "foundation"]
 COUNTS = {f"n_{status}": status for status in ("selected", "also_possible", "rejected", "not_fitted")}
 
 
@@ -23,7 +23,7 @@ _PUBLISHED = [name for model in PAPER_MODELS for name in LAWS[model].parameters]
 MEDIANS = {_column(name): name for name in dict.fromkeys([*_PUBLISHED, "width", *_OF_LAWS])}
 _USUAL = [name for law in LAWS.values() if law.by_default for name in law.parameters]
 RARE = [name for name in _OF_LAWS if name not in _USUAL]
-COLUMNS = [*SCENE, "model", "n_freed", "n_runs", *COUNTS, "n_explains"]
+COLUMNS = [*SCENE_COLUMNS, "model", "n_freed", "n_runs", *COUNTS, "n_explains"]
 COLUMNS += ["epsilon_theta", "epsilon_holdout", *(name for name, own in MEDIANS.items() if own not in RARE)]
 RARE_COLUMNS = [name for name, own in MEDIANS.items() if own in RARE]  # last, where any is not empty
 POSSIBLE = ("selected", "also_possible")
@@ -113,17 +113,17 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
         tau_s [s]: medians over the runs in which the candidate is named or also possible, NaN where there
         is none or it has no such parameter.
     """
-    key = [*SCENE, "test", "run", "model"]
+    key = [*SCENE_COLUMNS, "test", "run", "model"]
     choice, parameters = (table.assign(run=table["run"].astype(str)) for table in (choice, parameters))
     usable = parameters[parameters["success"]]
     choice["usable"] = choice.set_index(key).index.isin(usable.set_index(key).index)
     values = choice[choice["status"].isin(POSSIBLE)][key].merge(usable, on=key)
-    medians = values.groupby([*SCENE, "model", "parameter"])["value"].median()
+    medians = values.groupby([*SCENE_COLUMNS, "model", "parameter"])["value"].median()
     rows = []
-    for scene, asked in choice.groupby(SCENE, sort=False):
+    for scene, asked in choice.groupby(SCENE_COLUMNS, sort=False):
         for model in (name for name in CANDIDATES if name in set(asked["model"])):
             each = asked[asked["model"] == model]
-            row = dict(zip([*SCENE, "model"], (*scene, model), strict=True))
+            row = dict(zip([*SCENE_COLUMNS, "model"], (*scene, model), strict=True))
             row |= {"n_freed": each["n_freed"].max(), "n_runs": len(each)}
             row |= {name: int((each["status"] == status).sum()) for name, status in COUNTS.items()}
             row["n_explains"] = int(each["explains"].sum())

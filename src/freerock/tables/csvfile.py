@@ -11,7 +11,7 @@ from freerock.files import atomic
 NAMES = ["campaign", "test", "run", "block", "foundation", "basis", "model"]  # 001 is one too
 NAMES += ["parameter", "unit", "motion"]
 # true or false, which an empty column does not say
-FLAGS = ["success", "excluded", "selected", "explains", "rejected"]
+YES_OR_NO = ["success", "excluded", "selected", "explains", "rejected"]
 
 
 def write_csv(frame: pd.DataFrame, path: str | Path) -> None:
@@ -51,4 +51,4 @@ def read_csv(path: str | Path) -> pd.DataFrame:
     except FileNotFoundError:
         raise DamagedProduct(path, "there is no such file", "run snakemake again") from None
     frame = frame.fillna({column: "" for column in ("reasons", "reason") if column in frame})
-    return frame.astype({column: bool for column in FLAGS if column in frame and frame.empty})
+    return frame.astype({column: bool for column in YES_OR_NO if column in frame and frame.empty})

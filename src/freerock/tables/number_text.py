@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Sequence
 
-from freerock.rotation.u_total import LAW
+from freerock.rotation.u_total import OF_LAW
 
 SEEN_NOTE = "θ₀: as the sensor shows it, a sinking corner included."
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
@@ -13,7 +13,7 @@ LEAST_P, MOST_P = 1e-9, 0.99  # beyond them a chance is told as a bound
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 INPUT_LABELS = {
     "runs": "runs",
-    LAW: "law",
+    OF_LAW: "law",
     "height_m": "height",
     "width_m": "width",
     "contact_width_m": "contact width",

@@ -14,13 +14,13 @@ from freerock.populations.means import Key, Mean, over_records, over_runs, sprea
 from freerock.populations.random_effects import Population
 from freerock.tables.candidates import accepted_fits
 
-OF_INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
+INPUT_COLUMNS = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
 
 OF_MEAN = ["campaign", "level", "test", "block", "foundation", "model", "parameter", "unit", "n_runs"]
 POPULATIONS = [*OF_MEAN, "n_records", "mean", "stderr", "ci95_low", "ci95_high"]
 POPULATIONS += ["u_total", "total95_low", "total95_high", "tau", "tau_low", "tau_high"]
 POPULATIONS += ["next_low", "next_high", "scatter_p"]
-BUDGET = [*OF_MEAN, *OF_INPUT, "mean", "u_total", "sensitivity", "contribution", "share_percent"]
+BUDGET = [*OF_MEAN, *INPUT_COLUMNS, "mean", "u_total", "sensitivity", "contribution", "share_percent"]
 COMMON = ["campaign", "foundation", "model", "parameter", "unit"]  # of the records of a foundation
 # Column of an end of an interval, and its name in `Population`.
 ENDS = {"ci95_low": "low", "ci95_high": "high", "total95_low": "total_low", "total95_high": "total_high"}
@@ -188,7 +188,7 @@ def _foundations(members: Mapping[tuple[str, ...], list[Mean]]) -> Iterator[tupl
 def _inputs_by_key(contributions: pd.DataFrame) -> dict[Key, dict[str, object]]:
     """Uncertainty, unit and origin of each input in a table of contributions."""
     first = contributions.drop_duplicates(["input_owner", "input"])
-    return {(row["input_owner"], row["input"]): row for row in first[OF_INPUT].to_dict("records")}
+    return {(row["input_owner"], row["input"]): row for row in first[INPUT_COLUMNS].to_dict("records")}
 
 
 def _campaign(members: Mapping[tuple[str, ...], list[Mean]]) -> Iterator[dict[str, Any]]:

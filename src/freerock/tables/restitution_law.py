@@ -9,12 +9,12 @@ from scipy.special import stdtrit
 
 from freerock.arrays import Floats
 from freerock.populations.random_effects import LEVEL, population
-from freerock.tables.candidates import SCENE
+from freerock.tables.candidates import SCENE_COLUMNS
 from freerock.tables.swings import named_models
 
 LEAST = 4  # impacts of a run through which a line is laid
-LAW = [*SCENE, "quantity", "n_runs", "n_impacts", "speed_low_m_s", "speed_high_m_s"]
-LAW += ["speed_m_s", "r", "r_stderr", "slope_s_m", "slope_stderr", "slope_low", "slope_high", "trend"]
+LAW_COLUMNS = [*SCENE_COLUMNS, "quantity", "n_runs", "n_impacts", "speed_low_m_s", "speed_high_m_s"]
+LAW_COLUMNS += ["speed_m_s", "r", "r_stderr", "slope_s_m", "slope_stderr", "slope_low", "slope_high", "trend"]
 PEAKS, ENERGY = "peaks", "energy"
 
 
@@ -42,9 +42,9 @@ def restitution_law(swings: pd.DataFrame, epsilon: pd.DataFrame) -> pd.DataFrame
     Returns
     -------
     pandas.DataFrame
-        Columns `LAW`. quantity is "peaks", √(energy ratio) of a rigid block from the measured peaks against
-        the speed of a rigid block that falls from them, or "energy", that of true mechanical energies under
-        the law selected for the run, else that of least ε_θ, against its speed of impact. speed_m_s is the
+        Columns `LAW_COLUMNS`. quantity is "peaks", √(energy ratio) of a rigid block from the measured peaks
+        against the speed of a rigid block that falls from them, or "energy", of mechanical energies under the
+        law selected for the run, else that of least ε_θ, against its speed of impact. speed_m_s is the
         median speed, r that of the line there; slope_s_m = dr/dv. trend: the interval of the slope does not
         hold zero, so that r is not a constant within speed_low_m_s to speed_high_m_s.
 
@@ -62,9 +62,9 @@ def restitution_law(swings: pd.DataFrame, epsilon: pd.DataFrame) -> pd.DataFrame
         ENERGY: (swings[own], ["impact_speed_m_s", "r_energy"]),
     }
     rows = []
-    for scene, _ in seen.groupby(SCENE, sort=False):
+    for scene, _ in seen.groupby(SCENE_COLUMNS, sort=False):
         for quantity, (frame, numbers) in kinds.items():
-            known = frame[(frame[SCENE] == list(scene)).all(axis=1)].dropna(subset=numbers)
+            known = frame[(frame[SCENE_COLUMNS] == list(scene)).all(axis=1)].dropna(subset=numbers)
             runs = [run[numbers].to_numpy(float).T for _, run in known.groupby(["test", "run"])]
             runs = [run for run in runs if run.shape[1] >= LEAST and np.ptp(run[0]) > 0]
             if not runs:
@@ -74,7 +74,7 @@ def restitution_law(swings: pd.DataFrame, epsilon: pd.DataFrame) -> pd.DataFrame
             line = line_of(runs, at)
             span, trend = (float(speed.min()), float(speed.max())), not line.low <= 0 <= line.high
             rows.append((*scene, quantity, len(runs), len(speed), *span, at, *line, trend))
-    return pd.DataFrame(rows, columns=LAW)
+    return pd.DataFrame(rows, columns=LAW_COLUMNS)
 
 
 def line_of(runs: Sequence[Floats], at: float) -> Line:

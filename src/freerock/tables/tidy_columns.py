@@ -12,22 +12,22 @@ import xarray as xr
 from freerock.arrays import Floats
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import MODELS
-from freerock.products.choices import NUMBERS, TESTS, choices_of, named_in
+from freerock.products.choices import CHOICE_NUMBERS, TESTS, choices_of, named_in
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
-from freerock.rotation.u_total import LAW
+from freerock.rotation.u_total import OF_LAW
 from freerock.runs.verdict import Reason, in_one_line
 from freerock.tables.candidates import RARE, candidates_table
-from freerock.tables.populations import OF_INPUT, budget_table, populations_table
+from freerock.tables.populations import INPUT_COLUMNS, budget_table, populations_table
 
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
-RUNS = [*IDENTITY, "origin", "theta0_deg", "theta0_u_deg", "release_s", "duration_s", "n_impacts"]
-RUNS += ["n_restitution", "sigma_theta_deg", "verdict", "reasons", "excluded"]
+RUN_COLUMNS = [*IDENTITY, "origin", "theta0_deg", "theta0_u_deg", "release_s", "duration_s", "n_impacts"]
+RUN_COLUMNS += ["n_restitution", "sigma_theta_deg", "verdict", "reasons", "excluded"]
 REASONS = [*IDENTITY, "verdict", "reason", "value", "limit", "unit", "key", "sentence"]
-PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high"]
-PARAMETERS += ["discrepancy", "u_total", "unit", "success", "given", "in_phase"]
-PARTS = [*IDENTITY, "model", "parameter", "unit", "part", "start_s", "end_s", "value", "stderr"]
-MOVED = [*OF_INPUT, "input_moved", "input_remaining", "input_pull"]
+PARAMETER_COLUMNS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high"]
+PARAMETER_COLUMNS += ["discrepancy", "u_total", "unit", "success", "given", "in_phase"]
+PART_COLUMNS = [*IDENTITY, "model", "parameter", "unit", "part", "start_s", "end_s", "value", "stderr"]
+MOVED = [*INPUT_COLUMNS, "input_moved", "input_remaining", "input_pull"]
 IMPACTS = [
     f"impact_{name}_percent"
     for name in dict.fromkeys(chain.from_iterable(MODELS.values()))
@@ -35,10 +35,10 @@ IMPACTS = [
 ]
 RARE_IMPACTS = [f"impact_{name}_percent" for name in RARE]
 PULLS = [*IDENTITY, "model", *MOVED, *IMPACTS]
-CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *OF_INPUT, "contribution"]
+CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *INPUT_COLUMNS, "contribution"]
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
 EPSILON += ["aic", "bic", "selected", "success", "epsilon_in_phase"]
-CHOICE = [*IDENTITY, "model", "status", "explains", "n_freed", *NUMBERS, *TESTS, "reason"]
+CHOICE = [*IDENTITY, "model", "status", "explains", "n_freed", *CHOICE_NUMBERS, *TESTS, "reason"]
 RESTITUTION = ["campaign", "test", "run", "source", "impact", "time_s", "r", "r_stderr", "r_u"]
 RESTITUTION += ["block", "foundation", "peak_before_deg", "peak_before_u_deg", "r_energy", "r_energy_stderr"]
 RESTITUTION += ["r_energy_u", "impact_speed_m_s", "r_block", "r_block_u", "peak_before_block_deg"]
@@ -78,7 +78,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `RUNS`: release_s is on the record's clock [s], duration_s the time from release to
+        Columns `RUN_COLUMNS`: release_s is on the record's clock [s], duration_s the time from release to
         rest [s], angles in degrees, theta0_u_deg the total uncertainty of theta0_deg; n_impacts are seen,
         n_restitution of them have a restitution. Failed and excluded runs are rows like any other, with their
         reasons.
@@ -103,7 +103,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
         told = {"origin": tree.attrs["origin"], "verdict": verdict, "reasons": in_one_line(reasons)}
         rows.append({**_identity(tree, number), **told, **of_run})
     whole = dict.fromkeys(["run", "n_impacts", "n_restitution"], "Int64")
-    return pd.DataFrame(rows, columns=RUNS).astype(whole)
+    return pd.DataFrame(rows, columns=RUN_COLUMNS).astype(whole)
 
 
 def reasons_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
@@ -156,7 +156,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `PARAMETERS`, SI units; stderr is that of the noise, discrepancy the standard uncertainty as
+        Columns `PARAMETER_COLUMNS`, SI units; stderr is that of the noise, discrepancy the uncertainty where
         the law does not explain the run, u_total the total (that of noise and law where nothing is known of
         the inputs); given is empty of what the fit found, else "fixed", "tied: ..." or "undetermined" (held
         where the search ended); in_phase, of a rigid block that stops rocking at the minimum, the r that
@@ -178,7 +178,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
                     "success": bool(fit["success"].item()),
                 }
             )
-    return pd.DataFrame(rows, columns=PARAMETERS).astype({"success": bool})
+    return pd.DataFrame(rows, columns=PARAMETER_COLUMNS).astype({"success": bool})
 
 
 def _given(fit: xr.Dataset, i: int) -> str:
@@ -209,8 +209,8 @@ def contributions_table(fits: Trees) -> pd.DataFrame:
     for of_fit, fit in _each_fit(fits):
         if "contribution" not in fit:
             continue
-        inputs = list(zip(*(fit[name].values.tolist() for name in OF_INPUT), strict=True))
-        inputs.append((LAW, of_fit["model"], math.nan, "", pd.NA))
+        inputs = list(zip(*(fit[name].values.tolist() for name in INPUT_COLUMNS), strict=True))
+        inputs.append((OF_LAW, of_fit["model"], math.nan, "", pd.NA))
         shifts = np.column_stack([fit["contribution"].values, fit["discrepancy"].values])
         found = zip(fit["parameter"].values.astype(str), fit["value"].values, shifts, strict=True)
         for parameter, value, own in found:
@@ -266,8 +266,8 @@ def parts_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `PARTS`, SI units: part from 1, start_s and end_s since the release [s], stderr by white noise
-        (`freerock.identification.model_discrepancy`).
+        Columns `PART_COLUMNS`, SI units: part from 1, start_s and end_s since the release [s], stderr by
+        white noise (`freerock.identification.model_discrepancy`).
     """
     rows = []
     for of_fit, fit in _each_fit(fits):
@@ -280,7 +280,7 @@ def parts_table(fits: Trees) -> pd.DataFrame:
             of_parts = (fit[key].values[:, at].tolist() for key in ("part_value", "part_value_stderr"))
             for i, (span, value, stderr) in enumerate(zip(spans, *of_parts, strict=True)):
                 rows.append((*of_fit.values(), name, unit_of(name), i + 1, *span, value, stderr))
-    return pd.DataFrame(rows, columns=PARTS)
+    return pd.DataFrame(rows, columns=PART_COLUMNS)
 
 
 def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:

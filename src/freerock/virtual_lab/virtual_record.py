@@ -27,7 +27,7 @@ from freerock.virtual_lab.added_noise import AddedNoise, Disturbance, converted
 # Motion is integrated exactly and kept to 1 µrad: no byte depends on a processor's last digit.
 EXACT = Solver(rtol=1e-12)
 THETA_DECIMALS = 6
-KINEMATICS = {
+KINEMATICS_OF = {
     "guided": "base centre restrained in the law; for the laser the block turns by θ about a corner",
     "pivoting": "the block turns by θ about a corner, in the law and for the laser",
 }
@@ -183,7 +183,7 @@ def simulate_record(
 
 def _law(model: str, rules: Rules) -> dict[str, str]:
     """What the truth says of the law; a rigid block has no choice of kinematics."""
-    kinematics = KINEMATICS[rules.kinematics if LAWS[model].is_foundation else "pivoting"]
+    kinematics = KINEMATICS_OF[rules.kinematics if LAWS[model].is_foundation else "pivoting"]
     return {"origin": "simulated", "model": model, "debonding": rules.debonding, "kinematics": kinematics}
 
 
