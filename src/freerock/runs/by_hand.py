@@ -1,7 +1,7 @@
 """Corrections of runs by hand, and how they are combined with the runs found.
 
-They come from the campaign's CSV: `config.hand_corrections` states their way to the fit. What is left out of
-a fit is applied by `left_out`.
+They come from the campaign's CSV: `config.hand_corrections` states their way to the fit. `left_out` applies
+those that omit samples or impacts.
 """
 
 from collections.abc import Iterator, Sequence
