@@ -3,6 +3,6 @@
 from freerock.jobs.ledger import at_work
 
 with at_work(snakemake, __file__):
-    from freerock.jobs.complete import complete
+    from freerock.jobs.finish_campaign import complete
 
     complete(snakemake.wildcards.campaign, snakemake.input.runs, snakemake.output.complete)

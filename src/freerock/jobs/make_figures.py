@@ -1,4 +1,7 @@
-"""Figures of a campaign: what their modules require is read once, drawn and saved."""
+"""Figures of a campaign: what their modules require is read once, drawn and saved.
+
+A figure is a module of `freerock.figures`; `FIGURES` of `config.campaign` lists them.
+"""
 
 import inspect
 from collections.abc import Iterable, Mapping, Sequence

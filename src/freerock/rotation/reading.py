@@ -17,7 +17,7 @@ from freerock.rotation.flags import FLAGS, flag_samples, shares
 from freerock.rotation.lattice import lattice_step
 from freerock.rotation.lines import other_line, slow_line
 from freerock.rotation.mains import Mains
-from freerock.rotation.noise_at_rest import (
+from freerock.rotation.sample_noise import (
     COARSE_STEP,
     FAINT,
     StillSignal,

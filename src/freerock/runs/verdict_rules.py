@@ -1,6 +1,7 @@
 """The checks of a run: each a small function from the facts to the reasons it finds.
 
-A new check is one function, and its line in `CHECKS`; the reasons stand in the order of that list.
+A new check is one function, and its line in `CHECKS`; the reasons stand in the order of that list. `verdict`
+says where other reasons are made.
 """
 
 import math
