@@ -1,7 +1,6 @@
 """Runs that begin in motion, and blocks that bounce."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -100,4 +99,6 @@ def test_a_run_begins_when_the_block_has_come_down_and_says_that_it_slides():
 def test_the_shape_of_the_block_is_asked_for():
     time, theta = cut(0.2)
     with pytest.raises(FreerockError, match="give the block"):
-        find_runs(time, theta, SIGMA, np.zeros(time.size), limits=replace(MOVING, min_impacts=1))
+        find_runs(
+            time, theta, SIGMA, np.zeros(time.size), limits=MOVING.model_copy(update={"min_impacts": 1})
+        )

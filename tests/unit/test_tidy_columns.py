@@ -189,10 +189,10 @@ def test_campaign_without_any_run():
     "columns",
     [
         *(
-            tables.RUNS,
+            tables.RUN_COLUMNS,
             tables.REASONS,
-            tables.PARAMETERS,
-            tables.PARTS,
+            tables.PARAMETER_COLUMNS,
+            tables.PART_COLUMNS,
             tables.EPSILON,
             tables.CHOICE,
             tables.RESTITUTION,

@@ -162,7 +162,7 @@ def test_parts_give_the_grid_of_the_whole(monkeypatch, stamps, at_once):
     values = np.sin(stamps)
     whole = regular_grid("file", stamps)
     on_whole = on_grid("file", whole, values)
-    monkeypatch.setattr(timebase, "AT_ONCE", at_once)
+    monkeypatch.setattr(timebase, "SAMPLES_AT_ONCE", at_once)
     grid = regular_grid("file", stamps)
     assert (grid.size, grid.faults) == (whole.size, whole.faults)
     assert grid.step_s == pytest.approx(whole.step_s, rel=1e-12)
@@ -173,6 +173,6 @@ def test_parts_give_the_grid_of_the_whole(monkeypatch, stamps, at_once):
 
 @pytest.mark.parametrize("at_once", [3, 78, 79])
 def test_two_samples_of_one_stamp_are_seen_across_parts(monkeypatch, at_once):
-    monkeypatch.setattr(timebase, "AT_ONCE", at_once)
+    monkeypatch.setattr(timebase, "SAMPLES_AT_ONCE", at_once)
     test_one_stamp_for_different_samples_is_refused()
     test_time_that_runs_backwards_is_refused()

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from freerock.errors import DamagedProduct, FreerockError
-from freerock.jobs import contents, ledger, whole_products
+from freerock.jobs import contents, ledger, whole_or_rerun
 from freerock.jobs.code_identity import code_checksum
 from freerock.jobs.contents import LOOKS, checksum, look, look_settled
 from freerock.jobs.ledger import at_work, entry_path, read_entry
@@ -292,7 +292,7 @@ def test_a_job_that_fails_leaves_no_entry(lab):
 def test_other_software_is_named_and_makes_nothing_stale(lab, monkeypatch):
     assert made_by_other_software(compare([MADE, READ]).entries.values()) == ""
     now = ledger.software()
-    monkeypatch.setattr(whole_products, "software", lambda: now | {"numpy": "1.0"})
+    monkeypatch.setattr(whole_or_rerun, "software", lambda: now | {"numpy": "1.0"})
     found = compare([MADE, READ])
     told = f"3 products were made by other software (numpy {now['numpy']}, now 1.0)"
     assert not found.doubts and made_by_other_software(found.entries.values()) == told
