@@ -139,7 +139,7 @@ class Motion:
         self.scene, self.rate_hz = scene, rate_hz
         self.stands = standing(scene)
         self.held = _held(scene)
-        for ends_s in (min(USUAL_S, longest_s), longest_s):
+        for ends_s in dict.fromkeys((min(USUAL_S, longest_s), longest_s)):
             states = self._until(ends_s)
             moves = int(np.flatnonzero(np.abs(states[2] - self.stands[2]) > AT_REST)[-1])
             if moves < (ends_s - STILL_S) * rate_hz:
