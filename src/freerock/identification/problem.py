@@ -191,6 +191,10 @@ class Problem:
                 raise FreerockError(where, what, "tie it to a positive expression")
         return value
 
+    def named(self, x: Floats) -> dict[str, float]:
+        """Parameters in SI units by their names, from the fitted numbers."""
+        return dict(zip(self.names, self.physical(x).tolist(), strict=True))
+
     def gradient(self, x: Floats, step: float = 1e-6) -> Floats:
         """Derivatives of the parameters in SI units by the fitted numbers, 0 by those that do not vary.
 

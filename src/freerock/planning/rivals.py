@@ -150,7 +150,7 @@ def best_rival(rival: str, block: Block, motion: Motion, settings: FitSettings |
     step = float(motion.time_s[1] - motion.time_s[0])
     return Rival(
         rival,
-        dict(zip(problem.names, problem.physical(x).tolist(), strict=True)),
+        problem.named(x),
         float(np.sum((theta - samples.theta) ** 2)) * step,
         epsilon_theta(samples.time_s, theta, samples.theta),
         len(samples.theta) * step,

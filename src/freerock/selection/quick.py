@@ -118,7 +118,7 @@ def screen(
         moved = settled(problem, end.x, SEARCH.samples, SEARCH.ftol)
         if moved.result is not None:
             residual, left = moved.residual, moved.mean_square
-    values = dict(zip(problem.names, problem.physical(end.x).tolist(), strict=True))
+    values = problem.named(end.x)
     return Screening(model, values, samples.time_s, residual, left, evaluations, left > beyond)
 
 
@@ -212,7 +212,7 @@ def narrowed(best: Posterior) -> tuple[dict[str, float], dict[Input, float]] | N
     step = -np.linalg.lstsq(whole, np.append(value, z), rcond=None)[0]
     x = best.x.copy()
     x[kept] += step[: n - 1]
-    values = dict(zip(problem.names, problem.physical(x).tolist(), strict=True))
+    values = problem.named(x)
     del values["width"]
     return values, dict(zip(every, (z + step[n - 1 :]).tolist(), strict=True))
 

@@ -149,7 +149,7 @@ def _full_contact_hz(best: Posterior) -> float:
     """Frequency of small rocking on the whole base [Hz], by the moment 2/3 k b³ θ (`models.series`); 0 of a
     rigid law."""
     problem = best.nuisances.problem
-    values = dict(zip(problem.names, problem.physical(best.x).tolist(), strict=True))
+    values = problem.named(best.x)
     block = problem.blocks[0].as_found(values)
     stiffness = 2 / 3 * values.get("k", 0.0) * block.b**3 - block.mass_kg * block.g * block.h
     inertia = block.inertia_cm + block.mass_kg * block.h**2
@@ -171,7 +171,7 @@ class _Path:
     def of(cls, best: Posterior) -> "_Path | None":
         """None where the law can't be followed."""
         problem = best.problem
-        values = dict(zip(problem.names, problem.physical(best.x).tolist(), strict=True))
+        values = problem.named(best.x)
         values = {"theta0": problem.motions[0].theta0, "t0": 0.0, **values}
         block, law = problem.blocks[0], CANDIDATES[problem.model].law
         values = as_released(law, block, values, problem.motions[0].view)
