@@ -2,7 +2,8 @@
 
 A small force or moment that an effect adds along the motion of a fit is one of a ground that accelerates, so
 that the law itself gives the derivative of θ by the amount of the effect. A beam, a sensor and lost samples
-change the reading alone. A part of block or table that swings shows as a line in the residual.
+change the reading alone; a base that moves sideways changes both. A part of block or table that swings shows
+as a line in the residual.
 """
 
 import math
@@ -108,6 +109,7 @@ def effects(best: Posterior) -> Iterator[Effect]:
     path = _Path.of(best)
     if path is not None:
         yield from _of_forces(path)
+        yield from _of_grip(path)
         yield from _of_base(path)
 
 
@@ -237,18 +239,37 @@ class _Path:
         return np.asarray(self.block.h * np.sin(self.states[0]) + self.block.e * np.cos(self.states[0]))
 
     @cached_property
+    def arm(self) -> Floats:
+        """How far right of the base's middle it is held sideways [m]."""
+        pivots = self.rules.kinematics == "pivoting" or not law_of(self.law).is_foundation
+        return np.asarray(self.block.b * np.sign(self.states[0]) * pivots)
+
+    @cached_property
     def lever(self) -> Floats:
         """By which the centre of mass moves sideways with θ [m]."""
         sin, cos = np.sin(self.states[0]), np.cos(self.states[0])
-        pivots = self.rules.kinematics == "pivoting" or not law_of(self.law).is_foundation
-        arm = self.block.b * np.sign(sin) if pivots else 0.0
-        return np.asarray(self.block.h * cos - self.block.e * sin + arm * sin)
+        return np.asarray(self.block.h * cos - self.block.e * sin + self.arm * sin)
 
     @cached_property
     def depths(self) -> Floats:
         """Of the points below the ground, shape (n_points, n_time) [m]; negative above it."""
         theta, _, z, _ = self.states
         return np.asarray(z + np.outer(self.points, np.sin(theta)))
+
+    @property
+    def weight(self) -> float:
+        """Of the block [N]."""
+        return self.block.mass_kg * self.block.g
+
+    def slope(self, values: Floats) -> Floats:
+        """Derivative of values over time by it."""
+        return np.asarray(np.gradient(values, TRIES.step_s))
+
+    @property
+    def presses(self) -> tuple[Floats, Floats]:
+        """Force of the bed [N], and its moment about the middle of the base [N m]."""
+        pressure, weights = self.pressed(self.points[:, None]), self.block.b * WEIGHTS
+        return weights @ pressure, (weights * self.points) @ pressure
 
     def pressed(self, u: Floats | float, gap: Floats | float = 0.0) -> Floats:
         """Force per width of the law at places of the base [N/m], which lie so far above its corners [m]."""
@@ -265,25 +286,55 @@ class _Path:
         if not law_of(self.law).is_foundation:
             fall = -self.block.b * np.cos(theta) * np.sign(theta) * rate
         sideways, up = self.lever * rate, -fall - self.along * rate
-        return (
-            m * np.gradient(sideways, TRIES.step_s),
-            np.maximum(m * (self.block.g + np.gradient(up, TRIES.step_s)), 0.0),
-        )
+        return m * self.slope(sideways), np.maximum(m * (self.block.g + self.slope(up)), 0.0)
+
+    def slid(self, grip: float) -> tuple[Floats, Floats]:
+        """Moment on θ [N m] and way to the right [m] of a base that slides where friction is too small."""
+        m, dt = self.block.mass_kg, TRIES.step_s
+        lighter = 1 / m + self.lever**2 / self.block.inertia_cm
+        needed, carried = self.held
+        rate, rates, lacks = 0.0, [], []
+        for holds, most, by in zip(needed.tolist(), (grip * carried).tolist(), lighter.tolist(), strict=True):
+            sticks = rate == 0 and abs(holds) <= most
+            lack = 0.0 if sticks else -math.copysign(most, rate or -holds) - holds
+            faster = rate + lack * by * dt
+            rate = 0.0 if faster * rate < 0 else faster
+            rates.append(rate)
+            lacks.append(lack)
+        return self.lever * lacks, np.cumsum(rates) * dt
+
+    def aside(self, moment: Floats, way: Floats) -> Floats | None:
+        """Derivative of the residual by the size of a moment on θ [N m] and of a way to the right [m], which
+        a zero between the rests before and after halves."""
+        change, across = self.by(moment), _across(self.best)
+        if change is None or across is None:
+            return change
+        since = self.best.own.time_s - self.values["t0"]
+        seen = np.interp(since, self.time_s, way, left=0.0) - way[-1] / 2
+        return np.asarray(change + np.abs(across[1]) * seen)
+
+
+def _across(best: Posterior) -> tuple[Floats, Floats] | None:
+    """What a horizontal beam reads of a fit [m], and rotation by reading [rad/m]; None of other sensors."""
+    problem, theta = best.nuisances.problem, best.residual + best.samples.theta
+    view, block, small = problem.motions[0].view, problem.blocks[0], 1e-6
+    if view is None or view.laser.beam != "horizontal":
+        return None
+    way = displaced(theta, block, view.laser)
+    turns = (turned(way + small, block, view.laser) - turned(way - small, block, view.laser)) / (2 * small)
+    return way, turns
 
 
 def _of_reading(best: Posterior) -> Iterator[Effect]:
     """Beam, sensor, and samples that are lost."""
-    problem, samples = best.nuisances.problem, best.samples
-    motion = problem.motions[0]
-    theta, view = best.residual + samples.theta, motion.view
-    if view is not None and view.laser.beam == "horizontal":
-        laser, block = view.laser, problem.blocks[0]
-        way, small = displaced(theta, block, laser), 1e-6
-        slope = (turned(way + small, block, laser) - turned(way - small, block, laser)) / (2 * small)
+    samples, view = best.samples, best.nuisances.problem.motions[0].view
+    theta, across = best.residual + samples.theta, _across(best)
+    if across is not None and view is not None:
+        way, slope = across
         turn = np.sign(slope) * theta
         inclined, lies = slope * way * np.tan(turn), (-TRIES.inclined_rad, TRIES.inclined_rad)
         yield Effect("beam", inclined, lambda a: f"inclined by {math.degrees(a):+.2g}°", lies)
-        span = laser.range_m or 0.1
+        span = view.laser.range_m or 0.1
         bent = 4 * way**2 / span
         lies = (-TRIES.bent, TRIES.bent)
         yield Effect("sensor", slope * bent, "bent by {:+.2%} of its range".format, lies)
@@ -298,18 +349,12 @@ def _of_reading(best: Posterior) -> Iterator[Effect]:
 
 
 def _of_forces(path: _Path) -> Iterator[Effect]:
-    """Air, friction, slip and what a bed may do that is the same everywhere."""
+    """Air, friction and what a bed may do that is the same everywhere."""
     rate = path.states[1]
     air = path.by(-rate * np.abs(rate))
     yield from _acting("air", air, "drag of {:.2g} N m s²".format)
     rubs = path.by(-np.tanh(rate / TRIES.dull_rad_s))
     yield from _acting("friction", rubs, "a moment of {:.2g} N m, as of a cable".format)
-    sideways, carried = path.held
-    inertia, m = path.block.inertia_cm, path.block.mass_kg
-    for grip in TRIES.grips:
-        lacks = -np.sign(sideways) * np.maximum(np.abs(sideways) - grip * carried, 0.0)
-        slips = path.by(-path.lever * lacks * (1 + m * path.lever**2 / inertia))
-        yield from _acting("slip", slips, f"friction coefficient about {grip:g}".format, TRIES.like_it)
     if not law_of(path.law).is_foundation:
         return
     k, depth = path.values["k"], np.maximum(path.depths, 0.0)
@@ -320,6 +365,22 @@ def _of_forces(path: _Path) -> Iterator[Effect]:
         memory = lfilter([1.0], [1.0, -keep], np.diff(depth, axis=1, prepend=depth[:, :1]), axis=1)
         relaxes = path.on_base(k * np.where(depth > 0, memory, 0.0))
         yield from _acting("relaxation", relaxes, f"of the bed, {{:.1%}} in {1e3 * tau:g} ms".format)
+
+
+def _of_grip(path: _Path) -> Iterator[Effect]:
+    """A base that friction holds where the bed presses, so that it rolls, and one that slides."""
+    if law_of(path.law).is_foundation and not law_of(path.law).relaxes:
+        force, moment = path.presses
+        nearer = np.clip(moment / np.maximum(force, 1e-3 * path.weight), -path.block.b, path.block.b)
+        less = (nearer - path.arm) * np.sin(path.states[0])
+        m, rate = path.block.mass_kg, path.states[1]
+        pulls = -m * (less * path.slope(path.lever * rate) + path.lever * path.slope(less * rate))
+        rolls = path.aside(pulls, np.cumsum(less * rate) * TRIES.step_s)
+        text = "{:.1f} times that of a base held by friction".format
+        yield from _acting("rolling", rolls, text, TRIES.like_it)
+    for grip in TRIES.grips:
+        slips = path.aside(*path.slid(grip))
+        yield from _acting("slip", slips, f"friction coefficient about {grip:g}".format, TRIES.like_it)
 
 
 def _of_base(path: _Path) -> Iterator[Effect]:
