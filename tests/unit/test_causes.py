@@ -155,6 +155,60 @@ def test_what_no_law_has_is_named_with_its_size(name, how, size):
         assert causes[0].off == pytest.approx(size, rel=0.4)
 
 
+def with_friction(grip):
+    """A run of a block that friction holds, between two rests, the states of it, and its base's way [m]."""
+    scene = Scene(BLOCK, SOIL, True, THETA0, 1e-7, besides={"grip": grip})
+    moves = Rocking(scene, 1e3, 2.5)
+    x, angle = moves.states[0], moves.states[2]
+    slid_m = x - BLOCK.b * np.sign(angle) * (1 - np.cos(angle)) - BLOCK.h * np.sin(angle)
+    way = read(moves.states, scene, LASER.position, 0.0)
+    before = read(moves.stands[:6, None], scene, LASER.position, 0.0)
+    theta = turned(way - before - slid_m[-1] / 2, BLOCK, LASER)
+    noise = 0.2 * SIGMA * np.random.default_rng(3).standard_normal(theta.size)
+    time_s, given = np.arange(theta.size) * 1e-3, (0.2 * SIGMA, float(theta[0]), SIGMA / 50, 2e-4)
+    motion = Motion(time_s, theta + noise, *given, view=view_of([LASER], BLOCK), laboratory=STATED)
+    return motion, moves.states, slid_m
+
+
+def ended_at(motion, values):
+    """The end of a pivoting fit at some values."""
+    return at_end(posed("hunt_crossley_pivoting", (BLOCK,), (motion,), FitSettings()), values, None)
+
+
+def test_a_base_that_friction_holds_rolls_where_the_bed_presses():
+    motion, _, _ = with_friction(grip=1.0)
+    fit = fit_run("hunt_crossley_pivoting", BLOCK, replace(motion, laboratory=None))
+    first = ranked(ended_at(motion, fit.values))[0]
+    assert first.name == "rolling" and first.share > 0.9
+    assert first.off == pytest.approx(1.0, abs=0.25)
+
+
+def test_a_block_that_rolls_moves_as_its_derivative_has_it():
+    """Against the other simulator: with friction less on its corners."""
+    motion, rolls, _ = with_friction(grip=1.0)
+    pivots = Rocking(Scene(BLOCK, SOIL, True, THETA0, 1e-7), 1e3, 2.5).states
+    path = unmodelled._Path.of(ended_at(motion, {**SOIL, "theta0": THETA0, "t0": 0.0}))
+    n = 1000
+    rolling, *_ = unmodelled._of_grip(replace(path, best=replace(path.best, nuisances=unseen(path.best))))
+    more = (rolls[2] - pivots[2])[:n]
+    assert np.linalg.norm(rolling.column[:n] - more) < 0.1 * np.linalg.norm(more)
+
+
+def unseen(best):
+    """Nuisances of the same problem without a beam."""
+    motion = replace(best.nuisances.problem.motions[0], view=None, laboratory=None)
+    return replace(best.nuisances, problem=replace(best.nuisances.problem, motions=(motion,)))
+
+
+def test_a_base_slides_as_far_as_that_of_the_other_simulator():
+    motion, _, slid_m = with_friction(grip=0.1)
+    path = unmodelled._Path.of(ended_at(motion, {**SOIL, "theta0": THETA0, "t0": 0.0}))
+    first_swing = np.flatnonzero(np.abs(slid_m) > 7e-4)[0]
+    _, way = path.slid(0.1)
+    assert way[first_swing + 50] == pytest.approx(slid_m[first_swing + 50], rel=0.05)
+    assert not any(np.any(each) for each in path.slid(1.0))
+
+
 def test_a_part_that_swings_is_a_line_of_its_frequency():
     causes = {cause.name: cause for cause in unexplained({"top": 0.3, "top_hz": 30.0})}
     hz = float(causes["oscillation"].what.split("at ")[1].split(" Hz")[0])
