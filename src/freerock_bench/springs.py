@@ -156,12 +156,22 @@ class Motion:
         """Rotation [rad]."""
         return np.asarray(self.states[2])
 
+    @property
+    def slid_m(self) -> float:
+        """How far right of where it was the base of a block that friction holds comes to rest [m]."""
+        if not self.scene.known["grip"]:
+            return 0.0
+        x, _, theta = self.states[:3, -1].tolist()
+        return float(x - _state(self.scene, 0.0, theta)[0])
+
     def record(self, rest: int, hold: int, after: int) -> tuple[Floats, int]:
         """States over so many samples at rest, a tilt, a hold, the run and a rest; where the run begins."""
         stands, held = self.stands[:N, None], self.held[:N, None]
         share = np.clip(np.arange(0, TILT_S, 1 / self.rate_hz) / TILT_S, 0, 1)
         tilt = stands + (held - stands) * (share**3 * (10 - 15 * share + 6 * share**2))
-        still = [np.repeat(each, n, axis=1) for each, n in ((stands, rest), (held, hold), (stands, after))]
+        lies = stands.copy()
+        lies[0] += self.slid_m
+        still = [np.repeat(each, n, axis=1) for each, n in ((stands, rest), (held, hold), (lies, after))]
         states = np.hstack([still[0], tilt, still[1], self.states, still[2]])
         return states, rest + share.size + hold
 

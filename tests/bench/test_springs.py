@@ -160,3 +160,14 @@ def test_a_bed_without_damping_keeps_the_energy(pivoting):
     kept = energy(Motion(scene, RATE_HZ, N / RATE_HZ).states, scene)
     lifted = kept[0] - energy(Motion(replace(scene, theta0=0.01), RATE_HZ, 0.1).states, scene)[0]
     assert np.ptp(kept) < 1e-4 * lifted
+
+
+def test_a_base_that_slid_rests_where_it_came_to():
+    """Of its record, and one without friction where it was."""
+    for grip, slides in ((0.1, True), (1.0, True), (0.0, False)):
+        scene = Scene(BLOCK, dict(SOIL), True, 0.5 * ANGLE, 0.01, besides={"grip": grip})
+        motion = Motion(scene, RATE_HZ, 8.0)
+        states, begins = motion.record(200, 200, 200)
+        way = read(states, scene, 0.2)
+        ends = begins + motion.states.shape[1]
+        assert abs(way[-1] - way[ends - 1]) < 1e-5 and (abs(way[-1] - way[0]) > 2e-5) is slides
