@@ -20,6 +20,7 @@ given = config.get("campaigns")
 
 
 include: "workflow/rules/common.smk"
+include: "workflow/rules/resources.smk"
 include: "workflow/rules/start.smk"
 include: "workflow/rules/record_and_fit.smk"
 include: "workflow/rules/figures.smk"

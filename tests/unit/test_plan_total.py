@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from planned import campaign
+from scipy.stats import t
 
 from freerock.config.defaults import FitSettings
 from freerock.config.keys import SensorSection
@@ -16,7 +17,7 @@ from freerock.identification.fit import fit_run
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.planning.plan import COLUMNS, Choices, Setup, plan
 from freerock.planning.plan_campaign import plan_campaign
-from freerock.planning.plan_total import ALL, BUDGET, TOTALS, plan_budget, plan_totals
+from freerock.planning.plan_total import ALL, BUDGET, TOTALS, _Known, _mean, plan_budget, plan_totals
 from freerock.populations.sensitivity import contributions
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
@@ -193,3 +194,16 @@ def test_mistakes_are_told_in_one_line(change, line, tmp_path):
         campaign(tmp_path, lambda keys: change(keys["plan"]))
     (message,) = str(caught.value).splitlines()
     assert message.partition(": ")[2] == line
+
+
+def test_the_degrees_of_freedom_of_a_mean_are_those_of_welch_and_satterthwaite():
+    """JCGM 100:2008, G.4.1: of runs with n - 1 degrees of freedom each block, and inputs with none to spare."""
+    shifts = {("height_m", "a"): 0.01, ("mass_kg", "a"): 0.03}
+    for blocks, n in ((1, 4), (3, 3)):
+        found = _mean([_Known({"value": 2.0}, 0.04, shifts)] * blocks, n)
+        runs = 0.04 / math.sqrt(n * blocks)
+        u = math.hypot(runs, 0.01, 0.03)
+        dof = blocks * (n - 1) * (u / runs) ** 4
+        assert found["u_total"] == pytest.approx(2.0 * u)
+        assert found["half95"] == pytest.approx(2.0 * u * t.ppf(0.975, dof))
+        assert (found["first_input"], found["first_owner"]) == ("mass_kg", "a")

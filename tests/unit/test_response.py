@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.special import ndtr
+from scipy.stats import binomtest
 
 from freerock.errors import FreerockError
 from freerock.figures import overturning
@@ -15,7 +16,7 @@ from freerock.models.block import GRAVITY, Block
 from freerock.report.tables import overturning as overturning_table
 from freerock.response.draws import KnownParameter, drawn
 from freerock.response.ensemble import respond
-from freerock.response.fragility import fit_lognormal, fragility
+from freerock.response.fragility import GROUPS, _counted, fit_lognormal, fragility
 from freerock.response.motions import Accelerogram, ground_motions_in, read_motion
 
 BLOCK = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
@@ -221,3 +222,15 @@ def test_the_law_that_most_runs_name_is_taken_with_the_spread_of_the_next_run():
     ((_, known),) = known_laws(choice, pd.DataFrame([row]), "mean")
     assert known["r"].u == 0.003
     assert make_responses([], {}, [], (1.0,), 1).empty
+
+
+def test_the_intervals_of_shares_are_wilsons():
+    """Against scipy's, group by group."""
+    n = 12
+    x = np.exp(np.linspace(-1, 1, n * GROUPS))
+    fell = (np.random.default_rng(1).uniform(size=x.size) < np.linspace(0, 1, x.size)).astype(float)
+    for i, row in enumerate(_counted(x, fell, np.arange(x.size)).itertuples()):
+        k = int(fell[n * i : n * (i + 1)].sum())
+        ends = binomtest(k, n).proportion_ci(method="wilson")
+        assert (row.probability, row.n) == (pytest.approx(k / n), n)
+        assert (row.low, row.high) == (pytest.approx(ends.low, abs=1e-9), pytest.approx(ends.high, abs=1e-9))

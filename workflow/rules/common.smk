@@ -206,32 +206,3 @@ def of_all(product):
 def products(kind):
     """Input function: the records or fits of the tests."""
     return lambda w: expand(f"results/{w.campaign}/{kind}/{{test}}.nc", test=tests_of(w))
-
-
-def memory(mb):
-    """Megabytes of a job on a cluster: twice what was measured; more at the next attempt."""
-    return lambda wildcards, attempt: mb * attempt
-
-
-def minutes(first):
-    """Minutes of a job on a cluster; more at the next attempt."""
-    return lambda wildcards, attempt: first * attempt
-
-
-def of_step(step, **resources):
-    """Resources of a step's batches, which have no names one knows; --set-resources names the step."""
-    asked = workflow.resource_settings.overwrite_resources.get(step, {})
-    return resources | {name: value_of(each) for name, each in asked.items()}
-
-
-def value_of(resource):
-    """The value of a resource of the command line, or a function where it is an expression."""
-    if not resource.is_evaluable():
-        return resource.value
-
-    def evaluated(wildcards, input, threads, rulename, attempt, async_run):
-        known = {"input": input, "threads": threads, "rulename": rulename, "attempt": attempt}
-        known["async_run"] = async_run
-        return resource.evaluate(wildcards, **known).value
-
-    return evaluated

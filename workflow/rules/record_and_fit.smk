@@ -35,7 +35,7 @@ for name, section in CAMPAIGNS.items():
             conda:
                 "../envs/freerock.yaml"
             resources:
-                **of_step("record", mem_mb=memory(400), runtime=minutes(5 + len(tests))),
+                **of_batch("record", len(tests)),
             params:
                 code=code("record"),
                 records=own,
@@ -62,7 +62,7 @@ for name, section in CAMPAIGNS.items():
             conda:
                 "../envs/freerock.yaml"
             resources:
-                **of_step("fit", mem_mb=memory(700), runtime=minutes(5 + len(tests))),
+                **of_batch("fit", len(tests)),
             params:
                 code=code("fit"),
                 records=own_fit,
@@ -101,7 +101,7 @@ for name, section in CAMPAIGNS.items():
             conda:
                 "../envs/freerock.yaml"
             resources:
-                **of_step("quality", mem_mb=memory(500), runtime=minutes(5 + len(tests))),
+                **of_batch("quality", len(tests)),
             params:
                 code=code("quality"),
                 tests=tests,

@@ -18,8 +18,7 @@ rule response:
     conda:
         "../envs/freerock.yaml"
     resources:
-        mem_mb=memory(1000),
-        runtime=minutes(60),
+        **resources_of("response"),
     params:
         code=code("response"),
         blocks=of_campaign(settings.geometries),
@@ -46,7 +45,7 @@ rule fragility:
     conda:
         "../envs/freerock.yaml"
     resources:
-        mem_mb=memory(1000),
+        **resources_of("fragility"),
     params:
         code=code("fragility"),
         records=of_campaign(settings.scenes_tested),

@@ -41,7 +41,7 @@ rule tables:
     conda:
         "../envs/freerock.yaml"
     resources:
-        mem_mb=memory(1000),
+        **resources_of("tables"),
     params:
         code=code("tables"),
         blocks=of_campaign(settings.geometries),
@@ -184,7 +184,7 @@ rule report:
     conda:
         "../envs/freerock.yaml"
     resources:
-        mem_mb=memory(1000),
+        **resources_of("report"),
     params:
         code=code("report"),
         campaign=of_campaign(settings.section_values),

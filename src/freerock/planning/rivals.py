@@ -24,7 +24,7 @@ from freerock.models.block import Block
 from freerock.models.laws import KINEMATICS, MODELS, PAPER_MODELS, law_of
 from freerock.planning.cramer_rao import released_theta
 from freerock.runs.motion import Motion
-from freerock.selection.allowed_hypotheses import BY_DEFAULT, candidates, holds, n_freed
+from freerock.selection.allowed_hypotheses import BY_DEFAULT, candidates, contains, n_freed
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def rivals_of(
     every = candidates(laws, kinematics, free)
     rivals = [name for name in every if name != model and n_freed(name, free) <= most]
     rivals = [name for name in rivals if not law_of(name).bounces]
-    return tuple(name for name in rivals if not any(holds(other, name) for other in rivals))
+    return tuple(name for name in rivals if not any(contains(other, name) for other in rivals))
 
 
 def expected_motion(

@@ -167,7 +167,7 @@ def _free_of(model: str, free: Mapping[str, Sequence[str]]) -> Sequence[str]:
     return free.get(CANDIDATES[model].law, law_of(model).free)
 
 
-def holds(larger: str, smaller: str) -> bool:
+def contains(larger: str, smaller: str) -> bool:
     """Whether a candidate becomes another when a damping is zero, or the width as given."""
     one, other = CANDIDATES[larger], CANDIDATES[smaller]
     return (

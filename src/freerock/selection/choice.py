@@ -13,7 +13,7 @@ import numpy as np
 from freerock.identification.fit import Fit
 from freerock.identification.levels import NEAR, REJECTS, RESIDUAL, TELLS, TRACE
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, law_of
-from freerock.selection.allowed_hypotheses import holds
+from freerock.selection.allowed_hypotheses import contains
 
 Status = Literal["selected", "also_possible", "rejected", "not_fitted"]
 
@@ -105,7 +105,7 @@ class Evidence:
         likelihood.
         """
         apart = other.bic - self.bic
-        if holds(self.model, other.model) and apart > 0:
+        if contains(self.model, other.model) and apart > 0:
             apart += self.charged - other.charged
         return apart > TELLS
 
@@ -218,7 +218,7 @@ def _judged(each: Evidence, chosen: Evidence, left: Sequence[Evidence], best: fl
         why = f"{agrees}, but −2 ln L of a larger candidate is lower by {TELLS:g}"
     elif each not in left:
         why = f"{agrees}, but the BIC is {each.bic - best:.0f} higher"
-    elif holds(each.model, chosen.model) and each.bic >= chosen.bic:
+    elif contains(each.model, chosen.model) and each.bic >= chosen.bic:
         more = each.n_freed - chosen.n_freed
         why = f"needless: {chosen.model} with {more} more parameter{'s' * (more > 1)}"
     else:

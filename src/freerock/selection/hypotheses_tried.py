@@ -95,7 +95,7 @@ class Effort:
 EFFORT = Effort()
 
 
-class LeftOut(NamedTuple):
+class RuledOut(NamedTuple):
     """What a quick fit leaves: in words, and its ε_θ, NaN where it looked at a part of the run only."""
 
     reason: str
@@ -110,7 +110,7 @@ class Identified:
     ----------
     fits : dict of str to Fit
         By candidate.
-    left_out : dict of str to LeftOut
+    ruled_out : dict of str to RuledOut
         Candidates of which a quick fit says that a full one is of no use.
     errors : dict of str to FreerockError
         Candidates to which the data allow no fit.
@@ -129,7 +129,7 @@ class Identified:
     """
 
     fits: dict[str, Fit] = field(default_factory=dict)
-    left_out: dict[str, LeftOut] = field(default_factory=dict)
+    ruled_out: dict[str, RuledOut] = field(default_factory=dict)
     errors: dict[str, FreerockError] = field(default_factory=dict)
     widened: tuple[str, ...] = ()
     alternatives: dict[Hypothesis, Fit] = field(default_factory=dict)
@@ -139,8 +139,8 @@ class Identified:
 
     def copied(self) -> "Identified":
         """The same, to which fits may be added."""
-        fits, left_out, errors = {**self.fits}, {**self.left_out}, {**self.errors}
-        return replace(self, fits=fits, left_out=left_out, errors=errors, causes={**self.causes})
+        fits, ruled_out, errors = {**self.fits}, {**self.ruled_out}, {**self.errors}
+        return replace(self, fits=fits, ruled_out=ruled_out, errors=errors, causes={**self.causes})
 
     @property
     def explained(self) -> bool:
@@ -159,9 +159,9 @@ class Identified:
         if model in self.fits:
             return evidence(self.fits[model])
         if model in self.errors:
-            quick = LeftOut(str(self.errors[model]), math.nan)
+            quick = RuledOut(str(self.errors[model]), math.nan)
         else:
-            quick = self.left_out.get(model, LeftOut("a smaller candidate explains the run", math.nan))
+            quick = self.ruled_out.get(model, RuledOut("a smaller candidate explains the run", math.nan))
         n = hypotheses.n_freed(model, self.widened)
         return Evidence(model, n, fitted=False, message=quick.reason, epsilon_theta=quick.epsilon_theta)
 
@@ -256,7 +256,7 @@ class _Search:
     fits: dict[Hypothesis, Fit] = field(default_factory=dict)
     others: list[tuple[Hypothesis, Fit]] = field(default_factory=list)  # with edges of another radius
     quick: dict[Hypothesis, Screening] = field(default_factory=dict)
-    left_out: dict[Hypothesis, LeftOut] = field(default_factory=dict)
+    ruled_out: dict[Hypothesis, RuledOut] = field(default_factory=dict)
     errors: dict[Hypothesis, FreerockError] = field(default_factory=dict)
     lasting: dict[Hypothesis, bool] = field(default_factory=dict)
     effects: dict[Hypothesis, Cause | None] = field(default_factory=dict)
@@ -449,7 +449,7 @@ class _Search:
                 self.fit(each, [start.values for start in near])
                 worth = each not in self.fits or evidence(self.fits[each]).noise_p > EFFORT.clearly
             else:
-                self.left_out[each] = _left_out(end, self.motion, least)
+                self.ruled_out[each] = _ruled_out(end, self.motion, least)
         for each in [each for each in untried if each in self.explaining]:
             self._reduce(each)
 
@@ -478,7 +478,7 @@ class _Search:
         ends = [end for end in (self.fits.get(each), fit) if end is not None]
         self.fits[each] = min(ends, key=lambda end: (not end.success, end.diagnostics["mean_square"]))
         if self.fits[each] is fit:
-            for of in (self.errors, self.lasting, self.left_out, self.effects):
+            for of in (self.errors, self.lasting, self.ruled_out, self.effects):
                 of.pop(each, None)
 
     def _screened(self, each: Hypothesis, beyond: float) -> list[Screening]:
@@ -528,7 +528,7 @@ class _Search:
         def told(of: Mapping[Hypothesis, Any]) -> dict[str, Any]:
             return {model: of[each] for model, each in alike.items() if each in of}
 
-        found = Identified(told(self.fits), told(self.left_out), told(self.errors), best.widened)
+        found = Identified(told(self.fits), told(self.ruled_out), told(self.errors), best.widened)
         bar = self._bic(best) + TELLS if explaining else -math.inf
         for each, fit in (*explaining.items(), *self.others):
             named = found.fits.get(each.model)
@@ -595,12 +595,12 @@ class _Search:
         fitted = [self._mean_square(each) for each, fit in self.fits.items() if fit.success]
         plain = {each: end.mean_square for each, end in self.quick.items() if not each.widened}
         least = min([*fitted, *plain.values()], default=math.inf)
-        near = [each for each in self.left_out if plain.get(each, math.inf) <= EFFORT.contends * least]
+        near = [each for each in self.ruled_out if plain.get(each, math.inf) <= EFFORT.contends * least]
         if near and not any(square <= EFFORT.contends * least for square in fitted):
             each = min(near, key=lambda one: (self.rank(one), plain[one]))
             self.fit(each, [self.quick[each].values])
             if each in self.fits:
-                self.left_out.pop(each)
+                self.ruled_out.pop(each)
 
     def _mean_square(self, each: Hypothesis) -> float:
         """Mean square of the residual and the pulls, with the inputs moved [rad²]."""
@@ -631,13 +631,13 @@ def _beyond(fit: Fit) -> int:
     return max(1, int(np.sum(np.abs(pulls) > TRACE)))
 
 
-def _left_out(end: Screening, motion: Motion, least: float) -> LeftOut:
+def _ruled_out(end: Screening, motion: Motion, least: float) -> RuledOut:
     """What a quick fit leaves, beside the least mean square of its round."""
     times = plainly(math.sqrt(end.mean_square / least))
     reason = f"a quick fit leaves {times} times the residual of the best"
     if end.given_up:
-        return LeftOut(reason, math.nan)
-    return LeftOut(reason, float(np.mean(end.residual**2) / np.nanmean(motion.theta**2)))
+        return RuledOut(reason, math.nan)
+    return RuledOut(reason, float(np.mean(end.residual**2) / np.nanmean(motion.theta**2)))
 
 
 def _have_one_radius(values: Mapping[str, float], other: Mapping[str, float]) -> bool:
