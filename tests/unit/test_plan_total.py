@@ -197,8 +197,8 @@ def test_mistakes_are_told_in_one_line(change, line, tmp_path):
 
 
 def test_the_degrees_of_freedom_of_a_mean_are_those_of_welch_and_satterthwaite():
-    """JCGM 100:2008, G.4.1: of runs with n - 1 degrees of freedom each block, and inputs with none to spare."""
-    shifts = {("height_m", "a"): 0.01, ("mass_kg", "a"): 0.03}
+    """JCGM 100:2008, G.4.1: of n - 1 for the runs of each block, none of inputs."""
+    shifts = {("a", "height_m"): 0.01, ("a", "mass_kg"): 0.03}
     for blocks, n in ((1, 4), (3, 3)):
         found = _mean([_Known({"value": 2.0}, 0.04, shifts)] * blocks, n)
         runs = 0.04 / math.sqrt(n * blocks)
