@@ -112,6 +112,12 @@ def test_renewing_lists_the_files_that_are_there_now(folder, listed, capsys):
     check_manifest(folder)
 
 
+def test_renewing_takes_one_folder(folder, capsys):
+    for arguments in ([], [str(folder / "a.tdms")], [str(folder), str(folder)]):
+        assert renew_manifest(arguments) != 0
+        assert "no folder given: name one" in capsys.readouterr().err.replace("; ", ": ")
+
+
 def test_atomic_leaves_all_or_nothing(tmp_path):
     path = tmp_path / "tables" / "a.csv"
     with atomic(path) as partial:

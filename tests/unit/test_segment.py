@@ -20,8 +20,10 @@ from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
 from freerock.rotation.faults import Fault, SignalQuality, signal_quality
 from freerock.runs.by_hand import ByHand
+from freerock.runs.ending import OUT_OF_NOISE, end_of_motion
 from freerock.runs.judged import judged_runs
 from freerock.runs.segment import find_runs
+from freerock.runs.signal import signal_of
 from freerock.runs.verdict import Verdict
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -476,3 +478,13 @@ def test_virtual_campaign(test):
         assert run.fit_start_s > begin + fade
         soil, held = Foundation(true["k"]), true["theta0_rad"]
         assert view.released(run.theta0, block, soil) == pytest.approx(held, abs=4 * run.theta0_stderr)
+
+
+def test_a_motion_ends_where_it_is_lost_in_the_steps_of_the_converter():
+    """A decay in steps: five standard deviations of rounding to a step, step/√12, are 1.4 steps."""
+    step, time_s = 1e-4, np.arange(0, 8, 1e-3)
+    theta = step * np.round(100 * np.exp(-time_s))
+    signal = signal_of(time_s, theta, np.full(time_s.size, 1e-9), np.zeros(time_s.size, int), step)
+    end_s = end_of_motion(signal, slice(7000, 8000), 0.0, 7.0)
+    least = math.ceil(OUT_OF_NOISE / math.sqrt(12)) - 0.5
+    assert end_s == pytest.approx(math.log(100 / least), abs=0.02)

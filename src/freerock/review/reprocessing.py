@@ -138,12 +138,11 @@ class Bench:
         def hear(rests: Any, step: float) -> Any:
             return self._noises.get((rests, step), lambda: noise_of_rests(rests, step))
 
-        def nearest(block: Any, motions: Mapping[int, Any], hypotheses: Any) -> dict[int, Any]:
-            number = min(motions, key=lambda each: abs(release[each] - (near_s or 0.0)), default=None)
-            return {} if number is None else {number: alone(block, motions[number], hypotheses)}
-
-        def all_runs(block: Any, motions: Mapping[int, Any], hypotheses: Any) -> dict[int, Any]:
-            return identify_runs(block, motions, hypotheses, alone)
+        def identify(block: Any, motions: Mapping[int, Any], hypotheses: Any) -> dict[int, Any]:
+            if near_s is None:
+                return identify_runs(block, motions, hypotheses, alone)
+            nearest = min(motions, key=lambda number: abs(release[number] - near_s), default=None)
+            return {} if nearest is None else {nearest: alone(block, motions[nearest], hypotheses)}
 
         of_record, of_fits = self.settings(campaign, line)
         with TemporaryDirectory(prefix="freerock-review-") as folder:
@@ -153,7 +152,6 @@ class Bench:
             release = {int(run.attrs["run"]): run.dataset["release"].item() for run in runs}
             if not needed():
                 raise Superseded
-            identify = all_runs if near_s is None else nearest
             make_fits(of_fits, record_file, fits_file, identify, hear, passing=True)
             give_back()
             return Analysed(record, open_fits(fits_file))
