@@ -61,6 +61,7 @@ ADVICE = re.compile(
 MARK = ("<!-- kinds -->\n\n", "\n\n<!-- end of the kinds -->")
 COLUMNS = [*NUMBERS, "run", "law", "block", "foundation", "known", "verdict", "candidate", "explained"]
 COLUMNS += ["causes", "names", "first", "among", "error", "z", "z_u", "advice", "advised", "advised_z_u"]
+MISFIT = re.compile(r"may explain the misfit of [^:]*: ")
 OWN = ("incline", "volts", "lost", "bits", "slow")  # what differs beside the scene
 Draw = Any
 
@@ -293,7 +294,7 @@ def advice(result: Analysed) -> Iterator[Advice]:
     """What warnings advise on inputs of the laboratory."""
     for reason in result.verdict.reasons:
         if reason.verdict == "warn":
-            text = reason.text.partition("would take: ")[2] or reason.text
+            text = MISFIT.split(reason.text)[-1]
             for found in ADVICE.finditer(text):
                 again, owner, by, name, off, of, slow_ms = found.groups()
                 if again == "response_ms":
@@ -354,8 +355,8 @@ def causes_of(result: Analysed) -> list[str]:
         elif reason.name == "unmodelled_effect":
             found += re.findall(r"requires (\w+),", reason.text)
         elif reason.name == "unexplained":
-            _, _, causes = reason.text.partition("would take: ")
-            for cause in filter(None, causes.split("; ")):
+            _, *causes = MISFIT.split(reason.text)
+            for cause in "".join(causes).split("; ") if causes else ():
                 found.append("/".join(re.findall(r"(?:^| or )(\w+),", cause)))
         else:
             found.append(reason.name)

@@ -113,7 +113,8 @@ def test_a_mat_that_hardens_is_named_and_gives_its_law():
 def test_advice_is_read_from_the_warnings_and_followed():
     texts = ["width_m of config3 fitted -0.001 m off, a pull of -3.4: measure it again"]
     texts += [
-        "no candidate explains the run; of the misfit of Winkler would take: height_m, +0.002 m of config3 "
+        "no candidate explains the run; measure, before you set it, what may explain the misfit of Winkler: "
+        "height_m, +0.002 m of config3 "
         "or sampling_rate_fraction, -0.003 of laser (40 %); friction, a moment of 0.007 N m, as of a cable"
     ]
     texts += ["blurred as by a sensor that averages over 6.1 ms, beside the 0 ms stated: find out"]

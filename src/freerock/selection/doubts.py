@@ -107,7 +107,9 @@ def _causes_of(found: Identified) -> str:
     best = min(found.causes, key=lambda model: found.causes[model][0].left)
     told = "; ".join(cause.text for cause in found.causes[best])
     beside = f" with free {' and '.join(found.widened).replace('_', ' ')}" if found.widened else ""
-    return f"; of the misfit of {MODEL_LABELS[best]}{beside} would take: {told}"
+    return (
+        f"; measure, before you set it, what may explain the misfit of {MODEL_LABELS[best]}{beside}: {told}"
+    )
 
 
 def hints_for(
