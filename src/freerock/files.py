@@ -295,7 +295,7 @@ def check_file(folder: str | Path, file: str, listed: str) -> None:
         raise FreerockError(
             path,
             f"has the sha256 {found}, {manifest} lists {listed}",
-            "restore the file, or renew the manifest if the change is meant",
+            f"restore the file; if the change is meant: python -m freerock.files {folder}",
         )
 
 

@@ -264,7 +264,8 @@ def test_what_is_not_told_is_asked_for(capsys):
             ["stick/third-1.tdms", "--block", "tall", "--channel", "load"],
             [
                 "stick/third-1.tdms: channel load of laser high: the channel's unit 'N' is not known; "
-                "declare it as units of the laser: V, mV, kV, mA, A, m, cm, mm, um, rad, mrad, deg"
+                "name another channel, or declare it as units of the laser: V, mV, kV, mA, A, m, cm, mm, um, "
+                "rad, mrad, deg"
             ],
         ),
     ],

@@ -136,7 +136,8 @@ FILES = {
     "unit of no sensor": (
         lambda raw: write_volts(raw / "b.tdms", "kg", "top"),
         "config/campaigns/lab.csv:3: laser: lasers: units: the channel's unit 'kg' is not known; "
-        "declare it as units of the laser: V, mV, kV, mA, A, m, cm, mm, um, rad, mrad, deg",
+        "name another channel, or declare it as units of the laser: V, mV, kV, mA, A, m, cm, mm, um, rad, "
+        "mrad, deg",
     ),
     "unit other than declared": (
         lambda raw: edit("config/campaigns/lab.yaml", "0.05}", "0.05, units: mA}"),
@@ -206,7 +207,7 @@ def test_a_changed_record_is_reported_by_its_checksum(lab):
     edit("config/campaigns/lab.csv", "a.tdms,,", "a.tdms,laser,")
     assert problems() == [
         f"raw/lab/a.tdms: has the sha256 {found}, raw/lab/manifest.csv lists {listed}; "
-        "restore the file, or renew the manifest if the change is meant"
+        "restore the file; if the change is meant: python -m freerock.files raw/lab"
     ]
 
 

@@ -168,10 +168,17 @@ def test_time_in_another_unit(doubts, step):
     ("old", "new"),
     [("mass_kg: 150", "mass_kg: 150000"), ("mass_kg: 150", "mass_kg: 0.15"), ("1.2", "1.2e-2")],
 )
-def test_blocks_in_another_unit(doubts, old, new):
-    change = (old, new) if old != "1.2" else ("height_m: 1.2, width_m: 0.25", "height_m: 100, width_m: 25")
-    found = doubts(change, ("release_angle_deg: 7", "release_angle_deg: 5"))
-    assert any("as deep as it is high, the block would have" in each for each in found)
+def test_blocks_in_another_unit_are_refused(doubts, old, new):
+    doubts()
+    if old == "1.2":
+        old, new = "height_m: 1.2, width_m: 0.25", "height_m: 100, width_m: 25"
+    yaml = Path("config/campaigns/lab.yaml")
+    yaml.write_text(
+        yaml.read_text().replace(old, new).replace("release_angle_deg: 7", "release_angle_deg: 5")
+    )
+    _, (problem, *_), _ = check_config()
+    assert problem.where == "config/campaigns/lab.yaml:4: blocks.tall.mass_kg"
+    assert problem.what.startswith("as deep as it is high, the block would have")
 
 
 @pytest.mark.parametrize("g, doubted", [(98.1, True), (1.62, True), (9.78, False), (9.83, False)])

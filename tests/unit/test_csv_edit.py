@@ -261,7 +261,7 @@ REFUSED = {
     "text after a quote": (lines('"one"x,'), "CSV:2: text follows a closed quote; check the quotes"),
     "too few cells": (
         lines("# a", "two,x"),
-        "CSV:3: has 2 cells, the first line has 10; put texts that hold a comma in quotes",
+        "CSV:3: has 2 cells, the first line has 10; give the missing ones, even if empty",
     ),
     "no names": ("", "CSV: has no column test; write the line of column names first"),
 }

@@ -58,7 +58,7 @@ def test_changed_file_is_refused_with_both_checksums(folder):
         check_manifest(folder)
     assert str(caught.value) == (
         f"{folder}/a.tdms: has the sha256 {sha256(folder / 'a.tdms')}, {folder}/manifest.csv lists {listed}; "
-        "restore the file, or renew the manifest if the change is meant"
+        f"restore the file; if the change is meant: python -m freerock.files {folder}"
     )
     check_manifest(folder, ["day1/b.tdms"])
 

@@ -54,7 +54,12 @@ def test_values_come_in_the_unit_used_inside(declared, stated, quantity, factor)
     ("declared", "stated", "what"),
     [
         ("", "", "the channel states no unit; declare it as units of the laser: "),
-        ("", "kg", "the channel's unit 'kg' is not known; declare it as units of the laser: "),
+        (
+            "",
+            "kg",
+            "the channel's unit 'kg' is not known; name another channel, or declare it as units of the "
+            "laser: ",
+        ),
         ("V", "mV", "'V' is declared and the file states 'mV'; correct the one that is wrong"),
         ("mm", "cm", "'mm' is declared and the file states 'cm'; correct the one that is wrong"),
         ("V", "kV", "'V' is declared and the file states 'kV'; correct the one that is wrong"),

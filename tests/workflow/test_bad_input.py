@@ -26,7 +26,7 @@ BAD = {
     "campaign's CSV",
     "several": "has the channels laser, laser_2; name one in the channel column of the campaign's CSV",
     "no_unit": f"lasers: units: the channel states no unit; {DECLARE}",
-    "kilograms": f"lasers: units: the channel's unit 'kg' is not known; {DECLARE}",
+    "kilograms": f"lasers: units: the channel's unit 'kg' is not known; name another channel, or {DECLARE}",
     "ac_coupled": "laser signal: the channel is AC-coupled: a held angle decays (cut-off 0.1 Hz); set the "
     "channel to DC coupling and record again",
     "nan": f"laser signal: no sample is a number; {CHECK}",

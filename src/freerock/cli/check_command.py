@@ -39,13 +39,12 @@ if TYPE_CHECKING:
 # What records of free rocking lie well within, set on the two campaigns that come with the project, 15
 # records of 12 blocks: their signals sweep 0.93 to 1.25 of the critical angle, have 23 to 340 samples in
 # 1/p, the time scale of the rocking block, and last 56/p or longer; none of their samples is outside the
-# declared output; the blocks have 120 to 2200 kg/m³. A wrong unit is off by a factor of 57, 100 or 1000.
+# declared output. A wrong unit is off by a factor of 57, 100 or 1000.
 LEAST_ANGLE, MOST_ANGLE = 0.04, 4.0  # swept, of the critical angle; the least also of a release angle
 LEAST_NOMINAL, MOST_NOMINAL = 0.3, 5.0  # swept, of the release angle in the configuration
 LEAST_SAMPLES, LEAST_LENGTH = 8.0, 5.0  # of a record: samples in 1/p, length in 1/p
 MOST_BEYOND = 2e-3  # share of the samples outside the declared output of the sensor
 EARTH = (9.76, 9.84)  # gravity [m/s²], from high on the equator to the poles
-LIGHTEST, DENSEST = 5.0, 5e4  # density of the block, were it as deep as it is high [kg/m³]
 MOST_WORK = 1e9  # bytes of record files that a check reads: some seconds
 SLOWER = {".xlsx": 100, ".xlsm": 100, ".csv": 10, ".tsv": 10, ".txt": 10, ".lvm": 10}  # to read, by the byte
 LEAD_S = 0.5  # of motion before the first phase of stillness: a record that begins in motion
@@ -269,10 +268,6 @@ def _unnamed(csv: Path, source: Source, campaign: Campaign) -> Iterator[Freerock
 def _block(where: str, block: BlockSection, planned: Iterable[float]) -> Iterator[FreerockError]:
     """Doubts about one block, its release angle and those of the plan."""
     critical = math.degrees(block.block.theta_cr)
-    density = block.mass_kg / (block.height_m**2 * block.width_m)
-    if not LIGHTEST < density < DENSEST:
-        what = f"as deep as it is high, the block would have {density:.3g} kg/m³"
-        yield FreerockError(where, what, "give height_m and width_m in metres, mass_kg in kilograms")
     gravity = block.block.g
     if not EARTH[0] <= gravity <= EARTH[1]:
         what = f"gravity_m_s2 is {gravity:g}, on Earth {EARTH[0]} to {EARTH[1]} m/s²"

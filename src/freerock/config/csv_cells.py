@@ -1,6 +1,7 @@
 """The cells of a campaign's CSV file, and where they stand in its text: for reading and for changing it."""
 
 import re
+from collections.abc import Sized
 from pathlib import Path
 from typing import NamedTuple
 
@@ -62,3 +63,12 @@ def _row(text: str, at: int, separator: str, where: str) -> tuple[list[CsvCell],
             return cells, at
     what = "text follows a closed quote" if re.match(IN_QUOTES, text[at:]) else "a quote is not closed"
     raise FreerockError(where, what, "check the quotes")
+
+
+def wrong_length(path: str | Path, line: int, cells: Sized, header: Sized) -> FreerockError:
+    """The error of a row that has not one cell for each column."""
+    what = f"has {len(cells)} cells, the first line has {len(header)}"
+    remedy = "put texts that hold a comma in quotes"
+    if len(cells) < len(header):
+        remedy = "give the missing ones, even if empty"
+    return FreerockError(f"{path}:{line}", what, remedy)

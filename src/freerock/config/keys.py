@@ -61,6 +61,11 @@ def check_parameters(model: str, parameters: Mapping[str, float], on: str = "", 
         raise Invalid(f"r = {parameters['r']:g}{on} is above 1", "give r up to 1")
 
 
+# Density of a block, were it as deep as it is high [kg/m³]: those that come with the project have 120 to
+# 2200. A wrong unit is off by a factor of 1000 or more.
+LIGHTEST, DENSEST = 1.0, 1e5
+
+
 class BlockSection(Section):
     """A rigid rectangular block."""
 
@@ -94,6 +99,18 @@ class BlockSection(Section):
         shape: dict[str, Any] = {each.name: getattr(self, each.name, None) for each in fields(Block)}
         return Block(**shape)
 
+    @field_validator("mass_kg")
+    @classmethod
+    def _dense(cls, mass: Any, info: ValidationInfo) -> Any:
+        if {"height_m", "width_m"} <= info.data.keys():
+            density = mass / (info.data["height_m"] ** 2 * info.data["width_m"])
+            if not LIGHTEST < density < DENSEST:
+                raise Invalid(
+                    f"as deep as it is high, the block would have {density:.3g} kg/m³",
+                    "give height_m and width_m in metres, mass_kg in kilograms",
+                )
+        return mass
+
     @field_validator("contact_width_m")
     @classmethod
     def _within(cls, width: Any, info: ValidationInfo) -> Any:
@@ -114,7 +131,7 @@ class BlockSection(Section):
     @field_validator("release_angle_deg")
     @classmethod
     def _below_critical(cls, angle: Any, info: ValidationInfo) -> Any:
-        if angle is not None and {"height_m", "width_m"} <= info.data.keys():
+        if angle is not None and {"height_m", "width_m", "mass_kg"} <= info.data.keys():
             shape: dict[str, Any] = {each.name: info.data.get(each.name) for each in fields(Block)}
             critical = math.degrees(Block(**shape).theta_cr)
             if angle >= critical:

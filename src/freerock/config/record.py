@@ -8,7 +8,7 @@ from typing import Any, Literal
 from pydantic import ValidationInfo, field_validator
 
 from freerock import bounds
-from freerock.config.csv_cells import rows_in
+from freerock.config.csv_cells import rows_in, wrong_length
 from freerock.config.hand_corrections import EXCLUDED, WHOLE_RECORD, read_exclusions, read_overrides
 from freerock.config.mistakes import FILL_IN, validate
 from freerock.config.values import Inside, Invalid, Name, Section, Text, closest, did_you_mean, key
@@ -150,8 +150,7 @@ def read_records(
     first_lines: dict[str, int] = {}
     for line, row in rows:
         if len(row) != len(header):
-            what = f"has {len(row)} cells, the first line has {len(header)}"
-            problems.append(FreerockError(f"{path}:{line}", what, "put texts that hold a comma in quotes"))
+            problems.append(wrong_length(path, line, row, header))
             continue
         cells = dict(zip(header, row, strict=True))
         place = partial(_in_line, f"{path}:{line}")

@@ -177,7 +177,7 @@ def _as_possible(known: Tables, found: Sequence[Answer]) -> Sentence:
     """What else could explain the runs that are explained."""
     counted = Counter(model for each in found if each.explained for model in each.others)
     if not counted:
-        return ("No other law that was tried does so with as few parameters.",)
+        return ("Of the other laws that were tried, none does so with as few parameters.",)
     others: list[Sentence] = []
     for model, times in counted.most_common(MOST):
         n = known.count("choice", {"model": model, "status": "also_possible"})

@@ -15,7 +15,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
-from freerock.config.csv_cells import CsvCell, rows_in
+from freerock.config.csv_cells import CsvCell, rows_in, wrong_length
 from freerock.errors import FreerockError
 from freerock.files import regular, replace_together
 
@@ -89,8 +89,7 @@ def parsed(content: bytes, path: str | Path = "CSV") -> CsvText:
         raise FreerockError(path, f"has no column {KEY}", "write the line of column names first")
     for line, cells in rows[1:]:
         if len(cells) != len(found.header):
-            what = f"has {len(cells)} cells, the first line has {len(found.header)}"
-            raise FreerockError(f"{path}:{line}", what, "put texts that hold a comma in quotes")
+            raise wrong_length(path, line, cells, found.header)
         test = cells[found.names.index(KEY)].value
         if test in found.rows:
             found.twice.add(test)
