@@ -19,11 +19,12 @@ from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
-from freerock.selection import hypotheses_tried, unmodelled
+from freerock.runs.verdict import Verdict
+from freerock.selection import doubts, hypotheses_tried, unmodelled
 from freerock.selection.added_uncertainty import beside_causes
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.causes import Cause, ranked, required_effect
-from freerock.selection.fit_reasons import unmodelled_effect, wider_than_block
+from freerock.selection.fit_reasons import odd_contact, unmodelled_effect
 from freerock.selection.hypotheses_tried import identify_run, identify_runs, take_up_causes
 from freerock_bench.springs import Motion as Rocking
 from freerock_bench.springs import Scene, read
@@ -94,10 +95,28 @@ def test_a_contact_wider_than_the_block_is_a_warning():
     width = Input("b", "width_m", 3e-4, True)
     motion = replace(measured(STATED), laboratory=replace(STATED, inputs=(*INPUTS, width)))
     fit = fit_run("housner_width", BLOCK, motion)
-    assert not [*wider_than_block(fit, BLOCK)]
-    (reason,) = wider_than_block(fit, replace(BLOCK, width_m=BLOCK.width_m - 2e-3))
+    assert not [*odd_contact(fit, BLOCK)]
+    (reason,) = odd_contact(fit, replace(BLOCK, width_m=BLOCK.width_m - 2e-3))
     assert (reason.verdict, reason.name) == ("warn", "pulled_input")
     assert "fitted 0.0019 m wider than the block, a pull of 7.5" in reason.text
+    (reason,) = odd_contact(fit, replace(BLOCK, width_m=2 * BLOCK.width_m))
+    assert reason.verdict == "warn" and "fitted 50 % of the block's: " in reason.text
+    assert not [*odd_contact(fit, replace(BLOCK, width_m=1.3 * BLOCK.width_m))]
+
+
+@pytest.mark.parametrize("explained", [True, False])
+def test_a_contact_of_half_the_block_is_a_warning_of_any_run(explained, monkeypatch):
+    """As of a range stated twice too small."""
+    motion = replace(measured(STATED), laboratory=None)
+    fit = fit_run("housner_width", BLOCK, motion)
+    monkeypatch.setattr(hypotheses_tried.Identified, "explained", explained)
+    monkeypatch.setattr(doubts, "hints_for", lambda *_: [])
+    monkeypatch.setattr(doubts, "find_disturbance", lambda *_: None)
+    monkeypatch.setattr(doubts, "slow_sensor", lambda *_: [])
+    found = hypotheses_tried.Identified(fits={"housner_width": fit})
+    reasons = doubts.doubts_about(Verdict(), replace(BLOCK, width_m=0.14), motion, found, BY_DEFAULT)
+    assert "contact width fitted 50 % of the block's" in reasons[0].text
+    assert ("unexplained" in [each.name for each in reasons]) is not explained
 
 
 def test_a_run_of_no_known_laboratory_has_no_causes():

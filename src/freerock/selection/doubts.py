@@ -24,10 +24,10 @@ from freerock.selection.allowed_hypotheses import Hypotheses
 from freerock.selection.fit_reasons import (
     explains_as_well,
     notes_on_scene,
+    odd_contact,
     pulled_inputs,
     slow_sensor,
     unmodelled_effect,
-    wider_than_block,
 )
 from freerock.selection.hypotheses_tried import Identified
 from freerock.selection.quick import leaves_noise
@@ -69,7 +69,7 @@ def doubts_about(
         for other, fit in found.alternatives.items():
             notes += explains_as_well(other, fit, found.before or found.fits[chosen], possible, found.widened)
         notes += pulled_inputs(found.fits[chosen])
-        notes += wider_than_block(found.fits[chosen], block)
+        notes += odd_contact(found.fits[chosen], block)
         notes += slow_sensor(found.at_best(chosen, block, motion, hypotheses), motion)
         if chosen in found.effects and not any(note.verdict == "warn" for note in notes):
             notes.append(unmodelled_effect(found.fits[chosen], found.effects[chosen]))
@@ -87,24 +87,30 @@ def doubts_about(
     if "alternating_restitution" not in measured.names:  # its cause acts all through the run
         disturbance = find_disturbance(block, motion, found.fits, settings)
     unexplained = Reason("warn", "unexplained", UNEXPLAINED + _causes_of(found))
+    nearest = found.fits.get(_nearest(found) or found.choice(hypotheses).selected)
+    contact = list(odd_contact(nearest, block)) if nearest is not None else []
     if disturbance is None:
-        return [unexplained]
+        return [*contact, unexplained]
     start_s, end_s = disturbance
     if start_s == 0:  # any effect that grows with the angle looks like it: the causes come first
         what = f"free rocking may begin only {end_s:.2f} s after the release, if the block was let go "
         what += "slowly, pushed, hit, braked, or caught and let go again: then leave the run out"
-        return [unexplained, Reason("warn", "disturbed_release", what)]
+        return [*contact, unexplained, Reason("warn", "disturbed_release", what)]
     what = f"something acted on the block between {start_s:.2f} and {end_s:.2f} s after its release: a "
     what += "hit, a hand, or a slip: leave the run out"
-    return [Reason("warn", "disturbed", what), unexplained]
+    return [Reason("warn", "disturbed", what), *contact, unexplained]
+
+
+def _nearest(found: Identified) -> str:
+    """The candidate of which the first cause of its misfit leaves least; "" where none has a cause."""
+    return min(found.causes, key=lambda model: found.causes[model][0].left, default="")
 
 
 def _causes_of(found: Identified) -> str:
-    """The causes of a misfit, of the candidate of which the first cause leaves least; none where no
-    laboratory is known."""
-    if not found.causes:
+    """The causes of a misfit of the nearest candidate; none where no laboratory is known."""
+    best = _nearest(found)
+    if not best:
         return ""
-    best = min(found.causes, key=lambda model: found.causes[model][0].left)
     told = "; ".join(cause.text for cause in found.causes[best])
     beside = f" with free {' and '.join(found.widened).replace('_', ' ')}" if found.widened else ""
     return (
