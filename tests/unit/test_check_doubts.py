@@ -224,3 +224,12 @@ def test_a_record_that_the_manifest_lists_and_no_line_names_is_doubted(doubts):
         "config/campaigns/lab.csv: no line names b.tdms, which raw/lab/manifest.csv lists; add a line for "
         "it, or take it out of the manifest"
     ]
+
+
+def test_a_channel_in_which_nothing_rocks_is_doubted(doubts):
+    """As a trigger; the swept angle of its step is that of a block."""
+    step = np.where(np.arange(5000) > 1500, 5.0, 8.0)
+    assert doubts(volts=step) == [
+        "config/campaigns/lab.csv:2: a: no phase of stillness is followed by free rocking to rest; "
+        "name the channel that is meant"
+    ]

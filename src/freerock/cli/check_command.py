@@ -236,8 +236,10 @@ def signal_doubts(source: Source) -> Iterator[FreerockError]:
             what = f"only {number} of {len(source.records)} records were looked into"
             yield FreerockError(csv, what, "look into the others with freerock inspect")
             return
+        where = f"{csv}:{line}: {record.test}"
         for channel, laser in zip(record.channels, record.lasers, strict=True):
-            yield from _channel(f"{csv}:{line}: {record.test}", campaign, record, channel, laser)
+            found = [*_channel(where, campaign, record, channel, laser)]
+            yield from found or _holdless(where, campaign, record, channel)
         yield from _by_hand(f"{csv}:{line}", path, record)
 
 
@@ -314,9 +316,6 @@ def _channel(
         yield FreerockError(where, what, "is the unit of time right?")
     if (record.start or campaign.processing.runs.start) == "motion":  # whatever it turned by before
         return
-    if _holdless(read["time"].values, values):
-        what = "begins in motion: nothing stands still before it rocks to rest"
-        yield FreerockError(where, what, "set start: motion of the record, or name the channel that is meant")
     if not LEAST_ANGLE * critical < swept < MOST_ANGLE * critical:
         what = f"the signal sweeps {swept:.3g}°, the critical angle is {critical:.3g}°"
         yield FreerockError(where, what, "are its unit and the laser's scale right?")
@@ -325,13 +324,30 @@ def _channel(
         yield FreerockError(where, what, "is that in degrees, and the unit of the channel right?")
 
 
-def _holdless(time_s: "Floats", values: "Floats") -> bool:
-    """Whether a record rocks to its first rest without a phase of stillness before."""
+def _holdless(where: str, campaign: Campaign, record: Record, channel: str) -> Iterator[FreerockError]:
+    """A doubt about a channel in which no hold is followed by free rocking to rest."""
+    from freerock.records.read import read_record
     from freerock.rotation.still import stationary_phases
+    from freerock.runs.holds import UNSTEADY
 
+    if (record.start or campaign.processing.runs.start) == "motion":
+        return
+    try:
+        read = read_record(campaign.file(record.test), channel or None)
+    except (FreerockError, ValueError):
+        return  # the job of the record says why
+    (signal,), time_s = read.data_vars.values(), read["time"].values
+    values = signal.values
     phases = stationary_phases(time_s, values)
-    held = any(phase.kind == "held" for phase in phases)
-    return bool(phases) and not held and phases[0].start_s > time_s[0] + LEAD_S
+    for known in (phases, stationary_phases(time_s, values, floor_fraction=UNSTEADY)):
+        if any(phase.kind == "held" for phase in known):
+            return
+    if phases and phases[0].start_s > time_s[0] + LEAD_S:
+        what = "begins in motion: nothing stands still before it rocks to rest"
+        yield FreerockError(where, what, "set start: motion of the record, or name the channel that is meant")
+    else:
+        what = "no phase of stillness is followed by free rocking to rest"
+        yield FreerockError(where, what, "name the channel that is meant")
 
 
 def _beyond_output(where: str, values: "Floats", quantity: str, sensor: "Laser") -> Iterator[FreerockError]:

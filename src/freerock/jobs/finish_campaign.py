@@ -30,7 +30,8 @@ def complete(campaign: str, runs: str | Path, output: str | Path) -> None:
     why_failed = {test: _failed(own) for test, own in records.items()}
     failed = [f"{campaign}: record {test} failed: {why}" for test, why in why_failed.items() if why]
     if failed:
-        log.error("\n".join(failed))
+        report = f"{Path(output).with_name('report.html')}: the report on what did not fail"
+        log.error("\n".join([report, *failed]))
         sys.exit(1)
     number = sum(row["run"] != "" for row in rows)
     write_text(output, f"{len(records)} records, {number} runs\n")
