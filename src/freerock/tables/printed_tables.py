@@ -320,7 +320,8 @@ def printed_recovered(frame: pd.DataFrame) -> Printed:
     """Cells of `summary.recovered_table`, with caption and notes."""
     caption = "Identified values and those the records were simulated with"
     n = sum(map(_inside, frame.itertuples()))
-    note = f"{U_NOTE} noise, block, sensor, clock and law. {n} of {len(frame)} inside 1.96 u."
+    note = f"{U_NOTE} noise, block, sensor, clock and law. {n} of {len(frame)} inside 1.96 u. "
+    note += "A simulation may have no errors of block and sensor, which u covers, too."
     return Printed(frame, RECOVERED, texts(RECOVERED, frame), caption, [note, SIMULATED_NOTE])
 
 
