@@ -125,4 +125,4 @@ def _draw(ax: Axes, shown: Shown, scene: pd.DataFrame, look: Style, name: str, o
             ax.errorbar(seen[shown.x], seen[shown.y], yerr=seen[shown.y_stderr], **bars)
     if len(law):
         line = style.sized(look | {"marker": "", "linewidth": 1.1})
-        ax.plot(law[shown.x], law[shown.y], **line, label=f"{name}, selected law")
+        ax.plot(law[shown.x], law[shown.y], **line, label=f"{name}, law of the first run")
