@@ -371,8 +371,9 @@ def _of_grip(path: _Path) -> Iterator[Effect]:
     """A base that friction holds where the bed presses, so that it rolls, and one that slides."""
     if law_of(path.law).is_foundation and not law_of(path.law).relaxes:
         force, moment = path.presses
-        nearer = np.clip(moment / np.maximum(force, 1e-3 * path.weight), -path.block.b, path.block.b)
-        less = (nearer - path.arm) * np.sin(path.states[0])
+        least, b = 1e-3 * path.weight, path.block.b  # of a force that has a centre
+        centre = np.clip(moment / np.maximum(force, least), -b, b)
+        less = np.where(force > least, centre - path.arm, 0.0) * np.sin(path.states[0])
         m, rate = path.block.mass_kg, path.states[1]
         pulls = -m * (less * path.slope(path.lever * rate) + path.lever * path.slope(less * rate))
         rolls = path.aside(pulls, np.cumsum(less * rate) * TRIES.step_s)
