@@ -352,6 +352,7 @@ def causes_of(result: Analysed) -> list[str]:
             continue
         if reason.name == "pulled_input":
             found += re.findall(r"(\w+) of \S+ (?:fitted|off)", reason.text)
+            found += ["width_m"] * reason.text.startswith("contact width")
         elif reason.name == "unmodelled_effect":
             found += re.findall(r"requires (\w+),", reason.text)
         elif reason.name == "unexplained":

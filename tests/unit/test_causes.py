@@ -100,7 +100,7 @@ def test_a_contact_wider_than_the_block_is_a_warning():
     assert (reason.verdict, reason.name) == ("warn", "pulled_input")
     assert "fitted 0.0019 m wider than the block, a pull of 7.5" in reason.text
     (reason,) = odd_contact(fit, replace(BLOCK, width_m=2 * BLOCK.width_m))
-    assert reason.verdict == "warn" and "fitted 50 % of the block's: " in reason.text
+    assert reason.verdict == "warn" and "fitted 50 % of the stated one: " in reason.text
     assert not [*odd_contact(fit, replace(BLOCK, width_m=1.3 * BLOCK.width_m))]
 
 
@@ -115,7 +115,7 @@ def test_a_contact_of_half_the_block_is_a_warning_of_any_run(explained, monkeypa
     monkeypatch.setattr(doubts, "slow_sensor", lambda *_: [])
     found = hypotheses_tried.Identified(fits={"housner_width": fit})
     reasons = doubts.doubts_about(Verdict(), replace(BLOCK, width_m=0.14), motion, found, BY_DEFAULT)
-    assert "contact width fitted 50 % of the block's" in reasons[0].text
+    assert "contact width fitted 50 % of the stated one" in reasons[0].text
     assert ("unexplained" in [each.name for each in reasons]) is not explained
 
 
@@ -202,15 +202,26 @@ def test_a_base_that_friction_holds_rolls_where_the_bed_presses():
     assert first.off == pytest.approx(1.0, abs=0.25)
 
 
-def test_a_block_that_rolls_moves_as_its_derivative_has_it():
-    """Against the other simulator: with friction less on its corners."""
+def test_a_block_that_rolls_or_slides_moves_as_its_derivative_has_it():
+    """Against the other simulator: with friction and on its corners, with little friction and with much."""
     motion, rolls, _ = with_friction(grip=1.0)
+    _, slides, _ = with_friction(grip=0.1)
     pivots = Rocking(Scene(BLOCK, SOIL, True, THETA0, 1e-7), 1e3, 2.5).states
     path = unmodelled._Path.of(ended_at(motion, {**SOIL, "theta0": THETA0, "t0": 0.0}))
-    n = 1000
-    rolling, *_ = unmodelled._of_grip(replace(path, best=replace(path.best, nuisances=unseen(path.best))))
-    more = (rolls[2] - pivots[2])[:n]
-    assert np.linalg.norm(rolling.column[:n] - more) < 0.1 * np.linalg.norm(more)
+    path = replace(path, best=replace(path.best, nuisances=unseen(path.best)))
+    found = {each.text(1.0): each.column for each in unmodelled._of_grip(path)}
+    for text, more, n, close in (
+        ("1.0 times that of a base held by friction", rolls - pivots[:, : rolls.shape[1]], 1000, 0.1),
+        ("friction coefficient about 0.1", slides - rolls[:, : slides.shape[1]], 900, 0.2),
+    ):
+        assert np.linalg.norm(found[text][:n] - more[2, :n]) < close * np.linalg.norm(more[2, :n])
+
+
+def test_a_block_that_slides_is_named():
+    motion, _, _ = with_friction(grip=0.1)
+    fit = fit_run("hunt_crossley_pivoting", BLOCK, replace(motion, laboratory=None))
+    first = ranked(ended_at(motion, fit.values))[0]
+    assert "slip, friction coefficient about 0.1" in f"{first.name}, {first.what}" and first.share > 0.8
 
 
 def unseen(best):

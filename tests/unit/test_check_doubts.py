@@ -164,14 +164,22 @@ def test_time_in_another_unit(doubts, step):
     assert doubt.endswith("; is the unit of time right?")
 
 
+@pytest.mark.parametrize("mass_kg", ["150000", "0.15"])
+def test_masses_in_another_unit(doubts, mass_kg):
+    found = doubts(("mass_kg: 150", f"mass_kg: {mass_kg}"), ("release_angle_deg: 7", "release_angle_deg: 5"))
+    assert any("as deep as it is high, the block would have" in each for each in found)
+
+
 @pytest.mark.parametrize(
     ("old", "new"),
-    [("mass_kg: 150", "mass_kg: 150000"), ("mass_kg: 150", "mass_kg: 0.15"), ("1.2", "1.2e-2")],
+    [
+        ("mass_kg: 150", "mass_kg: 0.0002"),
+        ("height_m: 1.2, width_m: 0.25", "height_m: 100, width_m: 25"),
+        ("height_m: 1.2, width_m: 0.25", "height_m: 0.0012, width_m: 0.00025"),
+    ],
 )
-def test_blocks_in_another_unit_are_refused(doubts, old, new):
+def test_blocks_of_an_impossible_density_are_refused(doubts, old, new):
     doubts()
-    if old == "1.2":
-        old, new = "height_m: 1.2, width_m: 0.25", "height_m: 100, width_m: 25"
     yaml = Path("config/campaigns/lab.yaml")
     yaml.write_text(
         yaml.read_text().replace(old, new).replace("release_angle_deg: 7", "release_angle_deg: 5")

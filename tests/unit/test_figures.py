@@ -174,7 +174,9 @@ def test_restitution_has_a_panel_per_block_and_leaves_out_excluded_runs(datasets
     (legend,) = figure.legends
     told = [text.get_text() for text in legend.get_texts()]
     of_foundations = [
-        f"{name}, {what}" for name in ("Marble", "mat") for what in ("simulated record", "law of the first run")
+        f"{name}, {what}"
+        for name in ("Marble", "mat")
+        for what in ("simulated record", "law of the first run")
     ]
     assert told == ["rigid block (Housner 1963)", *of_foundations]
 

@@ -229,7 +229,9 @@ def test_the_intervals_of_shares_are_wilsons():
     n = 12
     x = np.exp(np.linspace(-1, 1, n * GROUPS))
     fell = (np.random.default_rng(1).uniform(size=x.size) < np.linspace(0, 1, x.size)).astype(float)
-    for i, row in enumerate(_counted(x, fell, np.arange(x.size)).itertuples()):
+    counted = _counted(x, fell, np.arange(x.size))
+    assert len(counted) == GROUPS
+    for i, row in enumerate(counted.itertuples()):
         k = int(fell[n * i : n * (i + 1)].sum())
         ends = binomtest(k, n).proportion_ci(method="wilson")
         assert (row.probability, row.n) == (pytest.approx(k / n), n)

@@ -49,6 +49,7 @@ def test_the_unforeseen_in_each_step(tmp_path):
     assert "record good failed" not in done.stderr
     last = "".join(f"\nlab: record {test} failed: {why}" for test, why in FAILED.items())
     assert done.stderr.endswith(f"{last}\n")
+    assert "\nresults/lab/report.html: the report, with the reasons\n" in done.stderr
     assert "record bad_quality failed" not in done.stderr
     with open(checkout / "results/lab/tables/runs.csv", newline="", encoding="utf-8") as table:
         rows = {row["test"]: (row["run"], row["verdict"], row["reasons"]) for row in csv.DictReader(table)}

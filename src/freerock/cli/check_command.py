@@ -39,11 +39,12 @@ if TYPE_CHECKING:
 # What records of free rocking lie well within, set on the two campaigns that come with the project, 15
 # records of 12 blocks: their signals sweep 0.93 to 1.25 of the critical angle, have 23 to 340 samples in
 # 1/p, the time scale of the rocking block, and last 56/p or longer; none of their samples is outside the
-# declared output. A wrong unit is off by a factor of 57, 100 or 1000.
+# declared output; the blocks have 120 to 2200 kg/m³. A wrong unit is off by a factor of 57, 100 or 1000.
 LEAST_ANGLE, MOST_ANGLE = 0.04, 4.0  # swept, of the critical angle; the least also of a release angle
 LEAST_NOMINAL, MOST_NOMINAL = 0.3, 5.0  # swept, of the release angle in the configuration
 LEAST_SAMPLES, LEAST_LENGTH = 8.0, 5.0  # of a record: samples in 1/p, length in 1/p
 MOST_BEYOND = 2e-3  # share of the samples outside the declared output of the sensor
+LIGHTEST, DENSEST = 5.0, 5e4  # density of the block, were it as deep as it is high [kg/m³]
 EARTH = (9.76, 9.84)  # gravity [m/s²], from high on the equator to the poles
 MOST_WORK = 1e9  # bytes of record files that a check reads: some seconds
 SLOWER = {".xlsx": 100, ".xlsm": 100, ".csv": 10, ".tsv": 10, ".txt": 10, ".lvm": 10}  # to read, by the byte
@@ -238,8 +239,7 @@ def signal_doubts(source: Source) -> Iterator[FreerockError]:
             return
         where = f"{csv}:{line}: {record.test}"
         for channel, laser in zip(record.channels, record.lasers, strict=True):
-            found = [*_channel(where, campaign, record, channel, laser)]
-            yield from found or _holdless(where, campaign, record, channel)
+            yield from _channel(where, campaign, record, channel, laser)
         yield from _by_hand(f"{csv}:{line}", path, record)
 
 
@@ -270,6 +270,9 @@ def _unnamed(csv: Path, source: Source, campaign: Campaign) -> Iterator[Freerock
 def _block(where: str, block: BlockSection, planned: Iterable[float]) -> Iterator[FreerockError]:
     """Doubts about one block, its release angle and those of the plan."""
     critical = math.degrees(block.block.theta_cr)
+    if not LIGHTEST < block.density < DENSEST:
+        what = f"as deep as it is high, the block would have {block.density:.3g} kg/m³"
+        yield FreerockError(where, what, "give height_m and width_m in metres, mass_kg in kilograms")
     gravity = block.block.g
     if not EARTH[0] <= gravity <= EARTH[1]:
         what = f"gravity_m_s2 is {gravity:g}, on Earth {EARTH[0]} to {EARTH[1]} m/s²"
@@ -305,43 +308,38 @@ def _channel(
         what = f"the signal, {seen.min():.3g} to {seen.max():.3g} V, looks like mA"
         yield FreerockError(where, what, "declare units: mA of the laser, or name its channel")
         return
-    yield from _beyond_output(where, values, quantity, sensor)
+    found = [*_beyond_output(where, values, quantity, sensor)]
     rate, p = float(read.attrs["sampling_rate_hz"]), block.block.p
     critical, nominal = math.degrees(block.block.theta_cr), block.release_angle_deg
+    unit = "is the unit of time right?"
     if rate < LEAST_SAMPLES * p:
         what = f"{rate:.4g} Hz are {rate / p:.2g} samples in 1/p = {1 / p:.2g} s, the block's time scale"
-        yield FreerockError(where, what, "is the unit of time right?")
+        found.append(FreerockError(where, what, unit))
     if signal.size / rate < LEAST_LENGTH / p:
         what = f"the record lasts {signal.size / rate:.2g} s, a swing of the block about {2 / p:.2g} s"
-        yield FreerockError(where, what, "is the unit of time right?")
-    if (record.start or campaign.processing.runs.start) == "motion":  # whatever it turned by before
-        return
-    if not LEAST_ANGLE * critical < swept < MOST_ANGLE * critical:
-        what = f"the signal sweeps {swept:.3g}°, the critical angle is {critical:.3g}°"
-        yield FreerockError(where, what, "are its unit and the laser's scale right?")
-    elif nominal and not LEAST_NOMINAL * nominal < swept < MOST_NOMINAL * nominal:
-        what = f"the signal sweeps {swept:.3g}°, the block's release_angle_deg is {nominal:g}"
-        yield FreerockError(where, what, "is that in degrees, and the unit of the channel right?")
+        found.append(FreerockError(where, what, unit))
+    runs = campaign.processing.runs
+    if (record.start or runs.start) != "motion":  # whatever it turned by before
+        if not LEAST_ANGLE * critical < swept < MOST_ANGLE * critical:
+            what = f"the signal sweeps {swept:.3g}°, the critical angle is {critical:.3g}°"
+            found.append(FreerockError(where, what, "are its unit and the laser's scale right?"))
+        elif nominal and not LEAST_NOMINAL * nominal < swept < MOST_NOMINAL * nominal:
+            what = f"the signal sweeps {swept:.3g}°, the block's release_angle_deg is {nominal:g}"
+            found.append(FreerockError(where, what, "is that in degrees, and the unit of the channel right?"))
+        if not (found or record.excluded or record.override):
+            found += _holdless(where, read["time"].values, values, runs.window_s)
+    yield from found
 
 
-def _holdless(where: str, campaign: Campaign, record: Record, channel: str) -> Iterator[FreerockError]:
+def _holdless(where: str, time_s: "Floats", values: "Floats", window_s: float) -> Iterator[FreerockError]:
     """A doubt about a channel in which no hold is followed by free rocking to rest."""
-    from freerock.records.read import read_record
     from freerock.rotation.still import stationary_phases
     from freerock.runs.holds import UNSTEADY
 
-    if (record.start or campaign.processing.runs.start) == "motion":
+    phases = stationary_phases(time_s, values, window_s=window_s)
+    unsteady = stationary_phases(time_s, values, window_s=window_s, floor_fraction=UNSTEADY)
+    if any(phase.kind == "held" for phase in (*phases, *unsteady)):
         return
-    try:
-        read = read_record(campaign.file(record.test), channel or None)
-    except (FreerockError, ValueError):
-        return  # the job of the record says why
-    (signal,), time_s = read.data_vars.values(), read["time"].values
-    values = signal.values
-    phases = stationary_phases(time_s, values)
-    for known in (phases, stationary_phases(time_s, values, floor_fraction=UNSTEADY)):
-        if any(phase.kind == "held" for phase in known):
-            return
     if phases and phases[0].start_s > time_s[0] + LEAD_S:
         what = "begins in motion: nothing stands still before it rocks to rest"
         yield FreerockError(where, what, "set start: motion of the record, or name the channel that is meant")

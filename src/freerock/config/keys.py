@@ -61,9 +61,8 @@ def check_parameters(model: str, parameters: Mapping[str, float], on: str = "", 
         raise Invalid(f"r = {parameters['r']:g}{on} is above 1", "give r up to 1")
 
 
-# Density of a block, were it as deep as it is high [kg/m³]: those that come with the project have 120 to
-# 2200. A wrong unit is off by a factor of 1000 or more.
-LIGHTEST, DENSEST = 1.0, 1e5
+# Density of a block, were it as deep as it is high [kg/m³], beyond which a unit is wrong.
+IMPOSSIBLE = 0.01, 1e7
 
 
 class BlockSection(Section):
@@ -99,12 +98,17 @@ class BlockSection(Section):
         shape: dict[str, Any] = {each.name: getattr(self, each.name, None) for each in fields(Block)}
         return Block(**shape)
 
+    @property
+    def density(self) -> float:
+        """Were it as deep as it is high [kg/m³]."""
+        return self.mass_kg / (self.height_m**2 * self.width_m)
+
     @field_validator("mass_kg")
     @classmethod
     def _dense(cls, mass: Any, info: ValidationInfo) -> Any:
         if {"height_m", "width_m"} <= info.data.keys():
             density = mass / (info.data["height_m"] ** 2 * info.data["width_m"])
-            if not LIGHTEST < density < DENSEST:
+            if not IMPOSSIBLE[0] < density < IMPOSSIBLE[1]:
                 raise Invalid(
                     f"as deep as it is high, the block would have {density:.3g} kg/m³",
                     "give height_m and width_m in metres, mass_kg in kilograms",

@@ -11,7 +11,7 @@ log = logging.getLogger("freerock")
 
 
 def complete(campaign: str, runs: str | Path, output: str | Path) -> None:
-    """Write how many records and runs there are, or end with a line for each record that has no usable run.
+    """Write how many records and runs there are, or end with a line for each record without a usable run.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def complete(campaign: str, runs: str | Path, output: str | Path) -> None:
     why_failed = {test: _failed(own) for test, own in records.items()}
     failed = [f"{campaign}: record {test} failed: {why}" for test, why in why_failed.items() if why]
     if failed:
-        report = f"{Path(output).with_name('report.html')}: the report on what did not fail"
+        report = f"{Path(output).with_name('report.html')}: the report, with the reasons"
         log.error("\n".join([report, *failed]))
         sys.exit(1)
     number = sum(row["run"] != "" for row in rows)

@@ -80,15 +80,15 @@ def doubts_about(
     def settings(model: str) -> FitSettings:
         return hypotheses.settings(model, found.widened)
 
+    nearest = found.fits.get(_nearest(found) or found.choice(hypotheses).selected)
+    contact = list(odd_contact(nearest, block)) if nearest is not None else []
     hints = list(hints_for(block, motion, found.fits, settings))
     if hints:
-        return [*hints, Reason("warn", "unexplained", UNEXPLAINED)]
+        return [*hints, *contact, Reason("warn", "unexplained", UNEXPLAINED)]
     disturbance = None
     if "alternating_restitution" not in measured.names:  # its cause acts all through the run
         disturbance = find_disturbance(block, motion, found.fits, settings)
     unexplained = Reason("warn", "unexplained", UNEXPLAINED + _causes_of(found))
-    nearest = found.fits.get(_nearest(found) or found.choice(hypotheses).selected)
-    contact = list(odd_contact(nearest, block)) if nearest is not None else []
     if disturbance is None:
         return [*contact, unexplained]
     start_s, end_s = disturbance

@@ -36,8 +36,8 @@ class Telling:
         seven brakes by a fifth that such a release seemed to explain, k up to 4.2 standard errors off, by 12
         to 21.
     narrowest : float
-        Of the block's width, contact below which a scale is wrong rather than a corner worn. Worn corners of
-        simulated blocks leave 0.8 and more; half a range, 0.5.
+        Of the stated contact width, a fitted one below which a scale is wrong rather than a corner worn.
+        Worn corners of simulated blocks leave 0.8 and more; half a range, 0.5.
     """
 
     least_deg: float = 1e-3
@@ -136,9 +136,9 @@ def odd_contact(fit: Fit, block: Block) -> Iterator[Reason]:
     """A warning where a freed contact width is none of corners: wider than the block, or far narrower."""
     if "width" not in fit.parameters:
         return
-    share = fit.values["width"] / block.width_m
+    share = fit.values["width"] / (2 * block.b)
     if share < TELLING.narrowest:
-        text = f"contact width fitted {100 * share:.0f} % of the block's: measure width, and check scale, "
+        text = f"contact width fitted {100 * share:.0f} % of the stated one: measure width, and check scale, "
         text += "range and height of the beam"
         yield Reason("warn", "pulled_input", text, share, TELLING.narrowest, "1")
     found = fit.contributions

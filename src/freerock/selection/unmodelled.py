@@ -256,11 +256,6 @@ class _Path:
         theta, _, z, _ = self.states
         return np.asarray(z + np.outer(self.points, np.sin(theta)))
 
-    @property
-    def weight(self) -> float:
-        """Of the block [N]."""
-        return self.block.mass_kg * self.block.g
-
     def slope(self, values: Floats) -> Floats:
         """Derivative of values over time by it."""
         return np.asarray(np.gradient(values, TRIES.step_s))
@@ -290,8 +285,10 @@ class _Path:
 
     def slid(self, grip: float) -> tuple[Floats, Floats]:
         """Moment on θ [N m] and way to the right [m] of a base that slides where friction is too small."""
-        m, dt = self.block.mass_kg, TRIES.step_s
-        lighter = 1 / m + self.lever**2 / self.block.inertia_cm
+        m, dt, inertia = self.block.mass_kg, TRIES.step_s, self.block.inertia_cm
+        if not law_of(self.law).is_foundation:  # which falls as it turns
+            inertia = inertia + m * (self.arm * np.cos(self.states[0]) - self.along) ** 2
+        lighter = 1 / m + self.lever**2 / inertia
         needed, carried = self.held
         rate, rates, lacks = 0.0, [], []
         for holds, most, by in zip(needed.tolist(), (grip * carried).tolist(), lighter.tolist(), strict=True):
@@ -301,17 +298,22 @@ class _Path:
             rate = 0.0 if faster * rate < 0 else faster
             rates.append(rate)
             lacks.append(lack)
-        return self.lever * lacks, np.cumsum(rates) * dt
+        return -self.lever * lacks * m * lighter, np.cumsum(rates) * dt
+
+    @cached_property
+    def across(self) -> tuple[Floats, Floats] | None:
+        """As `_across` of the fit."""
+        return _across(self.best)
 
     def aside(self, moment: Floats, way: Floats) -> Floats | None:
         """Derivative of the residual by the size of a moment on θ [N m] and of a way to the right [m], which
         a zero between the rests before and after halves."""
-        change, across = self.by(moment), _across(self.best)
-        if change is None or across is None:
+        change = self.by(moment)
+        if change is None or self.across is None:
             return change
         since = self.best.own.time_s - self.values["t0"]
         seen = np.interp(since, self.time_s, way, left=0.0) - way[-1] / 2
-        return np.asarray(change + np.abs(across[1]) * seen)
+        return np.asarray(change + np.abs(self.across[1]) * seen)
 
 
 def _across(best: Posterior) -> tuple[Floats, Floats] | None:
@@ -371,7 +373,7 @@ def _of_grip(path: _Path) -> Iterator[Effect]:
     """A base that friction holds where the bed presses, so that it rolls, and one that slides."""
     if law_of(path.law).is_foundation and not law_of(path.law).relaxes:
         force, moment = path.presses
-        least, b = 1e-3 * path.weight, path.block.b  # of a force that has a centre
+        least, b = 1e-3 * path.block.weight, path.block.b  # of a force that has a centre
         centre = np.clip(moment / np.maximum(force, least), -b, b)
         less = np.where(force > least, centre - path.arm, 0.0) * np.sin(path.states[0])
         m, rate = path.block.mass_kg, path.states[1]
