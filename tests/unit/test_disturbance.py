@@ -90,7 +90,10 @@ def test_what_acts_all_the_time_is_no_disturbance(mishap):
 
 
 def doubts(motion, *measured):
-    whole = SimpleNamespace(fits=fitted("aerstop"), explained=False, causes={}, widened=())
+    def chosen(_):
+        return SimpleNamespace(selected="")
+
+    whole = SimpleNamespace(fits=fitted("aerstop"), explained=False, causes={}, widened=(), choice=chosen)
     return doubts_about(Verdict(measured), BLOCK, motion, whole, BY_DEFAULT)
 
 

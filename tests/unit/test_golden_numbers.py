@@ -108,7 +108,8 @@ def test_of_a_run_whose_restitution_alternates_all_along_no_part_is_called_distu
     monkeypatch.setattr(doubts, "find_disturbance", lambda *_: (0.5, 1.0))
     monkeypatch.setattr(doubts, "hints_for", lambda *_: [])
     fit, motion = SimpleNamespace(epsilon_theta=0.1, success=True), SimpleNamespace(laboratory=None)
-    found = SimpleNamespace(explained=False, fits={"winkler": fit}, causes={})
+    none = SimpleNamespace(selected="")
+    found = SimpleNamespace(explained=False, fits={"winkler": fit}, causes={}, choice=lambda _: none)
 
     def names(*measured):
         verdict = Verdict(tuple(Reason("warn", name, "") for name in measured))

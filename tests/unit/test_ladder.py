@@ -34,7 +34,7 @@ def test_what_housner_explains_costs_no_foundation_but_the_papers():
     choice = found.choice(BY_DEFAULT)
     assert (choice.selected, choice.explained) == ("housner", True)
     assert list(found.fits) == PAPER
-    assert not any(law_of(model).is_foundation for model in found.left_out)
+    assert not any(law_of(model).is_foundation for model in found.ruled_out)
 
 
 def test_beds_that_have_become_rigid_are_not_extended():
@@ -43,7 +43,7 @@ def test_beds_that_have_become_rigid_are_not_extended():
     found = identify_run(BLOCK, motion_of(released("housner", shorter, {"r": 0.93}, 8)), BY_DEFAULT)
     assert not found.explained
     assert found.fits["hunt_crossley"].values["k"] > 1e10
-    foundations = {model for model in (*found.fits, *found.left_out) if law_of(model).is_foundation}
+    foundations = {model for model in (*found.fits, *found.ruled_out) if law_of(model).is_foundation}
     assert foundations == {"winkler", "hunt_crossley"}
 
 
@@ -64,7 +64,7 @@ def test_worn_corners_are_found_before_any_larger_candidate():
     choice = found.choice(BY_DEFAULT)
     assert (choice.selected, choice.also_possible) == ("housner_width", ())
     assert found.fits["housner_width"].values["width"] == pytest.approx(worn.contact_width_m, rel=1e-3)
-    tried = [*found.fits, *found.left_out]
+    tried = [*found.fits, *found.ruled_out]
     assert max(map(BY_DEFAULT.n_freed, tried)) == BY_DEFAULT.n_freed("housner_width")
 
 
@@ -93,7 +93,7 @@ def test_far_from_all_candidates_one_rival_at_most_is_fitted_in_full():
     found = identify_run(BLOCK, bent, BY_DEFAULT)
     assert not found.explained
     assert len([model for model in found.fits if model not in PAPER]) <= 1
-    assert {*found.fits, *found.left_out, *found.errors} == {*BY_DEFAULT.candidates}
+    assert {*found.fits, *found.ruled_out, *found.errors} == {*BY_DEFAULT.candidates}
     choice = found.choice(BY_DEFAULT)
     assert choice.selected and not choice.explained
 

@@ -70,7 +70,7 @@ def test_it_is_tried_only_where_it_is_listed():
     assert not any("viscoelastic" in name for name in BY_DEFAULT.candidates)
     found = identify_run(BLOCK, motion, replace(GUIDED, models=("winkler", "hunt_crossley")))
     assert not found.explained
-    tried = {*found.fits, *found.left_out, *found.errors}
+    tried = {*found.fits, *found.ruled_out, *found.errors}
     assert tried and not any("viscoelastic" in name for name in tried)
 
 

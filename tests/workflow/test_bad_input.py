@@ -38,8 +38,8 @@ BAD = {
     "overturns; check the block's height and width and the laser's position",
     "no_release": "record: no release found: after no hold does the block rock freely to rest; check that "
     "the channel, the sign and the laser are those of this record",
-    "replaced": "has the sha256 {found}, raw/bad/manifest.csv lists {listed}; restore the file, or renew the "
-    "manifest if the change is meant",
+    "replaced": "has the sha256 {found}, raw/bad/manifest.csv lists {listed}; restore the file; if the "
+    "change is meant: python -m freerock.files raw/bad",
 }
 WAVEFORM = {"wf_increment": 1 / 2000, "wf_start_offset": 0.0, "unit_string": "V"}
 OUT = "left_out.tdms,,squat,mat,low,record,,the base was wet,"

@@ -333,8 +333,7 @@ def _channel(
 
 def _holdless(where: str, time_s: "Floats", values: "Floats", window_s: float) -> Iterator[FreerockError]:
     """A doubt about a channel in which no hold is followed by free rocking to rest."""
-    from freerock.rotation.still import stationary_phases
-    from freerock.runs.holds import UNSTEADY
+    from freerock.rotation.still import UNSTEADY, stationary_phases
 
     phases = stationary_phases(time_s, values, window_s=window_s)
     unsteady = stationary_phases(time_s, values, window_s=window_s, floor_fraction=UNSTEADY)

@@ -25,6 +25,7 @@ NEAR_LEVEL = 10.0  # in units of the stillness limit: levels this close are one 
 # Phases on either side of an oscillation, among which is the rest it goes about. Of 50 drawn records with up
 # to six stops before a release, and a hand that catches, 12 find what all would; of 80 others 8 do.
 AROUND = 32
+UNSTEADY = 3e-3  # of the range of θ: an angle that wanders no more than this is still held
 MOVED = 0.1  # of the largest held level: as far may the level at rest move
 
 

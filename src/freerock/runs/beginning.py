@@ -7,8 +7,7 @@ import numpy as np
 
 from freerock.config.defaults import RunLimits
 from freerock.config.hand_corrections import Override
-from freerock.rotation.still import MIN_PEAKS, Phase
-from freerock.runs.holds import UNSTEADY
+from freerock.rotation.still import MIN_PEAKS, UNSTEADY, Phase
 from freerock.runs.release import (
     FAR,
     HOLD_BLOCK_S,

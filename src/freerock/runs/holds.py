@@ -7,10 +7,8 @@ from collections.abc import Sequence
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.faults import Fault
-from freerock.rotation.still import Phase, stationary_phases
+from freerock.rotation.still import UNSTEADY, Phase, stationary_phases
 from freerock.runs.signal import Signal, invalid_in
-
-UNSTEADY = 3e-3  # of the range of θ: an angle that wanders no more than this is still held
 
 
 def find_holds(signal: Signal, steady: Sequence[Phase], window_s: float) -> list[Phase]:
