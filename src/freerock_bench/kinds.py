@@ -356,9 +356,8 @@ def causes_of(result: Analysed) -> list[str]:
         elif reason.name == "unmodelled_effect":
             found += re.findall(r"requires (\w+),", reason.text)
         elif reason.name == "unexplained":
-            _, *causes = MISFIT.split(reason.text)
-            for cause in "".join(causes).split("; ") if causes else ():
-                found.append("/".join(re.findall(r"(?:^| or )(\w+),", cause)))
+            for causes in MISFIT.split(reason.text)[1:]:
+                found += ["/".join(re.findall(r"(?:^| or )(\w+),", cause)) for cause in causes.split("; ")]
         else:
             found.append(reason.name)
     return [*dict.fromkeys(found)]

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from freerock.config.campaign import Campaign, Source, campaign_paths, read_campaign
-from freerock.config.keys import BlockSection
+from freerock.config.keys import BlockSection, density_if_square
 from freerock.config.laser_section import LaserSection
 from freerock.config.mistakes import refuse
 from freerock.config.record import Record
@@ -270,8 +270,9 @@ def _unnamed(csv: Path, source: Source, campaign: Campaign) -> Iterator[Freerock
 def _block(where: str, block: BlockSection, planned: Iterable[float]) -> Iterator[FreerockError]:
     """Doubts about one block, its release angle and those of the plan."""
     critical = math.degrees(block.block.theta_cr)
-    if not LIGHTEST < block.density < DENSEST:
-        what = f"as deep as it is high, the block would have {block.density:.3g} kg/m³"
+    density = density_if_square(block.height_m, block.width_m, block.mass_kg)
+    if not LIGHTEST < density < DENSEST:
+        what = f"as deep as it is high, the block would have {density:.3g} kg/m³"
         yield FreerockError(where, what, "give height_m and width_m in metres, mass_kg in kilograms")
     gravity = block.block.g
     if not EARTH[0] <= gravity <= EARTH[1]:

@@ -61,8 +61,12 @@ def check_parameters(model: str, parameters: Mapping[str, float], on: str = "", 
         raise Invalid(f"r = {parameters['r']:g}{on} is above 1", "give r up to 1")
 
 
-# Density of a block, were it as deep as it is high [kg/m³], beyond which a unit is wrong.
-IMPOSSIBLE = 0.01, 1e7
+IMPOSSIBLE = 0.01, 1e7  # `density_if_square` of a block [kg/m³], beyond which a unit is wrong
+
+
+def density_if_square(height_m: float, width_m: float, mass_kg: float) -> float:
+    """Density of a block, were it as deep as it is high [kg/m³]."""
+    return mass_kg / (height_m**2 * width_m)
 
 
 class BlockSection(Section):
@@ -98,16 +102,11 @@ class BlockSection(Section):
         shape: dict[str, Any] = {each.name: getattr(self, each.name, None) for each in fields(Block)}
         return Block(**shape)
 
-    @property
-    def density(self) -> float:
-        """Were it as deep as it is high [kg/m³]."""
-        return self.mass_kg / (self.height_m**2 * self.width_m)
-
     @field_validator("mass_kg")
     @classmethod
     def _dense(cls, mass: Any, info: ValidationInfo) -> Any:
         if {"height_m", "width_m"} <= info.data.keys():
-            density = mass / (info.data["height_m"] ** 2 * info.data["width_m"])
+            density = density_if_square(info.data["height_m"], info.data["width_m"], mass)
             if not IMPOSSIBLE[0] < density < IMPOSSIBLE[1]:
                 raise Invalid(
                     f"as deep as it is high, the block would have {density:.3g} kg/m³",

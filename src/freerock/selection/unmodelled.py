@@ -256,7 +256,7 @@ class _Path:
         theta, _, z, _ = self.states
         return np.asarray(z + np.outer(self.points, np.sin(theta)))
 
-    def slope(self, values: Floats) -> Floats:
+    def derivative(self, values: Floats) -> Floats:
         """Derivative of values over time by it."""
         return np.asarray(np.gradient(values, TRIES.step_s))
 
@@ -281,7 +281,7 @@ class _Path:
         if not law_of(self.law).is_foundation:
             fall = -self.block.b * np.cos(theta) * np.sign(theta) * rate
         sideways, up = self.lever * rate, -fall - self.along * rate
-        return m * self.slope(sideways), np.maximum(m * (self.block.g + self.slope(up)), 0.0)
+        return m * self.derivative(sideways), np.maximum(m * (self.block.g + self.derivative(up)), 0.0)
 
     def slid(self, grip: float) -> tuple[Floats, Floats]:
         """Moment on θ [N m] and way to the right [m] of a base that slides where friction is too small."""
@@ -370,14 +370,18 @@ def _of_forces(path: _Path) -> Iterator[Effect]:
 
 
 def _of_grip(path: _Path) -> Iterator[Effect]:
-    """A base that friction holds where the bed presses, so that it rolls, and one that slides."""
+    """A base that friction holds where the bed presses, so that it rolls, and one that slides.
+
+    Source: derived here, from no slip at the centre of the pressure and Coulomb's friction. Test:
+    `tests/unit/test_causes.py::test_a_block_that_rolls_or_slides_moves_as_its_derivative_has_it`.
+    """
     if law_of(path.law).is_foundation and not law_of(path.law).relaxes:
         force, moment = path.presses
         least, b = 1e-3 * path.block.weight, path.block.b  # of a force that has a centre
         centre = np.clip(moment / np.maximum(force, least), -b, b)
         less = np.where(force > least, centre - path.arm, 0.0) * np.sin(path.states[0])
         m, rate = path.block.mass_kg, path.states[1]
-        pulls = -m * (less * path.slope(path.lever * rate) + path.lever * path.slope(less * rate))
+        pulls = -m * (less * path.derivative(path.lever * rate) + path.lever * path.derivative(less * rate))
         rolls = path.aside(pulls, np.cumsum(less * rate) * TRIES.step_s)
         text = "{:.1f} times that of a base held by friction".format
         yield from _acting("rolling", rolls, text, TRIES.like_it)
