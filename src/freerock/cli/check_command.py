@@ -337,8 +337,10 @@ def _holdless(where: str, time_s: "Floats", values: "Floats", window_s: float) -
     from freerock.rotation.still import UNSTEADY, stationary_phases
 
     phases = stationary_phases(time_s, values, window_s=window_s)
+    if any(phase.kind == "held" for phase in phases):
+        return
     unsteady = stationary_phases(time_s, values, window_s=window_s, floor_fraction=UNSTEADY)
-    if any(phase.kind == "held" for phase in (*phases, *unsteady)):
+    if any(phase.kind == "held" for phase in unsteady):
         return
     if phases and phases[0].start_s > time_s[0] + LEAD_S:
         what = "begins in motion: nothing stands still before it rocks to rest"
