@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, Indices
 from freerock.models.block import Block
 from freerock.models.contact import Foundation
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
@@ -49,21 +49,21 @@ def as_measured(
     beside = view.moments[0][:, None]
     values = {**values, "theta0": view.released(values["theta0"], turning, foundation)}
     every = (time_s + beside).ravel() if len(beside) > 1 else time_s
-    rates = None if foundation is None and theta_rate is None else np.empty((every.size, 3))
-    if len(beside) == 1:
-        theta = simulate_fitted(law, turning, values, every, rules=rules, solver=solver, rates=rates)
-    else:
+    order: slice | Indices = slice(None)
+    back: slice | Indices = order
+    if len(beside) > 1:
         order = np.argsort(every, kind="stable")
         back = np.empty_like(order)
         back[order] = np.arange(order.size)
-        theta = simulate_fitted(law, turning, values, every[order], rules=rules, solver=solver, rates=rates)
-        theta, rates = theta[back], None if rates is None else rates[back]
-    theta = theta.reshape(len(beside), -1)
+    rates = None if foundation is None and theta_rate is None else np.empty((every.size, 3))
+    theta = simulate_fitted(law, turning, values, every[order], rules=rules, solver=solver, rates=rates)
+    theta = theta[back].reshape(len(beside), -1)
     if rates is None:
         return view.seen(theta, theta, turning, foundation)
-    z_cb = np.ascontiguousarray(rates[:, 0]).reshape(theta.shape)
+    columns = rates.T[: 1 if theta_rate is None else 3]  # z_cb, its rate and that of θ
+    z_cb, *moving = (np.ascontiguousarray(each[back]).reshape(theta.shape) for each in columns)
     if theta_rate is not None:
-        z_cb_rate, rate = rates[:, 1].reshape(theta.shape), rates[:, 2].reshape(theta.shape)
+        z_cb_rate, rate = moving
         later, earlier = (
             view.seen(theta + step * rate, z_cb + step * z_cb_rate, turning, foundation)
             for step in (step_s, -step_s)
