@@ -5,6 +5,8 @@ import os
 import shutil
 from pathlib import Path
 
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # as in the workflow's jobs; before numpy is imported
+
 import pytest
 from hypothesis import settings
 from small_campaign import ROOT, check_out, once
