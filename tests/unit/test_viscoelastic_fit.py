@@ -37,7 +37,7 @@ def measured(law, parameters, seed, kinematics="guided"):
     return Motion(time, exact + np.random.default_rng(seed).normal(0, SIGMA, time.size), SIGMA, THETA0)
 
 
-@pytest.mark.parametrize(("damping_s", "relaxes_s"), [(5e-3, 2e-3), (5e-3, 0.05), (0.02, 0.2)])
+@pytest.mark.parametrize(("damping_s", "relaxes_s"), [(5e-3, 2e-3), (0.02, 0.2)])
 def test_stiffness_damping_and_relaxation_are_found(damping_s, relaxes_s):
     truth = {"k": K, "c": damping_s * K, "tau": relaxes_s}
     found = identify_run(BLOCK, measured("viscoelastic", truth, 4), LISTED)
