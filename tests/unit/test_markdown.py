@@ -11,9 +11,9 @@ def test_markdown_keeps_its_columns_whatever_the_cells_hold():
 
 
 def test_no_cell_is_read_as_html_or_markdown():
-    cells = ["<b>&", "two\nlines", "[x](y) `z` *w* ~v~", "back\\|slash"]
+    cells = ["<b>& < 4.3", "two\nlines", "[x](y) `z` *w* ~v~", "back\\|slash"]
     text = markdown(pd.DataFrame([cells], columns=["a", "b", "c", "d"]), "<i>Caption")
     assert text.splitlines()[0] == "**&lt;i&gt;Caption**"
     assert text.splitlines()[-1] == (
-        r"| &lt;b&gt;&amp; | two lines | \[x\](y) \`z\` \*w\* \~v\~ | back\\\|slash |"
+        r"| &lt;b&gt;&amp; < 4.3 | two lines | \[x\](y) \`z\` \*w\* \~v\~ | back\\\|slash |"
     )
