@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from freerock.rotation.mains import fit_mains, mains_ratio
-from freerock.rotation.sample_noise import StillSignal
+from freerock.rotation.signal_noise import StillSignal
 from freerock.rotation.still import Phase
 
 RATE = 2000

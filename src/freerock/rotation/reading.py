@@ -17,7 +17,8 @@ from freerock.rotation.flags import FLAGS, flag_samples, shares
 from freerock.rotation.lattice import lattice_step
 from freerock.rotation.lines import other_line, slow_line
 from freerock.rotation.mains import Mains
-from freerock.rotation.sample_noise import (
+from freerock.rotation.sensor import Laser, distance_from_output, looks_like_current
+from freerock.rotation.signal_noise import (
     COARSE_STEP,
     FAINT,
     StillSignal,
@@ -28,7 +29,6 @@ from freerock.rotation.sample_noise import (
     still_signal,
     wrong_rate,
 )
-from freerock.rotation.sensor import Laser, distance_from_output, looks_like_current
 from freerock.units import BASE, in_base_units
 
 CHECK = "check the channel, the cable and the sensor's range"

@@ -2,8 +2,8 @@
 
 A spectral model, white noise plus a first-order autoregressive part, describes the spectrum and extends it
 below the lowest frequency that a rest resolves. The ratio of measured power to that of the model, octave by
-octave, contains all else: mains lines, other colours, the converter. `rotation.sample_noise` estimates σ of
-a sample; `noise_in_motion`, noise that is louder in motion.
+octave, contains all else: mains lines, other colours, the converter. `rotation.signal_noise` determines
+σ of a sample; `noise_in_motion`, noise that is louder in motion.
 """
 
 import math

@@ -1,4 +1,7 @@
-"""A signal and the phases in which it stands still: noise, interference of the mains, rests that move."""
+"""The noise of a signal: σ of a sample, interference of the mains, rests that move, while it stands still.
+
+The spectrum of the noise of θ, on which errors of fits rest, is that of `runs.noise_spectrum`.
+"""
 
 import math
 from collections.abc import Iterator
