@@ -13,15 +13,15 @@ from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts
-from freerock.runs.judged import judged_runs
 from freerock.runs.motion import Motion, heard, loud, motion_of
 from freerock.runs.noise_spectrum import noise_at_rest
 from freerock.runs.quiet import quiet_stretches, usual_of
+from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
-from freerock.selection.doubts import doubts_about
 from freerock.selection.hypotheses_tried import Identified, identify_run
+from freerock.selection.reasons_after_fits import reasons_of_fits
 
 
 class Analysed(NamedTuple):
@@ -59,13 +59,13 @@ def measured(
     Raises
     ------
     FreerockError
-        As of `rotation.find_rotation` and `judged_runs`.
+        As of `rotation.find_rotation` and `runs_with_impacts`.
     """
     record = find_rotation(time_s, volts, laser, block, "V")
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
     time_s, theta, sigma, _ = signal
     step = converter_step(volts, theta)
-    run, impacts = judged_runs(signal, block, signal_quality(record))[0]
+    run, impacts = runs_with_impacts(signal, block, signal_quality(record))[0]
     if run.verdict.level == "fail":
         return Measured(run, impacts, None, record.attrs["noise_v"])
     rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
@@ -83,9 +83,9 @@ def analysed(
     if motion is None:
         return Analysed(run.verdict, Identified(), None)
     found = identify_run(block, motion, BY_DEFAULT)
-    doubts = doubts_about(run.verdict, block, motion, found, BY_DEFAULT)
+    reasons = reasons_of_fits(run.verdict, block, motion, found, BY_DEFAULT)
     if laboratory is not None:
         for model, fit in found.fits.items():
             settings = BY_DEFAULT.settings(model, found.widened)
             found.fits[model] = with_contributions(fit, motion, laboratory, settings)
-    return Analysed(run.verdict.adding(doubts), found, motion)
+    return Analysed(run.verdict.adding(reasons), found, motion)

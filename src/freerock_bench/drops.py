@@ -37,7 +37,7 @@ from freerock.models.simulate import Solver, simulate
 from freerock.products.netcdf import open_record
 from freerock.rotation.faults import signal_quality
 from freerock.runs.begun_in_motion import Position, lifted
-from freerock.runs.judged import judged_runs
+from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.tables.csvfile import write_csv
 
 CAMPAIGN = Path("config/campaigns/drops.yaml")
@@ -85,7 +85,9 @@ def _fall(test: str, settings: dict[str, Any], block: Block) -> Fall | None:
     where = Position(*(record[name].values for name in POSITIONS))
     quality = signal_quality(record)
     of_impacts = ImpactLimits(**settings["impacts"])
-    run, _ = judged_runs(signal, block, quality, of_runs=limits, of_impacts=of_impacts, position=where)[-1]
+    run, _ = runs_with_impacts(signal, block, quality, of_runs=limits, of_impacts=of_impacts, position=where)[
+        -1
+    ]
     during = slice(*np.searchsorted(signal[0], (run.fit_start_s, run.end_s)))
     time, theta = signal[0][during], signal[1][during]
     theta = theta * math.copysign(1.0, theta[0])

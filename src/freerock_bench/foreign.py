@@ -22,7 +22,7 @@ from freerock.errors import FreerockError, exit_code
 from freerock.identification.levels import NORMAL_95
 from freerock.products.groups import runs_of
 from freerock.products.netcdf import open_fits, open_record
-from freerock.products.verdicts import verdict_of_run
+from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock_bench.document import in_markdown, renew
 from freerock_bench.virtual_run import Row

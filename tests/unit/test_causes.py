@@ -20,12 +20,12 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Verdict
-from freerock.selection import doubts, hypotheses_tried, unmodelled
+from freerock.selection import hypotheses_tried, reasons_after_fits, unmodelled
 from freerock.selection.added_uncertainty import beside_causes
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.causes import Cause, ranked, required_effect
-from freerock.selection.fit_reasons import odd_contact, unmodelled_effect
 from freerock.selection.hypotheses_tried import identify_run, identify_runs, take_up_causes
+from freerock.selection.reasons_of_set_up import odd_contact, unmodelled_effect
 from freerock_bench.springs import Motion as Rocking
 from freerock_bench.springs import Scene, read
 
@@ -110,11 +110,13 @@ def test_a_contact_of_half_the_block_is_a_warning_of_any_run(explained, monkeypa
     motion = replace(measured(STATED), laboratory=None)
     fit = fit_run("housner_width", BLOCK, motion)
     monkeypatch.setattr(hypotheses_tried.Identified, "explained", explained)
-    monkeypatch.setattr(doubts, "hints_for", lambda *_: [])
-    monkeypatch.setattr(doubts, "find_disturbance", lambda *_: None)
-    monkeypatch.setattr(doubts, "slow_sensor", lambda *_: [])
+    monkeypatch.setattr(reasons_after_fits, "hints_for", lambda *_: [])
+    monkeypatch.setattr(reasons_after_fits, "find_disturbance", lambda *_: None)
+    monkeypatch.setattr(reasons_after_fits, "slow_sensor", lambda *_: [])
     found = hypotheses_tried.Identified(fits={"housner_width": fit})
-    reasons = doubts.doubts_about(Verdict(), replace(BLOCK, width_m=0.14), motion, found, BY_DEFAULT)
+    reasons = reasons_after_fits.reasons_of_fits(
+        Verdict(), replace(BLOCK, width_m=0.14), motion, found, BY_DEFAULT
+    )
     assert "contact width fitted 50 % of the stated one" in reasons[0].text
     assert ("unexplained" in [each.name for each in reasons]) is not explained
 

@@ -13,8 +13,8 @@ from freerock.identification.start import tops_of
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
-from freerock.selection.doubts import UNEXPLAINED, doubts_about, find_disturbance
 from freerock.selection.hypotheses_tried import Identified, identify_run
+from freerock.selection.reasons_after_fits import UNEXPLAINED, find_disturbance, reasons_of_fits
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock_bench.springs import Motion as Rocking
 from freerock_bench.springs import Scene
@@ -94,7 +94,7 @@ def doubts(motion, *measured):
         return SimpleNamespace(selected="")
 
     whole = SimpleNamespace(fits=fitted("aerstop"), explained=False, causes={}, widened=(), choice=chosen)
-    return doubts_about(Verdict(measured), BLOCK, motion, whole, BY_DEFAULT)
+    return reasons_of_fits(Verdict(measured), BLOCK, motion, whole, BY_DEFAULT)
 
 
 def test_the_doubts_are_named_and_say_when():
@@ -119,7 +119,7 @@ def test_a_run_that_is_explained_or_was_not_fitted_gives_no_doubt():
     explained = identify_run(BLOCK, motion, hypotheses)
     assert explained.explained
     for whole in (explained, Identified()):
-        assert doubts_about(Verdict(), BLOCK, motion, whole, hypotheses) == []
+        assert reasons_of_fits(Verdict(), BLOCK, motion, whole, hypotheses) == []
 
 
 def test_what_is_hardly_more_than_noise_is_not_searched():

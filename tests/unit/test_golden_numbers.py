@@ -20,7 +20,7 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.two_lasers import rotation_of_two
 from freerock.rotation.u_total import OF_LAW, Contributions
 from freerock.runs.verdict import Reason, Verdict
-from freerock.selection import doubts
+from freerock.selection import reasons_after_fits
 from freerock.tables.populations import budget_table, populations_table
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -105,8 +105,8 @@ def test_the_zero_of_two_lasers_has_the_errors_of_both_over_their_distance():
 
 
 def test_of_a_run_whose_restitution_alternates_all_along_no_part_is_called_disturbed(monkeypatch):
-    monkeypatch.setattr(doubts, "find_disturbance", lambda *_: (0.5, 1.0))
-    monkeypatch.setattr(doubts, "hints_for", lambda *_: [])
+    monkeypatch.setattr(reasons_after_fits, "find_disturbance", lambda *_: (0.5, 1.0))
+    monkeypatch.setattr(reasons_after_fits, "hints_for", lambda *_: [])
     fit, motion = SimpleNamespace(epsilon_theta=0.1, success=True), SimpleNamespace(laboratory=None)
     none = SimpleNamespace(selected="")
     found = SimpleNamespace(explained=False, fits={"winkler": fit}, causes={}, choice=lambda _: none)
@@ -114,7 +114,10 @@ def test_of_a_run_whose_restitution_alternates_all_along_no_part_is_called_distu
     def names(*measured):
         verdict = Verdict(tuple(Reason("warn", name, "") for name in measured))
         hypotheses = SimpleNamespace(settings=None)
-        return [each.name for each in doubts.doubts_about(verdict, BLOCK, motion, found, hypotheses)]
+        return [
+            each.name
+            for each in reasons_after_fits.reasons_of_fits(verdict, BLOCK, motion, found, hypotheses)
+        ]
 
     assert names() == names("pushed") == ["disturbed", "unexplained"]
     assert names("alternating_restitution") == ["unexplained"]

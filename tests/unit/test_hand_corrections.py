@@ -20,7 +20,7 @@ from freerock.rotation.faults import SignalQuality
 from freerock.rotation.flags import BY_HAND
 from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import IMPACT_COLUMNS
-from freerock.runs.judged import judged_runs
+from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.runs.segment import find_runs
 
 WHY = "why"
@@ -263,7 +263,7 @@ def test_any_override_leaves_a_verdict_and_the_impacts_of_the_others(override):
     arguments, _, _ = three()
     t, theta, _, flags, block = arguments
     signal = t, theta, np.full(t.size, SIGMA), flags
-    judged = judged_runs(signal, block, SignalQuality(), ByHand([(*override[:3], WHY, *override[3:])]))
+    judged = runs_with_impacts(signal, block, SignalQuality(), ByHand([(*override[:3], WHY, *override[3:])]))
     assert sum(run.overridden for run, _ in judged) == 1
     assert all(run.verdict.level == "fail" for run, _ in judged if run.overridden)
     free = [(run, impacts) for run, impacts in judged if not run.overridden]
@@ -299,7 +299,7 @@ def judged(arguments, *stretches):
     hidden = without.hidden(t)
     theta, flags = np.where(hidden, np.nan, theta), flags | np.where(hidden, BY_HAND["left_out"], 0)
     signal = [t, theta, np.full(t.size, sigma), flags.astype(np.uint8)]
-    return judged_runs(signal, block, SignalQuality(), without)
+    return runs_with_impacts(signal, block, SignalQuality(), without)
 
 
 def test_an_impact_that_is_named_has_no_restitution_and_all_else_stays():

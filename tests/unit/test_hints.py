@@ -16,7 +16,7 @@ from freerock.rotation.view import View
 from freerock.runs.motion import Motion
 from freerock.runs.noise_spectrum import noise_at_rest
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypotheses
-from freerock.selection.doubts import doubts_about_noise, hints_for, with_other_sign
+from freerock.selection.reasons_after_fits import hints_for, reasons_of_noise, with_other_sign
 
 BLOCK = BLOCKS["config2"]
 THETA0, SIGMA, RATE_HZ = math.radians(8), math.radians(0.01), 1000.0
@@ -102,7 +102,7 @@ def test_a_law_without_the_rule_is_left_out_where_another_is_left():
 def test_a_run_without_a_rest_says_that_its_errors_know_less():
     theta = np.zeros(100)
     seen = Motion(theta, theta, SIGMA, 0.1, noise=noise_at_rest([np.zeros(4000)], RATE_HZ))
-    assert doubts_about_noise(seen) == []
-    (doubt,) = doubts_about_noise(Motion(theta, theta, SIGMA, 0.1))
+    assert reasons_of_noise(seen) == []
+    (doubt,) = reasons_of_noise(Motion(theta, theta, SIGMA, 0.1))
     assert (doubt.verdict, doubt.name) == ("warn", "no_rest")
     assert doubt.text.startswith("no rest or hold is long enough to show the noise of the sensor")

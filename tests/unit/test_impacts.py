@@ -14,7 +14,7 @@ from freerock.config.defaults import ImpactLimits
 from freerock.models.block import Block
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
-from freerock.runs.impacts import Impacts, doubt_about, find_impacts
+from freerock.runs.impacts import Impacts, find_impacts, reasons_of_impacts
 
 BLOCK = Block(0.28, 0.07, 5.84)
 THETA0, R = math.radians(10), 0.9
@@ -138,9 +138,9 @@ def test_soft_mat_has_no_restitution_to_speak_of():
     soft = simulate("winkler", block, {"k": 1.2e5, "c": 900.0}, time, theta0=math.radians(6))
     hard = simulate("winkler", block, {"k": 6e6, "c": 2e4}, time, theta0=math.radians(6))
     found = [find_impacts(time, motion.theta, 1e-5, block, theta0=0.1) for motion in (soft, hard)]
-    (doubt,) = doubt_about(found[0])
+    (doubt,) = reasons_of_impacts(found[0])
     assert doubt[:2] == ("warn", "no_restitution")
     assert doubt.text.startswith("per-impact r is not meaningful here: no swing exceeds 2 times the ")
-    assert doubt_about(found[1]) == [] and found[1].time_s.size > 3
+    assert reasons_of_impacts(found[1]) == [] and found[1].time_s.size > 3
     low = np.abs(found[1].peak_after_rad).min()
     assert low >= 2 * found[1].theta_uplift > 0

@@ -33,9 +33,9 @@ from freerock.selection import hypotheses_tried
 from freerock.selection.added_uncertainty import beside_others
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypothesis
 from freerock.selection.choice import evidence
-from freerock.selection.fit_reasons import explains_as_well, pulled_inputs
 from freerock.selection.hypotheses_tried import at_end_of, freeing, identify_run
 from freerock.selection.quick import Screening, narrowed
+from freerock.selection.reasons_of_set_up import explains_as_well, pulled_inputs
 
 BLOCK = Block(0.28, 0.07, 5.84)
 LASER = Laser("horizontal", 0.2, 0.1)

@@ -13,8 +13,8 @@ from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import find_impacts
-from freerock.runs.judged import judged_runs
 from freerock.runs.measured_total import measured_contributions, measured_total
+from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.virtual_lab.virtual_record import VirtualRelease, simulate_record
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -53,7 +53,7 @@ def analysed(time_s, volts, laboratory):
     ]
     record = find_rotation(time_s * laboratory.clock, volts, lasers, laboratory.block)
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
-    ((run, impacts),) = judged_runs(signal, laboratory.block, signal_quality(record))
+    ((run, impacts),) = runs_with_impacts(signal, laboratory.block, signal_quality(record))
     return run, impacts
 
 

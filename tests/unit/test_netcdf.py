@@ -298,7 +298,7 @@ def test_failed_fit_is_written_as_such(tmp_path):
 def test_what_the_fits_say_against_a_run_is_kept(tmp_path):
     hit = Reason("warn", "disturbed", "something acted on the block")
     fits = {number: {"housner": made_up_fit("housner")} for number in (1, 2)}
-    write_fits(tmp_path / "a.nc", fits, ATTRS, doubts={1: [], 2: [hit]})
+    write_fits(tmp_path / "a.nc", fits, ATTRS, reasons={1: [], 2: [hit]})
     tree = open_fits(tmp_path / "a.nc")
     assert "reasons" not in tree["run_1"].attrs
     assert reasons_in(tree["run_2"].attrs) == (hit,)

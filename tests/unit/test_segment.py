@@ -21,7 +21,7 @@ from freerock.models.simulate import simulate
 from freerock.rotation.faults import Fault, SignalQuality, signal_quality
 from freerock.runs.by_hand import ByHand
 from freerock.runs.ending import OUT_OF_NOISE, end_of_motion
-from freerock.runs.judged import judged_runs
+from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.runs.segment import find_runs
 from freerock.runs.signal import signal_of
 from freerock.runs.verdict import Verdict
@@ -67,7 +67,7 @@ def test_alone_a_converter_counts_as_in_a_record():
     theta, sigma = step * np.rint(theta / step), np.full(theta.size, sigma)
     quality = SignalQuality(converter_step=step)
     (run,) = find_runs(time_s, theta, sigma, flags, block, quality)
-    ((as_judged, _),) = judged_runs((time_s, theta, sigma, flags), block, quality)
+    ((as_judged, _),) = runs_with_impacts((time_s, theta, sigma, flags), block, quality)
     assert run == as_judged
 
 

@@ -15,8 +15,8 @@ from freerock.report.scene_evidence import scenes_of
 from freerock.runs.verdict import Verdict
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.choice import choose, evidence
-from freerock.selection.doubts import doubts_about
 from freerock.selection.hypotheses_tried import Identified
+from freerock.selection.reasons_after_fits import reasons_of_fits
 from freerock.tables.candidates import candidates_table
 from freerock.tables.tidy_columns import choice_table, epsilon_table, parameters_table, runs_table
 from freerock_bench.virtual_run import Truth, virtual_motion
@@ -36,7 +36,7 @@ def motion():
 def stored(folder, motion, models):
     fits = {model: fit_run(model, NOMINAL, motion) for model in models}
     choice = choose([evidence(fit) for fit in fits.values()])
-    doubts = doubts_about(Verdict(), NOMINAL, motion, Identified(fits), BY_DEFAULT)
+    doubts = reasons_of_fits(Verdict(), NOMINAL, motion, Identified(fits), BY_DEFAULT)
     write_fits(folder / "worn.nc", {1: fits}, ATTRS, {1: choice}, {1: doubts})
     return open_fits(folder / "worn.nc")
 

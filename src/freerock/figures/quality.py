@@ -17,7 +17,7 @@ from freerock.models.free_parameters import OF_RECORD, SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.products.choices import explained_in, named_in
 from freerock.products.groups import Attrs, impacts_of, reasons_in, release_angle_of, runs_of
-from freerock.products.verdicts import verdict_of_run
+from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.rotation.faults import listed_faults
 from freerock.runs.verdict import in_one_line
 from freerock.tables.number_text import number_of, quantity, value_text

@@ -18,7 +18,7 @@ from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.inputs_with_priors import Nuisances, Posterior, held, settled
 from freerock.identification.intervals import Uncertainty, uncertainty, with_profile
 from freerock.identification.least_squares import Solution, in_si_units, least_squares
-from freerock.identification.levels import REJECTS, RESIDUAL, chance_of, doubt
+from freerock.identification.levels import REJECTS, RESIDUAL, chance_of, weight_against
 from freerock.identification.likelihood import Likelihood
 from freerock.identification.model_discrepancy import (
     Part,
@@ -355,10 +355,14 @@ class _End:
         return self.best.whitened.likelihood()
 
     @property
-    def doubt(self) -> float:
+    def weight_against(self) -> float:
         """How far the residual speaks against the law."""
         known = all(motion.noise is not None for motion in self.best.problem.motions)
-        return doubt(self.best.against_rest.p, RESIDUAL) if known or is_white(self.best.residual) else 1.0
+        return (
+            weight_against(self.best.against_rest.p, RESIDUAL)
+            if known or is_white(self.best.residual)
+            else 1.0
+        )
 
     @property
     def shown(self) -> tuple[Floats, Floats, Floats]:
@@ -379,20 +383,20 @@ def _told(end: _End, solution: Solution, resolution: Resolution, holdout: float,
     failed = failure(problem, solution, known, epsilon)
     diagnostics = _diagnostics(best, solution, resolution, known)
     diagnostics |= _against_noise((moved or end).best, likely)
-    parts, doubts = tuple[Part, ...](), [end.doubt]
+    parts, against = tuple[Part, ...](), [end.weight_against]
     if moved:
         diagnostics["pulls_p"] = moved.contributions.p_of_pulls
-        doubts += [doubt(moved.contributions.p_of_pulls, REJECTS)] if end.doubt < 1 else []
+        against += [weight_against(moved.contributions.p_of_pulls, REJECTS)] if end.weight_against < 1 else []
     if failed:
         known = known.unknown()
     else:
         parts = tuple(fitted_parts(problem, x, best.residual, best.jacobian))
         lacking = added_number(problem, x, best.curve, best.whitened, likely)
         diagnostics |= {} if lacking is None else {"added_damping": lacking}
-        doubts += [] if lacking is None else [doubt(chance_of(lacking), REJECTS)]
+        against += [] if lacking is None else [weight_against(chance_of(lacking), REJECTS)]
     value, fixed = problem.physical(x), known.stderr == 0
-    law = np.where(fixed, 0.0, model_discrepancy(value, parts)) if any(doubts) else np.zeros(len(x))
-    law *= max(doubts)
+    law = np.where(fixed, 0.0, model_discrepancy(value, parts)) if any(against) else np.zeros(len(x))
+    law *= max(against)
     if moved is end:
         law = np.hypot(law, moved.contributions.excess)
         if moved.contributions.p_of_pulls <= REJECTS:

@@ -60,7 +60,7 @@ TELLS = 10.0  # difference of the BIC from which the data tell two candidates ap
 NEAR = 0.05
 
 
-def doubt(chance: float, of: float, blurred: float = 10.0) -> float:
+def weight_against(chance: float, of: float, blurred: float = 10.0) -> float:
     """How far a test speaks against a law, for its uncertainty: from 0 to 1, half of it at the level.
 
     The share of the `model_discrepancy` that counts. It grows with the logarithm of the chance between

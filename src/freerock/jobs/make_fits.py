@@ -27,8 +27,8 @@ from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
 from freerock.selection.allowed_hypotheses import Hypotheses
 from freerock.selection.choice import Choice
-from freerock.selection.doubts import doubts_about, doubts_about_noise
 from freerock.selection.hypotheses_tried import Identified, identify_runs
+from freerock.selection.reasons_after_fits import reasons_of_fits, reasons_of_noise
 
 log = logging.getLogger("freerock")
 
@@ -95,16 +95,16 @@ def make_fits(
         attributes["not_fitted"] = not_fitted
     attributes["provenance"] = provenance([record_file], settings)
     choices = {number: choice for number, choice in choices.items() if number in fits}
-    doubts = {
+    reasons = {
         number: [
-            *(doubts_about_noise(motions[number]) if each.fits else []),
-            *doubts_about(runs[number].verdict, block, motions[number], each, on[number]),
+            *(reasons_of_noise(motions[number]) if each.fits else []),
+            *reasons_of_fits(runs[number].verdict, block, motions[number], each, on[number]),
         ]
         for number, each in found.items()
     }
-    for number, own in doubts.items():
-        for doubt in own:
-            log.info("run %d: %s", number, doubt.text)
+    for number, own in reasons.items():
+        for reason in own:
+            log.info("run %d: %s", number, reason.text)
     peaks = dict[int, BlockPeaks]()
     for number, choice in choices.items():
         named = fits[number].get(choice.selected)
@@ -114,7 +114,7 @@ def make_fits(
             peaks[number] = block_peaks(
                 named, impacts[number], runs[number].release_s, at, read_by=laboratory, debonding=rule
             )
-    write_fits(output, fits, attributes, choices, doubts, not passing, peaks)
+    write_fits(output, fits, attributes, choices, reasons, not passing, peaks)
 
 
 def _read(

@@ -26,8 +26,8 @@ from freerock.rotation.sensor import Laser
 from freerock.runs.begun_in_motion import Position
 from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import Impacts
-from freerock.runs.judged import judged_runs
 from freerock.runs.measured_total import MeasuredTotal, measured_total
+from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
 from freerock.units import in_base_units
@@ -116,7 +116,7 @@ def _process(
     of_runs = RunLimits(**settings["runs"], start=settings.get("start", "hold"))
     limits = of_runs, ImpactLimits(**settings["impacts"])
     where = Position(*(record[name].values for name in POSITIONS)) if POSITIONS[0] in record else None
-    judged = judged_runs(signal, block, signal_quality(record), by_hand, *limits, where)
+    judged = runs_with_impacts(signal, block, signal_quality(record), by_hand, *limits, where)
     laboratory = Laboratory.of(settings["laboratory"])
     totals = [measured_total(run.theta0, run.theta0_stderr, found, laboratory) for run, found in judged]
     return record, judged, totals

@@ -9,5 +9,5 @@ __all__ = [
     "netcdf",
     "provenance",
     "runs",
-    "verdicts",
+    "verdict_with_fits",
 ]

@@ -112,7 +112,7 @@ def write_fits(
     fits: Mapping[int, Mapping[str, "Fit"]],
     attrs: Attrs,
     choices: Mapping[int, "Choice"] | None = None,
-    doubts: Mapping[int, Sequence[Reason]] | None = None,
+    reasons: Mapping[int, Sequence[Reason]] | None = None,
     packed: bool = True,
     peaks: "Mapping[int, BlockPeaks] | None" = None,
 ) -> None:
@@ -128,7 +128,7 @@ def write_fits(
         Root attributes, as for `write_record`; verdict and reasons are those of the record.
     choices : mapping of int to Choice, optional
         Which candidates explain a run, by run number.
-    doubts : mapping of int to sequence of Reason, optional
+    reasons : mapping of int to sequence of Reason, optional
         What the fits of a run say against it, by run number.
     packed : bool
         Compress what runs over time.
@@ -142,8 +142,8 @@ def write_fits(
     """
     groups = {"/": xr.Dataset(attrs=root_attributes("fits", "models identified", attrs))}
     for number, models in fits.items():
-        reasons = {"reasons": list(doubts[number])} if doubts and doubts.get(number) else {}
-        groups |= _fits(f"run_{number}", models, {"run": number, **reasons})
+        own = {"reasons": list(reasons[number])} if reasons and reasons.get(number) else {}
+        groups |= _fits(f"run_{number}", models, {"run": number, **own})
     for run, choice in (choices or {}).items():
         group = f"run_{run}"
         if group in groups:

@@ -11,7 +11,7 @@ from freerock.models.free_parameters import symbol_of
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
 from freerock.products.choices import CHOICE_GROUP, named_in
 from freerock.products.groups import impacts_of, release_angle_of, runs_of, total_uncertainty
-from freerock.products.verdicts import verdict_of_run
+from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.review.listing import lines_of_runs
 from freerock.review.reprocessing import Analysed
 from freerock.review.signals import Json, screen_digits, thinned

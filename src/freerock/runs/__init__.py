@@ -1,7 +1,7 @@
 """Free-rocking runs in θ(t), the impacts in a run, and the input of a fit.
 
-`segment.find_runs` finds the runs and judges them (`verdict_rules`), `impacts.find_impacts` the impacts of
-one.
+`segment.find_runs` finds the runs and judges them (`reasons_as_measured`), `impacts.find_impacts` the impacts
+of one.
 """
 
 __all__ = [
@@ -9,12 +9,12 @@ __all__ = [
     "begun_in_motion",
     "by_hand",
     "impacts",
-    "judged",
     "measured_total",
     "motion",
     "noise_spectrum",
     "quiet",
     "release",
+    "runs_with_impacts",
     "segment",
     "tops",
     "uneven_restitution",

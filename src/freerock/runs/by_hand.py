@@ -88,16 +88,16 @@ class ByHand:
             runs.append(Planned(place, each, each.release_s, min(each.end_s, record_end_s)))
         return sorted(runs, key=lambda run: run.release_s)
 
-    def doubts_about(self, runs: Sequence[Planned], record_end_s: float) -> list[list[Reason]]:
+    def reasons_of_corrections(self, runs: Sequence[Planned], record_end_s: float) -> list[list[Reason]]:
         """What was set by hand and can't be so, of each run.
 
         What meets no run stands with all of them. Arguments as of `merged`.
         """
         everywhere = list(self._in_vain(len(runs), record_end_s))
-        doubts = [[*everywhere] for _ in runs]
-        for number, (run, own) in enumerate(zip(runs, doubts, strict=True), 1):
+        reasons = [[*everywhere] for _ in runs]
+        for number, (run, own) in enumerate(zip(runs, reasons, strict=True), 1):
             if run.override:
-                own += _doubts(run.override, number, record_end_s)
+                own += _reasons(run.override, number, record_end_s)
         kept = [number for number in range(1, len(runs) + 1) if self.exclusion_of(number) is None]
         for one, other in pairwise(kept):
             before, after = runs[one - 1], runs[other - 1]
@@ -107,10 +107,10 @@ class ByHand:
                 f"run {one} ends at {before.end_s:.3f} s, run {other} is released at {after.release_s:.3f} s"
             )
             if before.override:
-                doubts[one - 1].append(_impossible(f"{times}: end it before, or exclude run {other}"))
+                reasons[one - 1].append(_impossible(f"{times}: end it before, or exclude run {other}"))
             elif after.override:
-                doubts[other - 1].append(_impossible(f"{times}: release it later, or exclude run {one}"))
-        return doubts
+                reasons[other - 1].append(_impossible(f"{times}: release it later, or exclude run {one}"))
+        return reasons
 
     @property
     def _overrides(self) -> list[Override]:
@@ -138,7 +138,7 @@ def _place(override: Override, found: Sequence[tuple[float, float]]) -> int | No
     return min(near)[1] if near else None
 
 
-def _doubts(override: Override, number: int, record_end_s: float) -> Iterator[Reason]:
+def _reasons(override: Override, number: int, record_end_s: float) -> Iterator[Reason]:
     """What speaks against a run set by hand, whatever the others are."""
     if override.run != number:
         text = f"set by hand as run {override.run}, it is run {number} in the order of release"

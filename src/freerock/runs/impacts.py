@@ -79,7 +79,7 @@ def find_impacts(
     `min_uplift_ratio` times the amplitude under which the base stays in full contact (`uplift`). On a Winkler
     bed a block turned by θ touches along sqrt(θ_uplift/θ) of its base: at twice the uplift amplitude still
     along 71 %. Lower swings dissipate all the time rather than in impacts, and r is no property of an impact
-    (`doubt_about`).
+    (`reasons_of_impacts`).
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def find_impacts(
     return Impacts(theta_uplift=uplift, **columns)
 
 
-def doubt_about(impacts: Impacts, limits: ImpactLimits = IMPACT_LIMITS) -> list[Reason]:
+def reasons_of_impacts(impacts: Impacts, limits: ImpactLimits = IMPACT_LIMITS) -> list[Reason]:
     """A warning where no restitution per impact is meaningful: no swing clearly leaves full contact."""
     if impacts.time_s.size or not impacts.theta_uplift:
         return []

@@ -67,23 +67,23 @@ def impacts_used(find: Find, run: Run, block: Block, by_hand: ByHand) -> Used:
     return Used(impacts, notes)
 
 
-def missed(by_hand: ByHand, judged: Sequence[tuple[Run, Impacts]]) -> list[Reason]:
+def missed(by_hand: ByHand, found: Sequence[tuple[Run, Impacts]]) -> list[Reason]:
     """What was left out and is not there."""
-    lasts_s = [(run.hold_start_s, run.end_s) for run, _ in judged]
-    passages = np.concatenate([np.empty(0), *(impacts.time_s for _, impacts in judged)])
+    lasts_s = [(run.hold_start_s, run.end_s) for run, _ in found]
+    passages = np.concatenate([np.empty(0), *(impacts.time_s for _, impacts in found)])
     passages = passages[np.isfinite(passages)]
-    doubts = []
+    reasons = []
     for from_s, to_s, _ in by_hand.stretches:
         if from_s == to_s and nearest(passages, from_s) is None:
             text = f"exclude: there is no impact at {from_s:g} s"
             if passages.size:
                 text += f": the nearest is at {passages[np.argmin(np.abs(passages - from_s))]:.3f} s"
-            doubts.append(Reason("warn", "by_hand", text))
+            reasons.append(Reason("warn", "by_hand", text))
         elif from_s < to_s and not any(from_s < end_s and to_s > begin_s for begin_s, end_s in lasts_s):
             lasts = ", ".join(f"{begin_s:.3f} s to {end_s:.3f} s" for begin_s, end_s in lasts_s)
             text = f"exclude: {from_s:g} s to {to_s:g} s meets no run: they last from {lasts}"
-            doubts.append(Reason("warn", "by_hand", text))
-    return doubts
+            reasons.append(Reason("warn", "by_hand", text))
+    return reasons
 
 
 def nearest(passages: Floats, instant_s: float) -> int | None:

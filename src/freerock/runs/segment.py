@@ -1,7 +1,7 @@
 """θ(t) of a record -> its free-rocking runs: held, released, rocking to rest.
 
 Where the block stands still comes from `rotation.still`, the release from `release`, the end of the motion
-from `ending`, the verdict from `verdict_rules`. Corrections by hand (`by_hand`) replace or add runs.
+from `ending`, the verdict from `reasons_as_measured`. Corrections by hand (`by_hand`) replace or add runs.
 """
 
 import math
@@ -28,10 +28,10 @@ from freerock.runs.ending import OUT_OF_NOISE, core, end_of_motion
 from freerock.runs.holds import find_holds, no_release
 from freerock.runs.noise_spectrum import Noise
 from freerock.runs.quiet import sensor_noise
+from freerock.runs.reasons_as_measured import Facts, verdict_on
 from freerock.runs.signal import Signal, signal_of
 from freerock.runs.sums import stderr_of_mean
 from freerock.runs.verdict import Reason, Verdict
-from freerock.runs.verdict_rules import Facts, verdict_on
 
 UNKNOWN = SignalQuality()
 
@@ -153,10 +153,10 @@ def find_runs(
         raise FreerockError("record", what, "exclude the record: it flies, slides or lands flat")
     if not planned:
         raise no_release(phases, block, signal, quality.faults)
-    doubts = by_hand.doubts_about(planned, record_end_s)
+    reasons = by_hand.reasons_of_corrections(planned, record_end_s)
     return [
         search.run(number, search.set_by_hand(each, found), own)
-        for number, (each, own) in enumerate(zip(planned, doubts, strict=True), 1)
+        for number, (each, own) in enumerate(zip(planned, reasons, strict=True), 1)
     ]
 
 
@@ -259,9 +259,9 @@ class _Search:
         nearest = min(self.rests, key=lambda each: abs(each.mid_s - time_s))
         return self.signal.noise(core(self.signal, nearest, self.limits.window_s))
 
-    def run(self, number: int, motion: _Motion, doubts: Sequence[Reason]) -> Run:
+    def run(self, number: int, motion: _Motion, reasons: Sequence[Reason]) -> Run:
         """A run with its verdict."""
-        facts = self._facts(number, motion, doubts)
+        facts = self._facts(number, motion, reasons)
         begins, zero_stderr = motion.begins, self._zero_stderr(motion.begins.hold_start_s)
         return Run(
             number=number,
@@ -301,7 +301,7 @@ class _Search:
             variance += own * float(np.nanmedian(signal.sigma[part])) ** 2
         return math.sqrt(variance)
 
-    def _facts(self, number: int, motion: _Motion, doubts: Sequence[Reason]) -> Facts:
+    def _facts(self, number: int, motion: _Motion, reasons: Sequence[Reason]) -> Facts:
         """What is known of a run."""
         signal, begins, end_s = self.signal, motion.begins, motion.end_s
         free = signal.theta[signal.during(begins.release.instant_s + self.limits.finger_s, end_s)]
@@ -320,7 +320,7 @@ class _Search:
             n_impacts=int(np.count_nonzero(np.diff(side))),
             override=motion.override.reason if motion.override else None,
             exclusion=self.by_hand.exclusion_of(number),
-            set_by_hand=doubts,
+            set_by_hand=reasons,
             slid=self._slid(begins),
         )
 

@@ -68,7 +68,7 @@ class Unevenness(NamedTuple):
         return max(1.0, math.sqrt(self.left / spare)) if spare > 0 else 1.0
 
 
-def doubt_about_evenness(impacts: Impacts, block: Block, peak_stderr: float = 0.0) -> list[Reason]:
+def reasons_of_unevenness(impacts: Impacts, block: Block, peak_stderr: float = 0.0) -> list[Reason]:
     """A warning where the restitutions do not follow a smooth curve.
 
     The scatter was set on 1500 clean runs of the three laws, on foundations of any stiffness and damping, of

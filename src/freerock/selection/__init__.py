@@ -1,8 +1,8 @@
-"""Which hypothesis a run needs: candidates, their search, what each explains, and doubts."""
+"""Which hypothesis a run needs: candidates, their search, what each explains, and reasons to warn."""
 
 __all__ = [
     "allowed_hypotheses",
     "choice",
-    "doubts",
     "hypotheses_tried",
+    "reasons_after_fits",
 ]

@@ -14,7 +14,7 @@ from freerock.models.free_parameters import unit_of
 from freerock.models.laws import MODELS
 from freerock.products.choices import CHOICE_NUMBERS, TESTS, choices_of, named_in
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of, total_uncertainty
-from freerock.products.verdicts import verdict_of_run
+from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.rotation.u_total import OF_LAW
 from freerock.runs.verdict import Reason, in_one_line
 from freerock.tables.candidates import RARE, candidates_table
@@ -73,7 +73,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
     records : iterable of xarray.DataTree
         Record datasets.
     fits : iterable of xarray.DataTree, optional
-        Fit datasets, whose reasons count too (`products.verdicts`).
+        Fit datasets, whose reasons count too (`products.verdict_with_fits`).
 
     Returns
     -------

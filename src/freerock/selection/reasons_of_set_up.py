@@ -1,4 +1,4 @@
-"""Findings of a fit about base, release and sensor, in words."""
+"""Reasons that a fit finds in the set-up, base, release and sensor, in words."""
 
 import math
 from collections.abc import Collection, Iterator, Sequence

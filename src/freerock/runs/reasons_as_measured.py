@@ -1,4 +1,4 @@
-"""The checks of a run: each a small function from the facts to the reasons it finds.
+"""Reasons why a run is `warn` or `fail` as measured, before any fit: each check a small function.
 
 A new check is one function, and its line in `CHECKS`; the reasons stand in the order of that list. `verdict`
 says where other reasons are made.

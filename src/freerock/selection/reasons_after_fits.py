@@ -1,4 +1,4 @@
-"""Doubts about a run from its fits, with likely causes.
+"""Reasons why a run is `warn` after its fits, with likely causes.
 
 A block at a peak starts as one that is let go from rest there. What was done to it before leaves no trace but
 the height of the peak, so a part of the run tells what the whole of it can't: whether the law is wrong, or
@@ -21,7 +21,9 @@ from freerock.rotation.beam import displaced, turned
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.allowed_hypotheses import Hypotheses
-from freerock.selection.fit_reasons import (
+from freerock.selection.hypotheses_tried import Identified
+from freerock.selection.quick import leaves_noise
+from freerock.selection.reasons_of_set_up import (
     explains_as_well,
     notes_on_scene,
     odd_contact,
@@ -29,13 +31,11 @@ from freerock.selection.fit_reasons import (
     slow_sensor,
     unmodelled_effect,
 )
-from freerock.selection.hypotheses_tried import Identified
-from freerock.selection.quick import leaves_noise
 
 UNEXPLAINED = "no candidate explains the run"
 
 
-def doubts_about_noise(motion: Motion) -> list[Reason]:
+def reasons_of_noise(motion: Motion) -> list[Reason]:
     """Of a run in whose record nothing rests long enough to show the noise, that its errors know less."""
     text = (
         "no rest or hold is long enough to show the noise of the sensor: the standard errors use the noise "
@@ -44,7 +44,7 @@ def doubts_about_noise(motion: Motion) -> list[Reason]:
     return [Reason("warn", "no_rest", text)] if motion.noise is None else []
 
 
-def doubts_about(
+def reasons_of_fits(
     measured: Verdict, block: Block, motion: Motion, found: Identified, hypotheses: Hypotheses
 ) -> list[Reason]:
     """Of a run that a candidate explains, what it found of base, release, inputs and further effects; else

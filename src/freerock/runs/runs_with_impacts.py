@@ -14,11 +14,11 @@ from freerock.rotation.lattice import scatter
 from freerock.rotation.still import stationary_phases
 from freerock.runs.begun_in_motion import Position
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand
-from freerock.runs.impacts import Impacts, doubt_about, find_impacts
+from freerock.runs.impacts import Impacts, find_impacts, reasons_of_impacts
 from freerock.runs.left_out import impacts_used, missed
 from freerock.runs.quiet import sensor_noise
 from freerock.runs.segment import Run, find_runs
-from freerock.runs.uneven_restitution import doubt_about_evenness
+from freerock.runs.uneven_restitution import reasons_of_unevenness
 from freerock.runs.verdict import Verdict
 
 TILTS = "alternating_restitution"
@@ -26,7 +26,7 @@ PEAK_S = 0.02  # about as long as the top of a swing on which its height rests
 AFTER_S, FEWEST = 0.4, 10  # of a rest in which their scatter is seen, and means that show it
 
 
-def judged_runs(
+def runs_with_impacts(
     signal: Sequence[Floats],
     block: Block,
     quality: SignalQuality,
@@ -44,7 +44,7 @@ def judged_runs(
     time_s, theta, sigma, flags = signal
     phases = stationary_phases(time_s, theta, window_s=of_runs.window_s)
     noise = sensor_noise(time_s, theta, sigma, quality.converter_step, of_runs.window_s, phases)
-    judged = []
+    found = []
     for run in find_runs(
         time_s, theta, sigma, flags, block, quality, by_hand, of_runs, noise, phases, position
     ):
@@ -65,12 +65,12 @@ def judged_runs(
 
         used = impacts_used(part, run, block, by_hand)
         peaks = _of_peaks(time_s, theta, run, quality.converter_step)
-        uneven = doubt_about_evenness(used.impacts, block, peaks)
+        uneven = reasons_of_unevenness(used.impacts, block, peaks)
         verdict = _as_of_a_tilt(run.verdict) if any(each.name == TILTS for each in uneven) else run.verdict
-        doubts = doubt_about(used.impacts, of_impacts) + uneven + used.notes
-        judged.append((replace(run, verdict=verdict.adding(doubts)), used.impacts))
-    vain = missed(by_hand, judged)
-    return [(replace(run, verdict=run.verdict.adding(vain)), impacts) for run, impacts in judged]
+        reasons = reasons_of_impacts(used.impacts, of_impacts) + uneven + used.notes
+        found.append((replace(run, verdict=verdict.adding(reasons)), used.impacts))
+    vain = missed(by_hand, found)
+    return [(replace(run, verdict=run.verdict.adding(vain)), impacts) for run, impacts in found]
 
 
 def _of_peaks(time_s: Floats, theta: Floats, run: Run, converter_step: float) -> float:

@@ -26,10 +26,10 @@ from freerock.runs.motion import Motion
 from freerock.runs.verdict import Verdict
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypothesis
 from freerock.selection.choice import evidence
-from freerock.selection.doubts import doubts_about
-from freerock.selection.fit_reasons import explains_as_well
 from freerock.selection.hypotheses_tried import identify_run, identify_runs
 from freerock.selection.quick import asked_later, asks_for, blur_of, law_suffices, off_zero
+from freerock.selection.reasons_after_fits import reasons_of_fits
+from freerock.selection.reasons_of_set_up import explains_as_well
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock_bench.springs import Motion as Rocking
 from freerock_bench.springs import Scene, standing
@@ -69,7 +69,7 @@ def by_the_law(block, foundation, theta0=ANGLE, shift=0.0):
 
 
 def notes(motion, found, hypotheses=PLAIN):
-    return doubts_about(Verdict(), BLOCK, motion, found, hypotheses)
+    return reasons_of_fits(Verdict(), BLOCK, motion, found, hypotheses)
 
 
 @pytest.mark.parametrize(("foundation", "degrees"), [("marble", 0.2), ("aerstop", -0.05)])

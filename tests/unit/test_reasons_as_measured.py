@@ -13,10 +13,10 @@ from freerock.models.block import Block
 from freerock.rotation.faults import FAULT_VERDICTS, Fault
 from freerock.rotation.still import Phase
 from freerock.runs.beginning import Beginning
+from freerock.runs.reasons_as_measured import Facts, verdict_on
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import signal_of
 from freerock.runs.verdict import Reason, Verdict
-from freerock.runs.verdict_rules import Facts, verdict_on
 
 ROOT = Path(__file__).parents[2]
 TIME = np.arange(0, 10, 0.001)
