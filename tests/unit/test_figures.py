@@ -17,7 +17,7 @@ from overlaps import assert_nothing_overlaps
 
 from freerock import figures
 from freerock.arrays import extremes
-from freerock.config.campaign import FIGURES
+from freerock.config.figure_names import FIGURES
 from freerock.figures import (
     contact_force,
     decay,

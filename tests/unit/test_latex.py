@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.image import imsave
 
-from freerock.config.campaign import FIGURES
+from freerock.config.figure_names import FIGURES
 from freerock.figures.declared import declared
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS

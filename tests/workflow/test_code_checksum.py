@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from small_campaign import ROOT
 
-from freerock.config.campaign import FIGURES
+from freerock.config.figure_names import FIGURES
 from freerock.files import sha256
 from freerock.jobs import code_identity as workflow
 from freerock.jobs.code_identity import code, code_checksum

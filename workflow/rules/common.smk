@@ -6,7 +6,8 @@ from functools import cache
 from pathlib import Path
 
 from freerock.config import step_settings as settings
-from freerock.config.campaign import FIGURES, check_options, load_config
+from freerock.config.campaign import check_options, load_config
+from freerock.config.figure_names import FIGURES
 from freerock.config.review_log import log_of
 from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError

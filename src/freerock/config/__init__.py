@@ -5,6 +5,7 @@ __all__ = [
     "csv_cells",
     "default_uncertainties",
     "defaults",
+    "figure_names",
     "hand_corrections",
     "keys",
     "laser_section",

@@ -8,11 +8,12 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeAlias
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import ValidationInfo, field_validator
 
 from freerock.config import keys, values
+from freerock.config.figure_names import FIGURES, FIGURES_BY_DEFAULT, Figure
 from freerock.config.laser_section import LaserSection
 from freerock.config.mistakes import ConfigError, refuse, validate
 from freerock.config.record import Record, read_records
@@ -20,16 +21,6 @@ from freerock.config.values import Folder, Invalid, Name, Once, Section, Text, W
 from freerock.config.yaml_lines import Lines, place, read_yaml
 from freerock.errors import FreerockError
 
-# In the order of the report; each is a module of freerock.figures, whose __init__ says what it holds.
-FIGURES: tuple[str, ...] = ("set_up", "models", "residuals", "decay", "backbone", "restitution", "parameters")
-FIGURES += ("predictions", "contact_force")
-FIGURES_BY_DEFAULT = FIGURES
-FIGURES += ("foundation_effect", "misfit_map", "energy", "phase_portrait", "evidence", "budget", "parts")
-FIGURES += ("pulls", "overturning")
-if TYPE_CHECKING:  # words known only at run time
-    Figure: TypeAlias = str
-else:
-    Figure = Literal[*FIGURES]
 OPTIONS = ("campaigns", "studies", "verify")  # of snakemake --config
 RESERVED = {  # folders of results that are no campaign's
     "studies": "the results of the studies",

@@ -1,6 +1,6 @@
 """Figures of a campaign: what their modules require is read once, drawn and saved.
 
-A figure is a module of `freerock.figures`; `FIGURES` of `config.campaign` lists them.
+A figure is a module of `freerock.figures`; `config.figure_names` lists them.
 """
 
 import inspect
