@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.defaults import RunLimits
+from freerock.config.keys_of_processing import RunLimits
 from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
 from freerock.models.laws import Rules

@@ -24,7 +24,7 @@ from scipy.optimize import least_squares
 
 from freerock.arrays import Floats, Mask
 from freerock.config.campaign import load_campaign
-from freerock.config.defaults import ImpactLimits, RunLimits
+from freerock.config.keys_of_processing import ImpactLimits, RunLimits
 from freerock.config.step_settings import record_settings
 from freerock.errors import FreerockError
 from freerock.jobs.make_record import POSITIONS, rotation_of

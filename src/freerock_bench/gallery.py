@@ -11,7 +11,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from freerock.config.campaign import CampaignFile
+from freerock.config.keys_of_campaign import CampaignFile
 from freerock.errors import FreerockError
 from freerock.figures.declared import declared
 

@@ -13,10 +13,11 @@ from typing import Any
 
 import freerock
 from freerock.cli.subcommands import COMMANDS
-from freerock.config.campaign import CampaignFile, ConfigFile
+from freerock.config.campaign import ConfigFile
+from freerock.config.keys_of_campaign import CampaignFile
+from freerock.config.keys_of_scene import Scene
 from freerock.config.record import Record
 from freerock.config.reference import json_schema
-from freerock.config.scene import Scene
 from freerock.config.values import Section
 from freerock.products.netcdf import open_fits, open_record
 from freerock.tables.csvfile import read_csv

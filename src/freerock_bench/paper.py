@@ -28,7 +28,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.arrays import Floats
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.identification.fit import fit_run
 from freerock.models.published import PUBLISHED_BLOCK, TABLE_2, TABLE_3
 from freerock.models.simulate import Solver, simulate_theta

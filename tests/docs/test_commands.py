@@ -255,7 +255,7 @@ def test_snippets_are_sound(path, language, body, tmp_path):
     if "ground" in snippet:
         scene = {"block": BASE["blocks"]["block1"], "models": {"housner": {"r": 0.9}}} | snippet
         (tmp_path / "scene.yaml").write_text(yaml.safe_dump(scene))
-        from freerock.config.scene import load_scene
+        from freerock.config.keys_of_scene import load_scene
 
         assert load_scene(tmp_path / "scene.yaml").ground.file
         return

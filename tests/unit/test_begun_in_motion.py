@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from freerock.config.defaults import RunLimits
+from freerock.config.keys_of_processing import RunLimits
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.bouncing import RIGHT, bounce, standing_on

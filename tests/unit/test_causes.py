@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.identification.fit import fit_run
 from freerock.identification.inputs_with_priors import at_end
 from freerock.identification.start import posed

@@ -9,9 +9,10 @@ import yaml
 from jsonschema import Draft202012Validator
 from laboratory import YAML
 
-from freerock.config.campaign import CampaignFile, ConfigFile
+from freerock.config.campaign import ConfigFile
+from freerock.config.keys_of_campaign import CampaignFile
+from freerock.config.keys_of_scene import Scene
 from freerock.config.reference import MARK, files, json_schema
-from freerock.config.scene import Scene
 
 ROOT = Path(__file__).parents[2]
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.identification.start import tops_of
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict

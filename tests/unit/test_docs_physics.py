@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fit import fit_run
 from freerock.models.block import Block

@@ -18,8 +18,8 @@ from fabricated import RATE_HZ, campaign, failed_record, fits, record, tidy_tabl
 from overlaps import assert_nothing_overlaps
 from test_figures import BLOCKS, LABELS, texts
 
-from freerock.config.campaign import CampaignFile
 from freerock.config.figure_names import FIGURES
+from freerock.config.keys_of_campaign import CampaignFile
 from freerock.figures import (
     backbone,
     budget,

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from freerock.config.campaign import CampaignFile, ConfigFile
+from freerock.config.campaign import ConfigFile
+from freerock.config.keys_of_campaign import CampaignFile
+from freerock.config.keys_of_scene import Scene
 from freerock.config.record import Record
-from freerock.config.scene import Scene
 from freerock.config.values import section_in
 from freerock.models.block import Block
 from freerock.models.laws import LAWS

@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.stats import t
 
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.identification.fit import fit_record
 from freerock.identification.model_discrepancy import Part, model_discrepancy
 from freerock.models.block import GRAVITY

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification import intervals
 from freerock.identification.fit import fit_record, fit_run

@@ -9,10 +9,12 @@ from typing import get_args
 import pytest
 from laboratory import CSV, YAML
 
-from freerock.config.campaign import CampaignFile, ConfigFile, load_campaign
-from freerock.config.defaults import FitSettings
-from freerock.config.keys import BlockSection, FitsSection, FreeSection
-from freerock.config.laser_section import LaserSection
+from freerock.config.campaign import ConfigFile, load_campaign
+from freerock.config.fit_settings import FitSettings
+from freerock.config.keys_of_blocks import BlockSection
+from freerock.config.keys_of_campaign import CampaignFile
+from freerock.config.keys_of_fits import FitsSection, FreeSection
+from freerock.config.keys_of_lasers import LaserSection
 from freerock.config.record import Record
 from freerock.config.values import Model, Unit, section_in
 from freerock.models.block import Block

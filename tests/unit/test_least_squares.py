@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import optimize
 
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.identification.least_squares import least_squares
 from freerock.identification.problem import Problem
 from freerock.identification.start import posed

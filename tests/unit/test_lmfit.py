@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import freerock
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
 from freerock.identification.lmfit_models import HousnerModel, HuntCrossleyModel, WinklerModel

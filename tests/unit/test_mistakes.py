@@ -8,7 +8,7 @@ from laboratory import CSV, HEADER, QUOTED_LAWS, YAML, problems
 
 from freerock.config.campaign import check_options, load_campaign, load_config
 from freerock.config.hand_corrections import EXCLUDED
-from freerock.config.keys import FitsSection
+from freerock.config.keys_of_fits import FitsSection
 from freerock.config.mistakes import ConfigError
 from freerock.errors import FreerockError
 

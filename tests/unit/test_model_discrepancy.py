@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.identification.fit import fit_run
 from freerock.identification.model_discrepancy import (
     PARTS_OF_RUN,

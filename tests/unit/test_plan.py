@@ -8,8 +8,8 @@ import pytest
 from planned import campaign
 from scipy.stats import chi2
 
-from freerock.config.defaults import FitSettings
-from freerock.config.keys import SensorSection
+from freerock.config.fit_settings import FitSettings
+from freerock.config.keys_of_plan import SensorSection
 from freerock.config.mistakes import ConfigError
 from freerock.errors import FreerockError
 from freerock.figures.plan_pages import draw

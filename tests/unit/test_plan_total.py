@@ -8,8 +8,8 @@ import pytest
 from planned import campaign
 from scipy.stats import t
 
-from freerock.config.defaults import FitSettings
-from freerock.config.keys import SensorSection
+from freerock.config.fit_settings import FitSettings
+from freerock.config.keys_of_plan import SensorSection
 from freerock.config.mistakes import ConfigError
 from freerock.figures.plan_pages import draw_totals
 from freerock.figures.style import save

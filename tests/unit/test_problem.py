@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.problem import Samples
 from freerock.identification.settings import check

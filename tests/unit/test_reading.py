@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nonsense import random_signal
 
-from freerock.config.defaults import RotationOptions
+from freerock.config.keys_of_processing import RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.beam import displacement_from_rotation

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.inputs_with_priors import at_end

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.config.keys import SensorSection
+from freerock.config.keys_of_plan import SensorSection
 from freerock.errors import FreerockError
 from freerock.figures.plan_pages import draw_rivals
 from freerock.figures.style import save

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.identification import search
 from freerock.identification.diverging_motions import PURSUIT
 from freerock.identification.fit import fit_run

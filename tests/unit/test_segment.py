@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from freerock.config.defaults import RunLimits
+from freerock.config.keys_of_processing import RunLimits
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.contact import Foundation

@@ -10,7 +10,7 @@ import pytest
 from small_campaign import COLUMNS, ROOT, check_out, simulated
 
 from freerock.config.campaign import load_campaign
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.least_squares import in_words_of_lmfit
 from freerock.identification.settings import check

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from freerock.config.campaign import Campaign, Source, campaign_paths, read_campaign
-from freerock.config.keys import BlockSection, density_if_square
-from freerock.config.laser_section import LaserSection
+from freerock.config.keys_of_blocks import BlockSection, density_if_square
+from freerock.config.keys_of_lasers import LaserSection
 from freerock.config.mistakes import refuse
 from freerock.config.record import Record
 from freerock.config.step_settings import section_values

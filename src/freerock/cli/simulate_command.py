@@ -12,7 +12,7 @@ from argparse import Namespace
 from collections.abc import Callable
 from pathlib import Path
 
-from freerock.config.scene import load_scene
+from freerock.config.keys_of_scene import load_scene
 
 
 def add_arguments(add: Callable[..., object]) -> None:

@@ -1,19 +1,27 @@
-"""Configuration: YAML and CSV files in, checked campaigns, scenes and settings of each step out."""
+"""Configuration: YAML and CSV files in, checked campaigns, scenes and settings of each step out.
+
+A key of a YAML file stands with its default in the module of its group: `plan.n_runs` in `keys_of_plan`.
+"""
 
 __all__ = [
     "campaign",
     "csv_cells",
-    "default_uncertainties",
-    "defaults",
     "figure_names",
+    "fit_settings",
     "hand_corrections",
-    "keys",
-    "laser_section",
+    "keys_of_blocks",
+    "keys_of_campaign",
+    "keys_of_fits",
+    "keys_of_lasers",
+    "keys_of_plan",
+    "keys_of_processing",
+    "keys_of_scene",
+    "keys_of_uncertainty",
+    "laser_defaults",
     "mistakes",
     "record",
     "reference",
     "review_log",
-    "scene",
     "step_settings",
     "values",
 ]

@@ -3,21 +3,18 @@
 All problems of all files are reported at once, one line each: file and line, key, what is wrong, what to do.
 """
 
-import math
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import NamedTuple
 
-from pydantic import ValidationInfo, field_validator
-
-from freerock.config import keys, values
-from freerock.config.figure_names import FIGURES, FIGURES_BY_DEFAULT, Figure
-from freerock.config.laser_section import LaserSection
+from freerock.config import values
+from freerock.config.keys_of_campaign import CampaignFile
+from freerock.config.keys_of_lasers import LaserSection
 from freerock.config.mistakes import ConfigError, refuse, validate
 from freerock.config.record import Record, read_records
-from freerock.config.values import Folder, Invalid, Name, Once, Section, Text, Whole, key
+from freerock.config.values import Name, Section, key
 from freerock.config.yaml_lines import Lines, place, read_yaml
 from freerock.errors import FreerockError
 
@@ -27,113 +24,6 @@ RESERVED = {  # folders of results that are no campaign's
     "inspect": "the pictures of `freerock inspect`",
     "simulate": "the results of `freerock simulate`",
 }
-
-
-class CampaignFile(Section):
-    """A test campaign: config/campaigns/<name>.yaml."""
-
-    title: Text = key("the title of the campaign", min_length=1)
-    origin: Literal["simulated", "measured"] = key(
-        "simulated or measured, as shown in every dataset, table and figure"
-    )
-    summary: Text = key("what was tested, how and why, in a sentence or two", "")
-    institution: Text = key("the laboratory", "")
-    creator: Text = key("who made the records", "")
-    license: Text = key("the licence of the records", "")
-    references: Text = key("publications, as doi:10.…/…", "")
-    raw: Folder = key("the folder of the record files; by default raw/<name of the campaign>", "")
-    truth: str = key("the file of true values in the raw folder, of a simulated campaign", "")
-    blocks: dict[Name, keys.BlockSection] = key("one or more blocks, each by its name", min_length=1)
-    foundations: dict[Name, keys.FoundationSection] = key(
-        "one or more foundations, each by its name", min_length=1
-    )
-    lasers: dict[Name, LaserSection] = key("one or more sensors, each by its name", min_length=1)
-    records_per_job: Whole = key(
-        "records per job, at most; with hundreds of records 40 saves start-up time", 4, ge=1
-    )
-    ground_motions: keys.GroundMotionsSection | None = key(
-        "the ground motions under which the report says whether the blocks fall", None
-    )
-    figures: Annotated[tuple[Figure, ...], Once] = key(
-        "the figures of the report; any other is drawn if it is the target of snakemake",
-        FIGURES_BY_DEFAULT,
-        validate_default=True,
-    )
-    figures_for: Annotated[tuple[Literal["single_column", "slide"], ...], Once] = key(
-        "further targets of the figures, beside the double column of a paper", ()
-    )
-    processing: keys.ProcessingSection = key("the steps from volts to impacts", keys.ProcessingSection())
-    fits: keys.FitsSection = key("the identification of the models", keys.FitsSection())
-    published: keys.PublishedSection | None = key(
-        "values of a publication, printed beside the identified ones", None
-    )
-    plan: keys.PlanSection | None = key("tests for which `freerock plan` predicts standard errors", None)
-
-    @field_validator("figures")
-    @classmethod
-    def _in_order(cls, names: Any, info: ValidationInfo) -> Any:
-        moved = info.data.get("ground_motions") is not None
-        if "overturning" in names and not moved:
-            raise Invalid(
-                "the figure overturning needs ground motions", "give ground_motions, or remove the figure"
-            )
-        return tuple(sorted({*names, *(["overturning"] if moved else [])}, key=FIGURES.index))
-
-    @field_validator("blocks", "foundations")
-    @classmethod
-    def _labelled(cls, sections: Any, info: ValidationInfo) -> Any:
-        first: dict[str, str] = {}  # name of each label
-        for name, section in sections.items():
-            if info.field_name == "foundations" and name in info.data.get("blocks", ()):
-                raise Invalid(f"{name!r} is the name of a block already", "rename one of the two")
-            other = first.setdefault(section.label or name, name)
-            if other != name:
-                what = f"{other!r} and {name!r} are both printed as {section.label or name!r}"
-                raise Invalid(what, "give each its own label")
-        return {name: s if s.label else s.model_copy(update={"label": name}) for name, s in sections.items()}
-
-    @field_validator("truth")
-    @classmethod
-    def _truth_is_simulated(cls, truth: Any, info: ValidationInfo) -> Any:
-        if truth and info.data.get("origin") == "measured":
-            raise Invalid("a measured campaign has no known truth", "remove the key or set origin: simulated")
-        return values.check_inside(truth) if truth else truth
-
-    @field_validator("published")
-    @classmethod
-    def _published_is_configured(cls, published: Any, info: ValidationInfo) -> Any:
-        if published is None:
-            return published
-        longest = ((block, [foundation]) for block, foundation in published.longest.items())
-        for block, foundations in (*published.values.items(), *longest):
-            values.check_name(block, info.data.get("blocks", (block,)), "a block of this campaign")
-            for name in foundations:
-                values.check_name(
-                    name, info.data.get("foundations", (name,)), "a foundation of this campaign"
-                )
-        return published
-
-    @field_validator("plan")
-    @classmethod
-    def _plan_is_configured(cls, plan: Any, info: ValidationInfo) -> Any:
-        if plan is None or not {"blocks", "foundations"} <= info.data.keys():
-            return plan
-        blocks, foundations = info.data["blocks"], info.data["foundations"]
-        for name in (*plan.expected, *plan.spread_fraction):
-            values.check_name(name, foundations, "a foundation of this campaign")
-        for name in foundations:
-            if name not in plan.expected:
-                raise Invalid(f"no parameters are expected of foundation {name!r}", "add it to plan.expected")
-        for name, angles in plan.release_angles_deg.items():
-            values.check_name(name, blocks, "a block of this campaign")
-            critical = math.degrees(blocks[name].block.theta_cr)
-            if max(angles, default=0) >= critical:
-                what = f"released at {max(angles):g}° {name} overturns, its critical angle is {critical:.3f}°"
-                raise Invalid(what, "plan for smaller angles")
-        for name, block in blocks.items():
-            if not (plan.release_angles_deg.get(name) or block.release_angle_deg):
-                raise Invalid(f"block {name!r} has no release angle", "add it to plan.release_angles_deg")
-        return plan
 
 
 class Campaign(CampaignFile):

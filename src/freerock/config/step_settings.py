@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from freerock.config.campaign import Campaign
-from freerock.config.default_uncertainties import DEFAULTS, response_u_ms
+from freerock.config.keys_of_uncertainty import DEFAULTS, response_u_ms
 from freerock.config.record import Record
 from freerock.config.values import Section
 

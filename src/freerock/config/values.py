@@ -4,7 +4,7 @@ import difflib
 import os
 import re
 import sys
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
@@ -20,7 +20,7 @@ from pydantic import (
 
 from freerock import bounds
 from freerock.files import plain_path
-from freerock.models.laws import CANDIDATES, DEBONDING, KINEMATICS, LAWS
+from freerock.models.laws import CANDIDATES, DEBONDING, KINEMATICS, LAWS, MODELS
 from freerock.units import CHANNEL_UNITS
 
 NAME_PATTERN = r"^[A-Za-z0-9_]+$"
@@ -166,3 +166,18 @@ def _once(names: Any) -> Any:
 Once, OneOrMore = AfterValidator(_once), Field(min_length=1)  # of lists
 Folder = Annotated[str, AfterValidator(check_braces)]
 Inside = Annotated[str, Field(min_length=1, max_length=1000), AfterValidator(check_inside)]  # the raw folder
+
+
+def check_parameters(model: str, parameters: Mapping[str, float], on: str = "", width: bool = False) -> None:
+    """Refuse parameters that are not exactly those of a model; `on` names the foundation in the message.
+
+    With `width`, width_fraction is among them.
+    """
+    names = (*MODELS[model], *(["width_fraction"] if width else []))
+    for name in parameters:
+        check_name(name, names, f"a parameter of {model}")
+    for name in names:
+        if name not in parameters:
+            raise Invalid(f"{model}{on} has no {name}", f"give {name} or leave {model} out")
+    if parameters.get("r", 0) > 1:
+        raise Invalid(f"r = {parameters['r']:g}{on} is above 1", "give r up to 1")

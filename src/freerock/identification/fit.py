@@ -12,7 +12,7 @@ import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.identification.against_noise import is_white
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.inputs_with_priors import Nuisances, Posterior, held, settled

@@ -8,7 +8,7 @@ import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.identification.problem import RTOL_DERIVATIVES
 from freerock.identification.search import approach
 from freerock.identification.start import posed

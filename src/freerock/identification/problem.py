@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from freerock.arrays import Floats, Mask
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.free_parameters import OF_RECORD, OF_START, PARAMETERS, parameter_of

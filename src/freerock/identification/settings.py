@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.given import faults

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from freerock.arrays import Floats, Mask
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.problem import Problem, Samples, fitted

@@ -8,7 +8,7 @@ from typing import Any
 
 import lmfit
 
-from freerock.config.defaults import ImpactLimits
+from freerock.config.keys_of_processing import ImpactLimits
 from freerock.identification.fit import Fit
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, law_of

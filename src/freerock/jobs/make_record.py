@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from freerock.arrays import Floats
-from freerock.config.defaults import ImpactLimits, RotationOptions, RunLimits
+from freerock.config.keys_of_processing import ImpactLimits, RotationOptions, RunLimits
 from freerock.errors import FreerockError
 from freerock.files import check_file
 from freerock.jobs.each_record import of_the_machine

@@ -97,7 +97,7 @@ def make_batch(
     Parameters
     ----------
     settings : mapping
-        blocks, debonding, and scales, draws, of: as `config.keys.GroundMotionsSection`.
+        blocks, debonding, and scales, draws, of: as `config.keys_of_ground_motions`.
     tables : mapping
         Paths of choice and populations.
     motions : sequence of path

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from freerock.config.defaults import FitSettings
-from freerock.config.keys import SensorSection
+from freerock.config.fit_settings import FitSettings
+from freerock.config.keys_of_plan import SensorSection
 from freerock.errors import FreerockError, attempt
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of

@@ -19,7 +19,7 @@ import pandas as pd
 from scipy.stats import t
 
 from freerock.arrays import Floats
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.problem import RTOL_RESIDUAL
 from freerock.identification.start import posed

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.identification.diverging_motions import multiplies_errors
 from freerock.identification.fit import Fit
 from freerock.identification.inputs_with_priors import INPUTS, Nuisances, contributed, moves

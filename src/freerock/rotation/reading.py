@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Flags, Floats
-from freerock.config.defaults import RotationOptions
+from freerock.config.keys_of_processing import RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.ac_coupling import ac_cutoff

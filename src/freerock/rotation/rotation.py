@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
-from freerock.config.defaults import ROTATION_OPTIONS, RotationOptions
+from freerock.config.keys_of_processing import ROTATION_OPTIONS, RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.faults import flagged_faults, lost_at_large_angles

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
-from freerock.config.defaults import LaserKeys
+from freerock.config.laser_defaults import LaserKeys
 from freerock.errors import FreerockError
 from freerock.rotation.calibration import Calibration
 from freerock.rotation.flags import Limits

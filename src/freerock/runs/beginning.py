@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from freerock.config.defaults import RunLimits
 from freerock.config.hand_corrections import Override
+from freerock.config.keys_of_processing import RunLimits
 from freerock.rotation.still import MIN_PEAKS, UNSTEADY, Phase
 from freerock.runs.release import (
     FAR,

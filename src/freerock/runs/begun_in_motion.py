@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.defaults import RUN_LIMITS
+from freerock.config.keys_of_processing import RUN_LIMITS
 from freerock.models.block import Block
 from freerock.runs.beginning import Beginning
 from freerock.runs.release import HeldAngle, Release

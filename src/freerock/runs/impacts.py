@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ellipkinc
 
 from freerock.arrays import Floats
-from freerock.config.defaults import IMPACT_LIMITS, ImpactLimits
+from freerock.config.keys_of_processing import IMPACT_LIMITS, ImpactLimits
 from freerock.models.block import Block
 from freerock.runs.impact_kernel import Lowest, NoisySamples, Peak, Residual, Rigid, impact_rows
 from freerock.runs.noise_in_motion import in_motion

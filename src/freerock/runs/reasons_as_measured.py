@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.defaults import RunLimits
+from freerock.config.keys_of_processing import RunLimits
 from freerock.models.block import SQUAT, Block
 from freerock.rotation.faults import FAULT_VERDICTS, Fault
 from freerock.rotation.flags import BY_HAND

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats, Indices, Mask
-from freerock.config.defaults import RunLimits
+from freerock.config.keys_of_processing import RunLimits
 from freerock.rotation.still import BLOCKS_PER_WINDOW, Phase
 from freerock.runs.noise_in_motion import HIGH_SWING, in_motion, swings_of
 from freerock.runs.noise_spectrum import Noise

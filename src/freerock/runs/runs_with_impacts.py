@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.defaults import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, RunLimits
+from freerock.config.keys_of_processing import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, RunLimits
 from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.lattice import scatter

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from freerock.config.defaults import RUN_LIMITS, RunLimits
 from freerock.config.hand_corrections import Override
+from freerock.config.keys_of_processing import RUN_LIMITS, RunLimits
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality

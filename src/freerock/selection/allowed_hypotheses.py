@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.identification.settings import freed, is_rounded
 from freerock.models.block import SQUAT, Block
 from freerock.models.free_parameters import PER_RUN

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fit import Fit
 from freerock.identification.inputs_with_priors import in_found

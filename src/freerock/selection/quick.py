@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.against_noise import LOUDNESS, hopeless_from, noise_of
 from freerock.identification.diverging_motions import multiplies_errors

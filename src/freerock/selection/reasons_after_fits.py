@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from freerock.config.defaults import FitSettings
+from freerock.config.fit_settings import FitSettings
 from freerock.identification.fit import Fit
 from freerock.identification.start import from_top, tops_of
 from freerock.models.block import Block

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from freerock.config.scene import GROUND_COLUMNS, GroundSection, Scene
+from freerock.config.keys_of_scene import GROUND_COLUMNS, GroundSection, Scene
 from freerock.errors import FreerockError
 from freerock.models.ground import GroundMotion, accelerogram, pulse
 from freerock.models.laws import LAWS, Rules

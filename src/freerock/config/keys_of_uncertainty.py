@@ -1,4 +1,4 @@
-"""Standard uncertainties (k = 1) of the laboratory's inputs, stated or by default.
+"""The keys of `uncertainty`: standard uncertainties (k = 1) of the laboratory's inputs, and their defaults.
 
 The defaults are type B evaluations (JCGM 100:2008, 4.3.7) of plain instruments: a rule with 1 mm divisions,
 1 mm/√12; a centre of mass found with it over an edge; a moment of inertia to 0.5 %, as some grams glued on

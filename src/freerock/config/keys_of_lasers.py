@@ -1,12 +1,12 @@
-"""The keys of a sensor: where its beam meets the block, and what its output means."""
+"""The keys of `lasers`: where a beam meets the block, what its output means. Defaults: `laser_defaults`."""
 
 import math
 from typing import Any, Literal
 
 from pydantic import ValidationInfo, field_validator
 
-from freerock.config.default_uncertainties import LaserUncertainty, stated_only_with
-from freerock.config.defaults import LaserKeys
+from freerock.config.keys_of_uncertainty import LaserUncertainty, stated_only_with
+from freerock.config.laser_defaults import LaserKeys
 from freerock.config.values import (
     Direction,
     Invalid,

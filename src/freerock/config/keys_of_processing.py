@@ -1,40 +1,8 @@
-"""Settings of the steps, with the defaults of `processing`, of lasers and some of `fits`.
+"""The keys of `processing`: the settings of the steps from volts to impacts, and their defaults."""
 
-Other defaults stand beside their keys in `keys.py`, `campaign.py` and `laser_section.py`, default
-uncertainties in `default_uncertainties.py`. config/README.md lists all of them.
-"""
-
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 from freerock.config.values import NotNegative, Number, Positive, Section, Whole, key
-from freerock.models.free_parameters import PER_RUN
-from freerock.models.given import Given
-from freerock.models.laws import CANDIDATES
-
-
-@dataclass(frozen=True, kw_only=True)
-class LaserKeys:
-    """The keys of a laser that have defaults; `rotation.sensor.Laser` describes them."""
-
-    face: str = "left"
-    sign: int = 1
-    release_side: str = "positive"
-    response_ms: float = 0.0
-    response: str = "average"
-    volts_at_start: float = 0.0
-    volts_at_end: float = 10.0
-    valid_low_v: float = -0.1
-    valid_high_v: float = 10.1
-    error_level_v: float = 10.2
-    error_tolerance_v: float = 0.01
-    milliamps_at_start: float = 4.0
-    milliamps_at_end: float = 20.0
-    valid_low_ma: float = 3.84
-    valid_high_ma: float = 20.16
-    error_level_ma: float = 3.75
-    error_tolerance_ma: float = 0.01
 
 
 class RotationOptions(Section):
@@ -145,50 +113,12 @@ class ImpactLimits(Section):
     min_samples: Whole = key("the fewest samples of a swing that is used", 12, ge=3)
 
 
-@dataclass(frozen=True)
-class FitSettings:
-    """How a model is fitted.
-
-    Parameters
-    ----------
-    free : sequence of str
-        Further free parameters: "theta0" and "t0", within six standard errors of their measured values, or
-        0.2 % and 1 ms if those are more; "width", the distance between the corners of rotation; "tilt" of
-        the base; "edge_radius"; "r_per_impact" of one run of the Housner model: r, r_2,
-        r_3 and so on; "release": "theta0" and "t0" may differ from the measured ones by 10 % and 50 ms, as
-        after a push or with a slow finger.
-    debonding : str
-        "geometric" or "tensionless".
-    integrator_error : float
-        Largest shift of a parameter by the integrator's error, as a share of its standard error.
-    profile : bool
-        Whether the intervals of the model's parameters are those of the profile likelihood.
-    parameters : mapping of str to mapping of str to Given or mapping
-        Options of each parameter, by law, in lmfit's words: value, min, max, vary, expr.
-    """
-
-    free: Sequence[str] = PER_RUN
-    debonding: str = "geometric"
-    integrator_error: float = 0.2
-    profile: bool = False
-    parameters: Mapping[str, Mapping[str, Given | Mapping[str, Any]]] = field(
-        default_factory=dict, hash=False
-    )
-
-    @property
-    def loose_release(self) -> bool:
-        """Whether the release may leave what was measured."""
-        return "release" in self.free
-
-    def given(self, model: str) -> dict[str, Given]:
-        """What is said beforehand of the parameters of a candidate's law, by name."""
-        own = self.parameters.get(CANDIDATES[model].law, {})
-        return {name: each if isinstance(each, Given) else Given(**each) for name, each in own.items()}
+ROTATION_OPTIONS, RUN_LIMITS, IMPACT_LIMITS = RotationOptions(), RunLimits(), ImpactLimits()
 
 
-ROTATION_OPTIONS, RUN_LIMITS, IMPACT_LIMITS, FIT_SETTINGS = (
-    RotationOptions(),
-    RunLimits(),
-    ImpactLimits(),
-    FitSettings(),
-)
+class ProcessingSection(Section):
+    """The steps from volts to impacts."""
+
+    rotation: RotationOptions = key("volts to θ(t)", ROTATION_OPTIONS)
+    runs: RunLimits = key("θ(t) to free-rocking runs", RUN_LIMITS)
+    impacts: ImpactLimits = key("runs to impacts and restitution", IMPACT_LIMITS)

@@ -1,4 +1,4 @@
-"""A scene to simulate: a block, models, a release or a ground motion, and optionally a laser."""
+"""The keys of a scene to simulate, with their defaults, and the reading of its file."""
 
 from pathlib import Path
 from typing import Literal, Self
@@ -6,8 +6,8 @@ from typing import Literal, Self
 from pydantic import ValidationInfo, field_validator, model_validator
 
 from freerock import bounds
-from freerock.config.keys import BlockSection, check_parameters
-from freerock.config.laser_section import LaserSection
+from freerock.config.keys_of_blocks import BlockSection
+from freerock.config.keys_of_lasers import LaserSection
 from freerock.config.mistakes import refuse, validate
 from freerock.config.values import (
     Debonding,
@@ -18,6 +18,7 @@ from freerock.config.values import (
     Positive,
     Section,
     Whole,
+    check_parameters,
     key,
 )
 from freerock.config.yaml_lines import place, read_yaml
