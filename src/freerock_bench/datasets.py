@@ -19,7 +19,7 @@ from freerock.planning import plan, plan_total
 from freerock.products.names import VARIABLES
 from freerock.response.ensemble import RESPONSE_COLUMNS as RESPONSES
 from freerock.rotation.flags import BY_HAND, FLAGS
-from freerock.tables import candidates, tidy_columns
+from freerock.tables.columns import RARE_CANDIDATES_COLUMNS, RARE_IMPACTS
 from freerock_bench.document import in_markdown, renew
 
 ROOT = Path(__file__).parents[2]
@@ -58,7 +58,7 @@ def tables() -> dict[str, list[str]]:
         "plan/budget.csv": plan_total.BUDGET,
     }
     found = {name: (listed | own)[name] for name in ROWS}
-    rare = {"candidates.csv": candidates.RARE_COLUMNS, "pulls.csv": tidy_columns.RARE_IMPACTS}
+    rare = {"candidates.csv": RARE_CANDIDATES_COLUMNS, "pulls.csv": RARE_IMPACTS}
     return found | {name: [*found[name], *rare[name]] for name in rare}
 
 

@@ -6,10 +6,11 @@ import pytest
 from evidence import NAMED, ON_ANY_RUN, POSSIBLE, paper, scene
 from fabricated import campaign
 
-from freerock.tables.candidates import COLUMNS, answers, candidates_table
+from freerock.tables.candidates import answers, candidates_table
+from freerock.tables.columns import CANDIDATES_COLUMNS
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.printed_tables import printed_candidates
-from freerock.tables.tidy_columns import choice_table, parameters_table
+from freerock.tables.tidy_tables import choice_table, parameters_table
 
 RUNS = (
     paper() | {"hunt_crossley": NAMED},
@@ -24,7 +25,7 @@ def test_counts_and_medians():
     parameters.loc[rows, "value"] = [6e6, 8e6, 1e9]  # of the third run it is rejected
     choice.loc[choice["status"] == "not_fitted", "epsilon_theta"] = 0.5  # that of a quick fit
     table = candidates_table(choice, parameters)
-    assert list(table) == COLUMNS
+    assert list(table) == CANDIDATES_COLUMNS
     assert not (table["epsilon_theta"] == 0.5).any()
     assert table["model"].tolist() == ON_ANY_RUN
     row = table.set_index("model").loc["hunt_crossley"]
@@ -81,7 +82,7 @@ def test_tables_read_back_say_the_same(tmp_path):
 def test_a_campaign_without_a_fit():
     empty = choice_table([]), parameters_table([])
     table = candidates_table(*empty)
-    assert list(table) == COLUMNS and table.empty
+    assert list(table) == CANDIDATES_COLUMNS and table.empty
     assert printed_candidates(table, "measured").text.empty
 
 

@@ -35,7 +35,7 @@ from freerock.tables.number_text import quantity
 from freerock.tables.populations import populations_table
 from freerock.tables.printed_tables import table2_text
 from freerock.tables.summary import table2
-from freerock.tables.tidy_columns import contributions_table, parameters_table, restitution_table, runs_table
+from freerock.tables.tidy_tables import contributions_table, parameters_table, restitution_table, runs_table
 from freerock.virtual_lab.virtual_record import Recording, VirtualRelease, simulate_record
 from freerock.virtual_lab.write_tdms import write_records
 

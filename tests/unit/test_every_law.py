@@ -8,7 +8,7 @@ from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import LAWS
 from freerock.models.simulate import simulate
-from freerock.tables.candidates import MEDIANS
+from freerock.tables.columns import MEDIANS
 
 OF_LAWS = {name for law in LAWS.values() for name in law.parameters}
 

@@ -40,7 +40,7 @@ from freerock.products.groups import runs_of
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View, sensor_attributes
 from freerock.tables.number_text import quantity
-from freerock.tables.tidy_columns import choice_table, epsilon_table, restitution_table, runs_table
+from freerock.tables.tidy_tables import choice_table, epsilon_table, restitution_table, runs_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
 LABELS = {"b1": "Slender block", "marble": "Marble"}

@@ -15,14 +15,8 @@ from freerock.models.laws import LAWS
 from freerock.planning import plan, plan_total
 from freerock.populations import population, predict
 from freerock.products.names import VARIABLES
-from freerock.tables import (
-    candidates,
-    populations,
-    restitution_comparison,
-    restitution_law,
-    summary,
-    tidy_columns,
-)
+from freerock.tables import columns as tables
+from freerock.tables import populations, summary
 
 GLOSSARY = Path(__file__).parents[2] / "docs/glossary.md"
 HEAD = ["term", "meaning", "symbol", "config", "netCDF", "CSV", "unit"]
@@ -50,7 +44,7 @@ def keys(model):
 def columns():
     """Columns of all tables."""
     parameters, epsilon = (
-        pd.DataFrame(columns=names) for names in (tidy_columns.PARAMETER_COLUMNS, tidy_columns.EPSILON)
+        pd.DataFrame(columns=names) for names in (tables.PARAMETERS_COLUMNS, tables.EPSILON_COLUMNS)
     )
     frames = [
         summary.table1([], {"block": Block(height_m=0.28, width_m=0.07, mass_kg=5.84)}),
@@ -59,29 +53,29 @@ def columns():
         summary.recovered_table(parameters, {}),
     ]
     lists = [
-        tidy_columns.RUN_COLUMNS,
-        tidy_columns.PARAMETER_COLUMNS,
-        tidy_columns.EPSILON,
-        tidy_columns.CHOICE,
-        tidy_columns.RESTITUTION,
-        restitution_comparison.COMPARISON,
+        tables.RUNS_COLUMNS,
+        tables.PARAMETERS_COLUMNS,
+        tables.EPSILON_COLUMNS,
+        tables.CHOICE_COLUMNS,
+        tables.RESTITUTION_COLUMNS,
+        tables.RESTITUTION_COMPARISON_COLUMNS,
     ]
     lists += [
-        candidates.COLUMNS,
-        candidates.RARE_COLUMNS,
-        tidy_columns.RARE_IMPACTS,
+        tables.CANDIDATES_COLUMNS,
+        tables.RARE_CANDIDATES_COLUMNS,
+        tables.RARE_IMPACTS,
         population.FOUNDATIONS,
         predict.PREDICTIONS,
-        populations.POPULATIONS,
-        populations.BUDGET,
+        tables.POPULATIONS_COLUMNS,
+        tables.BUDGET_COLUMNS,
         plan.COLUMNS,
         plan.RIVALS,
-        tidy_columns.PART_COLUMNS,
-        tidy_columns.PULLS,
-        tidy_columns.REASONS,
+        tables.PARTS_COLUMNS,
+        tables.PULLS_COLUMNS,
+        tables.REASONS_COLUMNS,
         plan_total.BUDGET,
         plan_total.TOTALS,
-        restitution_law.LAW_COLUMNS,
+        tables.RESTITUTION_LAW_COLUMNS,
     ]
     return {column for listed in [*lists, *frames] for column in listed}
 

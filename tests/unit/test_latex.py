@@ -25,7 +25,7 @@ from freerock.tables.printed_tables import (
     table3_text,
 )
 from freerock.tables.summary import recovered_table, table1, table2, table3
-from freerock.tables.tidy_columns import choice_table, epsilon_table, parameters_table
+from freerock.tables.tidy_tables import choice_table, epsilon_table, parameters_table
 
 PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}
 

@@ -15,7 +15,7 @@ from freerock.tables.number_text import quantity
 from freerock.tables.populations import populations_table
 from freerock.tables.printed_tables import PUBLISHED_NOTE, table1_text, table2_text, table3_text
 from freerock.tables.summary import table1, table2, table3
-from freerock.tables.tidy_columns import choice_table, epsilon_table, parameters_table
+from freerock.tables.tidy_tables import choice_table, epsilon_table, parameters_table
 
 HOSTILE = "<script>alert(1)</script>&\"'"
 

@@ -4,7 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freerock.tables.populations import POPULATIONS, populations_table
+from freerock.tables.columns import POPULATIONS_COLUMNS
+from freerock.tables.populations import populations_table
 
 
 def fitted(test, foundation, values, parameter="k", model="hunt_crossley", stderr=1e-5):
@@ -37,7 +38,7 @@ def test_levels_of_a_campaign():
         + [fitted("d", "stone", 7e6 * np.exp(draw.normal(0, 0.03, 40)))]
     )
     table = populations_table(parameters)
-    assert list(table) == POPULATIONS
+    assert list(table) == POPULATIONS_COLUMNS
     levels = by_level(table)
     assert levels["record"]["test"].tolist() == ["a", "b", "c", "d"]
     assert levels["record"]["tau"].tolist() == pytest.approx([0.09e6] * 3 + [0.21e6], rel=0.3)
@@ -98,7 +99,7 @@ def test_failed_fits_and_releases_are_left_out():
     parameters = fitted("a", "mat", [3e6, 3e6])
     assert populations_table(parameters.assign(success=False)).empty
     assert populations_table(parameters.assign(parameter="theta0", unit="rad")).empty
-    assert list(populations_table(parameters[:0])) == POPULATIONS
+    assert list(populations_table(parameters[:0])) == POPULATIONS_COLUMNS
 
 
 def test_a_tilt_has_a_sign():

@@ -12,7 +12,7 @@ from freerock.tables.populations import populations_table
 from freerock.tables.printed_tables import angle_notes, printed_tables, table1_text, table2_text, table3_text
 from freerock.tables.restitution_comparison import restitution_comparison
 from freerock.tables.summary import table1, table2, table3
-from freerock.tables.tidy_columns import epsilon_table, parameters_table
+from freerock.tables.tidy_tables import epsilon_table, parameters_table
 
 PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}
 

@@ -3,7 +3,7 @@ from fabricated import campaign
 
 from freerock.tables.printed_tables import printed_recovered
 from freerock.tables.summary import recovered_table
-from freerock.tables.tidy_columns import parameters_table
+from freerock.tables.tidy_tables import parameters_table
 
 
 def test_recovered_compares_runs_with_the_truth():

@@ -4,7 +4,7 @@ from reported import make
 from freerock.products.groups import runs_of
 from freerock.report.records import charted, listed_records
 from freerock.tables.number_text import quantity
-from freerock.tables.tidy_columns import runs_table
+from freerock.tables.tidy_tables import runs_table
 
 
 def test_fits_are_listed_with_total_uncertainties_and_say_so_where_there_are_only_the_noise_s(tmp_path):

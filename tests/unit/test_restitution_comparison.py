@@ -5,7 +5,7 @@ from freerock.models.block import Block
 from freerock.report.tables import compared_restitution
 from freerock.tables.populations import populations_table
 from freerock.tables.restitution_comparison import restitution_comparison
-from freerock.tables.tidy_columns import parameters_table, restitution_table, runs_table
+from freerock.tables.tidy_tables import parameters_table, restitution_table, runs_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
 

@@ -5,7 +5,8 @@ import pandas as pd
 import pytest
 from scipy.stats import linregress, t
 
-from freerock.tables.restitution_law import ENERGY, LAW_COLUMNS, PEAKS, line_of, restitution_law
+from freerock.tables.columns import RESTITUTION_LAW_COLUMNS
+from freerock.tables.restitution_law import ENERGY, PEAKS, line_of, restitution_law
 
 SPEED = np.linspace(0.05, 0.4, 15)
 
@@ -61,7 +62,7 @@ def tables():
 
 def test_both_restitutions_have_a_row_and_only_the_law_that_is_named_counts():
     found = restitution_law(*tables())
-    assert list(found.columns) == LAW_COLUMNS
+    assert list(found.columns) == RESTITUTION_LAW_COLUMNS
     peaks, energy = found.set_index("quantity").loc[PEAKS], found.set_index("quantity").loc[ENERGY]
     assert peaks["slope_s_m"] == pytest.approx(-0.1, abs=0.01) and peaks["trend"]
     assert energy["slope_s_m"] == pytest.approx(-0.2) and energy["trend"]
@@ -74,7 +75,7 @@ def test_few_impacts_have_no_line_and_a_table_without_impacts_no_row():
     swings, epsilon = tables()
     few = swings[swings.groupby(["run", "source"]).cumcount() < 3]
     assert restitution_law(few, epsilon).empty
-    assert list(restitution_law(swings[:0], epsilon).columns) == LAW_COLUMNS
+    assert list(restitution_law(swings[:0], epsilon).columns) == RESTITUTION_LAW_COLUMNS
 
 
 def test_impacts_at_one_speed_have_no_line():

@@ -18,7 +18,7 @@ from freerock.selection.choice import choose, evidence
 from freerock.selection.hypotheses_tried import Identified
 from freerock.selection.reasons_after_fits import reasons_of_fits
 from freerock.tables.candidates import candidates_table
-from freerock.tables.tidy_columns import choice_table, epsilon_table, parameters_table, runs_table
+from freerock.tables.tidy_tables import choice_table, epsilon_table, parameters_table, runs_table
 from freerock_bench.virtual_run import Truth, virtual_motion
 
 NOMINAL = Block(0.28, 0.07, 5.84)

@@ -98,7 +98,7 @@ def test_edited_line(checkout, path, old, new, jobs):
         ("src/freerock/figures/freerock.mplstyle", AFTER_STYLE),
         ("src/freerock/report/report.html.j2", REPORT),
         ("src/freerock/tables/csvfile.py", AFTER_STYLE | AFTER_TABLES | {"tables": 1}),
-        ("src/freerock/tables/tidy_columns.py", {"tables": 1} | AFTER_TABLES | REPORT),
+        ("src/freerock/tables/tidy_tables.py", {"tables": 1} | AFTER_TABLES | REPORT),
         ("src/freerock/tables/printed_tables.py", AFTER_TABLES | REPORT),
         ("src/freerock/tables/latex.py", {"printed_tables": 1, "recovered": 1} | REPORT),
         ("src/freerock/identification/fit.py", {"fit": 2} | AFTER_FITS),

@@ -22,7 +22,7 @@ from freerock.tables.restitution_comparison import restitution_comparison
 from freerock.tables.restitution_law import restitution_law
 from freerock.tables.summary import table1, table2, table3
 from freerock.tables.swings import swings
-from freerock.tables.tidy_columns import joined, rows_of
+from freerock.tables.tidy_tables import joined, rows_of
 
 AT_ONCE = 40  # records whose fits are in memory together
 

@@ -1,7 +1,7 @@
 """The one vocabulary of the datasets: each variable with its unit, content and long name.
 
 Units and long names are in `variables.csv`, the variables of a fit in `netcdf`, the columns of runs.csv and
-other tables in `tables.tidy_columns`.
+other tables in `tables.columns`.
 """
 
 import csv

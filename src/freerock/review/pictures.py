@@ -21,7 +21,7 @@ from freerock.tables.number_text import quantity, unit_text
 
 def lines_of_record(test: str, found: Analysed) -> list[Json]:
     """The lines of a record in the list of runs: one for each run, or one for a record without any."""
-    from freerock.tables.tidy_columns import choice_table, runs_table
+    from freerock.tables.tidy_tables import choice_table, runs_table
 
     record, fits = found
     known = [fits] if fits is not None else []
@@ -112,7 +112,7 @@ def fits_of_group(group: xr.DataTree | None) -> Json | None:
 def means_of(fits: xr.DataTree | None) -> Json | None:
     """The mean of a record's runs, candidate by candidate, as in the table populations."""
     from freerock.tables.populations import populations_table
-    from freerock.tables.tidy_columns import choice_table, contributions_table, parameters_table
+    from freerock.tables.tidy_tables import choice_table, contributions_table, parameters_table
 
     if fits is None or len(runs_of(fits)) == 0:
         return None

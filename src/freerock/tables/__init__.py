@@ -2,6 +2,7 @@
 
 __all__ = [
     "candidates",
+    "columns",
     "csvfile",
     "latex",
     "markdown",
@@ -13,5 +14,5 @@ __all__ = [
     "restitution_law",
     "summary",
     "swings",
-    "tidy_columns",
+    "tidy_tables",
 ]

@@ -4,28 +4,15 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from freerock.models.free_parameters import PARAMETERS
-from freerock.models.laws import CANDIDATES, LAWS, PAPER_MODELS
+from freerock.models.laws import CANDIDATES
+from freerock.tables.columns import (
+    CANDIDATES_COLUMNS,
+    COUNTS,
+    MEDIANS,
+    RARE_CANDIDATES_COLUMNS,
+    SCENE_COLUMNS,
+)
 
-SCENE_COLUMNS = ["campaign", "block", "foundation"]
-COUNTS = {f"n_{status}": status for status in ("selected", "also_possible", "rejected", "not_fitted")}
-
-
-def _column(name: str) -> str:
-    """Column of the median of a parameter: its name and unit."""
-    unit = PARAMETERS[name].unit
-    name = "contact_width" if name == "width" else name
-    return name if unit == "1" else f"{name}_{unit.replace('-', '').replace(' ', '_').lower()}"
-
-
-_OF_LAWS = [name for law in LAWS.values() for name in law.parameters]
-_PUBLISHED = [name for model in PAPER_MODELS for name in LAWS[model].parameters]
-MEDIANS = {_column(name): name for name in dict.fromkeys([*_PUBLISHED, "width", *_OF_LAWS])}
-_USUAL = [name for law in LAWS.values() if law.by_default for name in law.parameters]
-RARE = [name for name in _OF_LAWS if name not in _USUAL]
-COLUMNS = [*SCENE_COLUMNS, "model", "n_freed", "n_runs", *COUNTS, "n_explains"]
-COLUMNS += ["epsilon_theta", "epsilon_holdout", *(name for name, own in MEDIANS.items() if own not in RARE)]
-RARE_COLUMNS = [name for name, own in MEDIANS.items() if own in RARE]  # last, where any is not empty
 POSSIBLE = ("selected", "also_possible")
 ANSWERS = ("test", "run", "status", "model", "explains", "reason")
 STATUS_WORDS = {
@@ -105,13 +92,13 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
     Returns
     -------
     pandas.DataFrame
-        Columns `COLUMNS`, then `RARE_COLUMNS` that are not empty; one row per block, foundation and
-        candidate. n_runs: those with a choice; n_selected to n_not_fitted: their number by status;
-        n_explains: runs in which the candidate leaves no more than the noise at rest. epsilon_theta,
-        epsilon_holdout: medians (fractions) of the fits that may be used, of all where none may. r,
-        k_n_m2 [N/m²], c_n_s_m2 [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m, kappa_n_m3 [N/m³], e, mu,
-        tau_s [s]: medians over the runs in which the candidate is named or also possible, NaN where there
-        is none or it has no such parameter.
+        Columns `CANDIDATES_COLUMNS`, then `RARE_CANDIDATES_COLUMNS` that are not empty; one row per block,
+        foundation and candidate. n_runs: those with a choice; n_selected to n_not_fitted: their number by
+        status; n_explains: runs in which the candidate leaves no more than the noise at rest. epsilon_theta,
+        epsilon_holdout: medians (fractions) of the fits that may be used, of all where none may. r, k_n_m2
+        [N/m²], c_n_s_m2 [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m, kappa_n_m3 [N/m³], e, mu, tau_s
+        [s]: medians over the runs in which the candidate is named or also possible, NaN where there is none
+        or it has no such parameter.
     """
     key = [*SCENE_COLUMNS, "test", "run", "model"]
     choice, parameters = (table.assign(run=table["run"].astype(str)) for table in (choice, parameters))
@@ -131,5 +118,5 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
             row |= {name: fitted[name].median() for name in ("epsilon_theta", "epsilon_holdout")}
             row |= {name: medians.get((*scene, model, own), float("nan")) for name, own in MEDIANS.items()}
             rows.append(row)
-    rare = [name for name in RARE_COLUMNS if any(pd.notna(row[name]) for row in rows)]
-    return pd.DataFrame(rows, columns=[*COLUMNS, *rare]).astype({"n_freed": "Int64"})
+    rare = [name for name in RARE_CANDIDATES_COLUMNS if any(pd.notna(row[name]) for row in rows)]
+    return pd.DataFrame(rows, columns=[*CANDIDATES_COLUMNS, *rare]).astype({"n_freed": "Int64"})

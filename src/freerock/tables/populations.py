@@ -13,14 +13,8 @@ from freerock.models.laws import MODELS, law_of
 from freerock.populations.means import Key, Mean, over_records, over_runs, spread_of_runs
 from freerock.populations.random_effects import Population
 from freerock.tables.candidates import accepted_fits
+from freerock.tables.columns import BUDGET_COLUMNS, INPUT_COLUMNS, POPULATIONS_COLUMNS
 
-INPUT_COLUMNS = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
-
-OF_MEAN = ["campaign", "level", "test", "block", "foundation", "model", "parameter", "unit", "n_runs"]
-POPULATIONS = [*OF_MEAN, "n_records", "mean", "stderr", "ci95_low", "ci95_high"]
-POPULATIONS += ["u_total", "total95_low", "total95_high", "tau", "tau_low", "tau_high"]
-POPULATIONS += ["next_low", "next_high", "scatter_p"]
-BUDGET = [*OF_MEAN, *INPUT_COLUMNS, "mean", "u_total", "sensitivity", "contribution", "share_percent"]
 COMMON = ["campaign", "foundation", "model", "parameter", "unit"]  # of the records of a foundation
 # Column of an end of an interval, and its name in `Population`.
 ENDS = {"ci95_low": "low", "ci95_high": "high", "total95_low": "total_low", "total95_high": "total_high"}
@@ -67,14 +61,14 @@ def populations_table(
     Returns
     -------
     pandas.DataFrame
-        Columns `POPULATIONS`: level is "record", "foundation" (of two records or more) or "campaign"; test
-        and block are empty where they are several. mean (geometric, weighted), its standard error and 95 %
-        interval without what all members share; u_total, its total standard uncertainty with what the members
-        owe to the laboratory's inputs, and the 95 % interval of that; tau, the standard deviation between the
-        members without noise and inputs, and its 95 % interval; next_low and next_high, where the next member
-        that is measured lies with 95 %: a run of the same record, or a record of another block; in the
-        parameter's unit. scatter_p: p-value of tau = 0. Of a single run
-        n_runs is 1, mean and error are its own, and the rest is NaN.
+        Columns `POPULATIONS_COLUMNS`: level is "record", "foundation" (of two records or more) or "campaign";
+        test and block are empty where they are several. mean (geometric, weighted), its standard error and 95
+        % interval without what all members share; u_total, its total standard uncertainty with what the
+        members owe to the laboratory's inputs, and the 95 % interval of that; tau, the standard deviation
+        between the members without noise and inputs, and its 95 % interval; next_low and next_high, where the
+        next member that is measured lies with 95 %: a run of the same record, or a record of another block;
+        in the parameter's unit. scatter_p: p-value of tau = 0. Of a single run n_runs is 1, mean and error
+        are its own, and the rest is NaN.
     """
     records = list(_records(parameters, contributions, choice))
     rows = [scene | _told(scene["parameter"], member.found) for scene, member, _ in records]
@@ -82,7 +76,7 @@ def populations_table(
     for scene, record in _foundations(members):
         rows.append(scene | _told(scene["parameter"], record.found) | {"n_runs": scene["n_runs"]})
     rows += list(_campaign(members))
-    return pd.DataFrame(rows, columns=POPULATIONS).astype({"n_runs": "Int64", "n_records": "Int64"})
+    return pd.DataFrame(rows, columns=POPULATIONS_COLUMNS).astype({"n_runs": "Int64", "n_records": "Int64"})
 
 
 def budget_table(
@@ -98,11 +92,11 @@ def budget_table(
     Returns
     -------
     pandas.DataFrame
-        Columns `BUDGET`, a row per mean (with its u_total) and contribution: the scatter of the members
-        beyond what the inputs explain (input "runs": noise, and what differs from run to run or from record
-        to record), then each input with its standard uncertainty input_u [input_unit] and whether it was
-        stated; sensitivity, the derivative of the mean by the input; contribution, their product [unit of the
-        parameter]; share_percent of the square of u_total.
+        Columns `BUDGET_COLUMNS`, a row per mean (with its u_total) and contribution: the scatter of the
+        members beyond what the inputs explain (input "runs": noise, and what differs from run to run or from
+        record to record), then each input with its standard uncertainty input_u [input_unit] and whether it
+        was stated; sensitivity, the derivative of the mean by the input; contribution, their product [unit of
+        the parameter]; share_percent of the square of u_total.
     """
     known, rows = _inputs_by_key(contributions), list[dict[str, Any]]()
     records = list(_records(parameters, contributions, choice))
@@ -125,7 +119,7 @@ def budget_table(
             }
             for of_input, shift in each
         ]
-    return pd.DataFrame(rows, columns=BUDGET).astype({"n_runs": "Int64", "input_stated": "Int64"})
+    return pd.DataFrame(rows, columns=BUDGET_COLUMNS).astype({"n_runs": "Int64", "input_stated": "Int64"})
 
 
 def _records(

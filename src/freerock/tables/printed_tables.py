@@ -14,7 +14,7 @@ import pandas as pd
 from freerock.identification.levels import NORMAL_95
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import MODEL_LABELS
-from freerock.tables.candidates import MEDIANS
+from freerock.tables.columns import MEDIANS
 from freerock.tables.number_text import SEEN_NOTE, SIMULATED_NOTE, between, fixed, quantity, with_unit
 
 U_NOTE = "±: total standard uncertainty (one standard deviation) of"

@@ -7,11 +7,8 @@ import pandas as pd
 
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
+from freerock.tables.columns import RESTITUTION_COMPARISON_COLUMNS
 from freerock.tables.swings import usable_rows
-
-COMPARISON = ["campaign", "test", "block", "foundation", "r_fitted", "r_fitted_stderr"]
-COMPARISON += ["r_first", "r_median", "r_low", "r_high", "first_impact_s", "rigid_s", "r_housner"]
-COMPARISON += ["r_fitted_u", "r_first_u", "r_median_u"]
 
 
 def restitution_comparison(
@@ -29,12 +26,13 @@ def restitution_comparison(
     Returns
     -------
     pandas.DataFrame
-        Columns `COMPARISON`, one row per record with measured impacts: r_fitted and its standard error (mean
-        of the runs), r_first, the mean r of the runs' first impacts, r_median, r_low and r_high, median
-        and range of all impacts, first_impact_s, the mean time from release to the first impact, rigid_s, the
-        mean time of a rigid block from the angles of the same releases [s], r_housner of a rigid block,
-        r_fitted_u, the total uncertainty of r_fitted, r_first_u and r_median_u, at most those of r_first and
-        r_median: that of a single impact, and the scatter between the runs over the root of their number.
+        Columns `RESTITUTION_COMPARISON_COLUMNS`, one row per record with measured impacts: r_fitted and its
+        standard error (mean of the runs), r_first, the mean r of the runs' first impacts, r_median, r_low and
+        r_high, median and range of all impacts, first_impact_s, the mean time from release to the first
+        impact, rigid_s, the mean time of a rigid block from the angles of the same releases [s], r_housner of
+        a rigid block, r_fitted_u, the total uncertainty of r_fitted, r_first_u and r_median_u, at most those
+        of r_first and r_median: that of a single impact, and the scatter between the runs over the root of
+        their number.
     """
     rows = []
     runs = usable_rows(runs)
@@ -65,7 +63,7 @@ def restitution_comparison(
                 ),
             }
         )
-    return pd.DataFrame(rows, columns=COMPARISON)
+    return pd.DataFrame(rows, columns=RESTITUTION_COMPARISON_COLUMNS)
 
 
 def _of_scatter(of_runs: pd.Series) -> float:

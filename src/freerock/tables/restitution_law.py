@@ -9,12 +9,10 @@ from scipy.special import stdtrit
 
 from freerock.arrays import Floats
 from freerock.populations.random_effects import LEVEL, population
-from freerock.tables.candidates import SCENE_COLUMNS
+from freerock.tables.columns import RESTITUTION_LAW_COLUMNS, SCENE_COLUMNS
 from freerock.tables.swings import named_models
 
 LEAST = 4  # impacts of a run through which a line is laid
-LAW_COLUMNS = [*SCENE_COLUMNS, "quantity", "n_runs", "n_impacts", "speed_low_m_s", "speed_high_m_s"]
-LAW_COLUMNS += ["speed_m_s", "r", "r_stderr", "slope_s_m", "slope_stderr", "slope_low", "slope_high", "trend"]
 PEAKS, ENERGY = "peaks", "energy"
 
 
@@ -42,11 +40,11 @@ def restitution_law(swings: pd.DataFrame, epsilon: pd.DataFrame) -> pd.DataFrame
     Returns
     -------
     pandas.DataFrame
-        Columns `LAW_COLUMNS`. quantity is "peaks", √(energy ratio) of a rigid block from the measured peaks
-        against the speed of a rigid block that falls from them, or "energy", of mechanical energies under the
-        law selected for the run, else that of least ε_θ, against its speed of impact. speed_m_s is the
-        median speed, r that of the line there; slope_s_m = dr/dv. trend: the interval of the slope does not
-        hold zero, so that r is not a constant within speed_low_m_s to speed_high_m_s.
+        Columns `RESTITUTION_LAW_COLUMNS`. quantity is "peaks", √(energy ratio) of a rigid block from the
+        measured peaks against the speed of a rigid block that falls from them, or "energy", of mechanical
+        energies under the law selected for the run, else that of least ε_θ, against its speed of impact.
+        speed_m_s is the median speed, r that of the line there; slope_s_m = dr/dv. trend: the interval of the
+        slope does not hold zero, so that r is not a constant within speed_low_m_s to speed_high_m_s.
 
     Notes
     -----
@@ -74,7 +72,7 @@ def restitution_law(swings: pd.DataFrame, epsilon: pd.DataFrame) -> pd.DataFrame
             line = line_of(runs, at)
             span, trend = (float(speed.min()), float(speed.max())), not line.low <= 0 <= line.high
             rows.append((*scene, quantity, len(runs), len(speed), *span, at, *line, trend))
-    return pd.DataFrame(rows, columns=LAW_COLUMNS)
+    return pd.DataFrame(rows, columns=RESTITUTION_LAW_COLUMNS)
 
 
 def line_of(runs: Sequence[Floats], at: float) -> Line:

@@ -1,8 +1,7 @@
-"""Columns and rows of the tidy tables: a row per run, parameter, fit, candidate or impact, from datasets."""
+"""Rows of the tidy tables: one per run, parameter, fit, candidate or impact, from datasets."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -12,36 +11,28 @@ import xarray as xr
 from freerock.arrays import Floats
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import MODELS
-from freerock.products.choices import CHOICE_NUMBERS, TESTS, choices_of, named_in
+from freerock.products.choices import choices_of, named_in
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of, total_uncertainty
 from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.rotation.u_total import OF_LAW
 from freerock.runs.verdict import Reason, in_one_line
-from freerock.tables.candidates import RARE, candidates_table
-from freerock.tables.populations import INPUT_COLUMNS, budget_table, populations_table
-
-IDENTITY = ["campaign", "test", "run", "block", "foundation"]
-RUN_COLUMNS = [*IDENTITY, "origin", "theta0_deg", "theta0_u_deg", "release_s", "duration_s", "n_impacts"]
-RUN_COLUMNS += ["n_restitution", "sigma_theta_deg", "verdict", "reasons", "excluded"]
-REASONS = [*IDENTITY, "verdict", "reason", "value", "limit", "unit", "key", "sentence"]
-PARAMETER_COLUMNS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high"]
-PARAMETER_COLUMNS += ["discrepancy", "u_total", "unit", "success", "given", "in_phase"]
-PART_COLUMNS = [*IDENTITY, "model", "parameter", "unit", "part", "start_s", "end_s", "value", "stderr"]
-MOVED = [*INPUT_COLUMNS, "input_moved", "input_remaining", "input_pull"]
-IMPACTS = [
-    f"impact_{name}_percent"
-    for name in dict.fromkeys(chain.from_iterable(MODELS.values()))
-    if name not in RARE
-]
-RARE_IMPACTS = [f"impact_{name}_percent" for name in RARE]
-PULLS = [*IDENTITY, "model", *MOVED, *IMPACTS]
-CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *INPUT_COLUMNS, "contribution"]
-EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
-EPSILON += ["aic", "bic", "selected", "success", "epsilon_in_phase"]
-CHOICE = [*IDENTITY, "model", "status", "explains", "n_freed", *CHOICE_NUMBERS, *TESTS, "reason"]
-RESTITUTION = ["campaign", "test", "run", "source", "impact", "time_s", "r", "r_stderr", "r_u"]
-RESTITUTION += ["block", "foundation", "peak_before_deg", "peak_before_u_deg", "r_energy", "r_energy_stderr"]
-RESTITUTION += ["r_energy_u", "impact_speed_m_s", "r_block", "r_block_u", "peak_before_block_deg"]
+from freerock.tables.candidates import candidates_table
+from freerock.tables.columns import (
+    CHOICE_COLUMNS,
+    CONTRIBUTIONS_COLUMNS,
+    EPSILON_COLUMNS,
+    IDENTITY,
+    INPUT_COLUMNS,
+    MOVED_COLUMNS,
+    PARAMETERS_COLUMNS,
+    PARTS_COLUMNS,
+    PULLS_COLUMNS,
+    RARE_IMPACTS,
+    REASONS_COLUMNS,
+    RESTITUTION_COLUMNS,
+    RUNS_COLUMNS,
+)
+from freerock.tables.populations import budget_table, populations_table
 
 # Of impacts: columns, and their variables in the datasets, which not all of them have.
 OF_IMPACTS = {
@@ -78,7 +69,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `RUN_COLUMNS`: release_s is on the record's clock [s], duration_s the time from release to
+        Columns `RUNS_COLUMNS`: release_s is on the record's clock [s], duration_s the time from release to
         rest [s], angles in degrees, theta0_u_deg the total uncertainty of theta0_deg; n_impacts are seen,
         n_restitution of them have a restitution. Failed and excluded runs are rows like any other, with their
         reasons.
@@ -103,7 +94,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
         told = {"origin": tree.attrs["origin"], "verdict": verdict, "reasons": in_one_line(reasons)}
         rows.append({**_identity(tree, number), **told, **of_run})
     whole = dict.fromkeys(["run", "n_impacts", "n_restitution"], "Int64")
-    return pd.DataFrame(rows, columns=RUN_COLUMNS).astype(whole)
+    return pd.DataFrame(rows, columns=RUNS_COLUMNS).astype(whole)
 
 
 def reasons_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
@@ -119,15 +110,16 @@ def reasons_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `REASONS`: verdict is what this reason alone would make of the run; value and limit are in
-        unit, NaN of what is no number; key is the limit's in the configuration, empty where no key sets it.
+        Columns `REASONS_COLUMNS`: verdict is what this reason alone would make of the run; value and limit
+        are in unit, NaN of what is no number; key is the limit's in the configuration, empty where no key
+        sets it.
     """
     rows = [
         (*_identity(tree, number).values(), verdict, name, value, limit, unit, key, text)
         for tree, number, _, _, reasons in _judged(records, fits)
         for verdict, name, text, value, limit, unit, key in reasons
     ]
-    frame = pd.DataFrame(rows, columns=REASONS)
+    frame = pd.DataFrame(rows, columns=REASONS_COLUMNS)
     return frame.astype({"run": "Int64", "value": float, "limit": float})
 
 
@@ -156,7 +148,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `PARAMETER_COLUMNS`, SI units; stderr is that of the noise, discrepancy the uncertainty where
+        Columns `PARAMETERS_COLUMNS`, SI units; stderr is that of the noise, discrepancy the uncertainty where
         the law does not explain the run, u_total the total (that of noise and law where nothing is known of
         the inputs); given is empty of what the fit found, else "fixed", "tied: ..." or "undetermined" (held
         where the search ended); in_phase, of a rigid block that stops rocking at the minimum, the r that
@@ -178,7 +170,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
                     "success": bool(fit["success"].item()),
                 }
             )
-    return pd.DataFrame(rows, columns=PARAMETER_COLUMNS).astype({"success": bool})
+    return pd.DataFrame(rows, columns=PARAMETERS_COLUMNS).astype({"success": bool})
 
 
 def _given(fit: xr.Dataset, i: int) -> str:
@@ -201,9 +193,9 @@ def contributions_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `CONTRIBUTIONS`: contribution is the shift of the parameter for one standard uncertainty of
-        the input, in the parameter's unit; input_u in input_unit. What the law does not explain counts as an
-        input `law` that all fits of the law share.
+        Columns `CONTRIBUTIONS_COLUMNS`: contribution is the shift of the parameter for one standard
+        uncertainty of the input, in the parameter's unit; input_u in input_unit. What the law does not
+        explain counts as an input `law` that all fits of the law share.
     """
     rows = []
     for of_fit, fit in _each_fit(fits):
@@ -216,7 +208,7 @@ def contributions_table(fits: Trees) -> pd.DataFrame:
         for parameter, value, own in found:
             for source, shift in zip(inputs, own, strict=True):
                 rows.append((*of_fit.values(), parameter, value, *source, shift))
-    return pd.DataFrame(rows, columns=CONTRIBUTIONS)
+    return pd.DataFrame(rows, columns=CONTRIBUTIONS_COLUMNS)
 
 
 def pulls_table(fits: Trees) -> pd.DataFrame:
@@ -230,18 +222,18 @@ def pulls_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `PULLS`, then those of `RARE_IMPACTS` that there are: input_moved is the shift of the input by
-        the fit, in its standard uncertainties;
-        input_remaining its standard uncertainty after the fit over that before; input_pull the shift over its
-        standard deviation, NaN where the run does not see the input; impact_k_percent and so on the shift of
-        a parameter for one remaining standard uncertainty of the input, in per cent, NaN of other laws.
+        Columns `PULLS_COLUMNS`, then those of `RARE_IMPACTS` that there are: input_moved is the shift of the
+        input by the fit, in its standard uncertainties; input_remaining its standard uncertainty after the
+        fit over that before; input_pull the shift over its standard deviation, NaN where the run does not see
+        the input; impact_k_percent and so on the shift of a parameter for one remaining standard uncertainty
+        of the input, in per cent, NaN of other laws.
     """
     rows = []
     for of_fit, fit in _each_fit(fits):
         if "input_moved" not in fit or not np.any(fit["input_moved"].values):
             continue
         shifts = 100 * fit["impact_of_input"].values / fit["value"].values[:, None]
-        columns = {name: fit[name].values.tolist() for name in MOVED}
+        columns = {name: fit[name].values.tolist() for name in MOVED_COLUMNS}
         columns |= {
             f"impact_{name}_percent": shifts[i].tolist()
             for i, name in enumerate(fit["parameter"].values.astype(str).tolist())
@@ -252,7 +244,7 @@ def pulls_table(fits: Trees) -> pd.DataFrame:
             for each in zip(*columns.values(), strict=True)
         ]
     rare = [name for name in RARE_IMPACTS if any(name in row for row in rows)]
-    return pd.DataFrame(rows, columns=[*PULLS, *rare])
+    return pd.DataFrame(rows, columns=[*PULLS_COLUMNS, *rare])
 
 
 def parts_table(fits: Trees) -> pd.DataFrame:
@@ -266,7 +258,7 @@ def parts_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `PART_COLUMNS`, SI units: part from 1, start_s and end_s since the release [s], stderr by
+        Columns `PARTS_COLUMNS`, SI units: part from 1, start_s and end_s since the release [s], stderr by
         white noise (`freerock.identification.model_discrepancy`).
     """
     rows = []
@@ -280,7 +272,7 @@ def parts_table(fits: Trees) -> pd.DataFrame:
             of_parts = (fit[key].values[:, at].tolist() for key in ("part_value", "part_value_stderr"))
             for i, (span, value, stderr) in enumerate(zip(spans, *of_parts, strict=True)):
                 rows.append((*of_fit.values(), name, unit_of(name), i + 1, *span, value, stderr))
-    return pd.DataFrame(rows, columns=PART_COLUMNS)
+    return pd.DataFrame(rows, columns=PARTS_COLUMNS)
 
 
 def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
@@ -294,9 +286,9 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `EPSILON`; epsilon_theta is a fraction up to final_time_s [s], selected the model chosen
-        for that run (`choice_table`), success says whether the fit may be used; epsilon_in_phase, of a rigid
-        block that stops rocking at the minimum, is that of the local one that keeps the phase.
+        Columns `EPSILON_COLUMNS`; epsilon_theta is a fraction up to final_time_s [s], selected the model
+        chosen for that run (`choice_table`), success says whether the fit may be used; epsilon_in_phase, of a
+        rigid block that stops rocking at the minimum, is that of the local one that keeps the phase.
     """
     rows = []
     named = {tree.attrs["test"]: {run: named_in(own) for run, own in runs_of(tree).items()} for tree in fits}
@@ -309,7 +301,7 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
         row["selected"] = of_fit["model"] == named[of_fit["test"]][of_fit["run"]]
         row["success"] = bool(fit["success"].item())
         rows.append(of_fit | row)
-    frame = pd.DataFrame(rows, columns=EPSILON)
+    frame = pd.DataFrame(rows, columns=EPSILON_COLUMNS)
     return frame.astype({"n_parameters": "Int64", "selected": bool, "success": bool})
 
 
@@ -324,17 +316,18 @@ def choice_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `CHOICE`: status is "selected", "also_possible", "rejected" or "not_fitted", explains whether
-        the candidate leaves no more than the noise at rest; numbers as in the datasets, fractions and Hz.
+        Columns `CHOICE_COLUMNS`: status is "selected", "also_possible", "rejected" or "not_fitted", explains
+        whether the candidate leaves no more than the noise at rest; numbers as in the datasets, fractions and
+        Hz.
     """
     rows = []
     for tree in fits:
         for run, choice in choices_of(tree):
-            numbers = {name: choice[name].values.tolist() for name in CHOICE if name in choice}
+            numbers = {name: choice[name].values.tolist() for name in CHOICE_COLUMNS if name in choice}
             for i, model in enumerate(choice["candidate"].values.astype(str)):
                 found = {name: column[i] for name, column in numbers.items()}
                 rows.append({**_identity(tree, run), "model": model, **found})
-    return pd.DataFrame(rows, columns=CHOICE).astype({"explains": bool, "n_freed": "Int64"})
+    return pd.DataFrame(rows, columns=CHOICE_COLUMNS).astype({"explains": bool, "n_freed": "Int64"})
 
 
 def _of_impacts(node: xr.Dataset, name: str) -> Floats:
@@ -353,9 +346,9 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `RESTITUTION`; source is "experiment" or a model, impact counts from 1, time_s is since the
-        release [s], r the restitution from the peaks before and after the impact, peak_before_deg the peak
-        |θ| before it; of those measured r_u and peak_before_u_deg are the total uncertainties. Of a
+        Columns `RESTITUTION_COLUMNS`; source is "experiment" or a model, impact counts from 1, time_s is
+        since the release [s], r the restitution from the peaks before and after the impact, peak_before_deg
+        the peak |θ| before it; of those measured r_u and peak_before_u_deg are the total uncertainties. Of a
         foundation's law r_energy is the root of the ratio of its true energies, r_energy_u its total
         uncertainty, impact_speed_m_s that of the corner that comes down. r and peaks are of the rotation
         seen; those of a measured run named r_block and peak_before_block_deg are of the block itself, whose
@@ -386,14 +379,14 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
         if node.sizes.get("impact", 0)
     ]
     if not frames:
-        return pd.DataFrame(columns=RESTITUTION)
+        return pd.DataFrame(columns=RESTITUTION_COLUMNS)
     frame = pd.concat(frames, ignore_index=True)
     ranks = {"test": list(dict.fromkeys(frame["test"])), "source": ["experiment", *MODELS]}
     order = frame.sort_values(
         ["test", "run", "source", "impact"],
         key=lambda column: column.map(ranks[column.name].index) if column.name in ranks else column,
     )
-    return order[RESTITUTION].reset_index(drop=True)
+    return order[RESTITUTION_COLUMNS].reset_index(drop=True)
 
 
 def rows_of(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict[str, pd.DataFrame]:

@@ -10,13 +10,12 @@ from fabricated import campaign, failed_record, fits, record, tidy_tables
 
 from freerock.populations import population, predict
 from freerock.runs.verdict import Reason, Verdict, in_one_line
-from freerock.tables import candidates, restitution_comparison
-from freerock.tables import tidy_columns as tables
+from freerock.tables import columns as listed
+from freerock.tables import tidy_tables as tables
 from freerock.tables.populations import populations_table
 from freerock.tables.printed_tables import table2_text, table3_text
 from freerock.tables.summary import table2, table3
-from freerock.tables.tidy_columns import (
-    REASONS,
+from freerock.tables.tidy_tables import (
     epsilon_table,
     parameters_table,
     parts_table,
@@ -82,7 +81,7 @@ def test_excluded_runs_and_failed_records_stay_in_the_table(datasets):
 
 def test_reasons_are_the_verdicts_of_the_runs_one_by_one(datasets):
     runs, reasons = runs_table(*datasets), reasons_table(*datasets)
-    assert list(reasons) == REASONS
+    assert list(reasons) == listed.REASONS_COLUMNS
     own = {key: rows for key, rows in reasons.fillna({"run": 0}).groupby(["test", "run"])}
     told = runs.fillna({"run": 0}).set_index(["test", "run"])
     assert {*own} == {*told.index[told["reasons"] != ""]}
@@ -189,15 +188,20 @@ def test_campaign_without_any_run():
     "columns",
     [
         *(
-            tables.RUN_COLUMNS,
-            tables.REASONS,
-            tables.PARAMETER_COLUMNS,
-            tables.PART_COLUMNS,
-            tables.EPSILON,
-            tables.CHOICE,
-            tables.RESTITUTION,
+            listed.RUNS_COLUMNS,
+            listed.REASONS_COLUMNS,
+            listed.PARAMETERS_COLUMNS,
+            listed.PARTS_COLUMNS,
+            listed.EPSILON_COLUMNS,
+            listed.CHOICE_COLUMNS,
+            listed.RESTITUTION_COLUMNS,
         ),
-        *(candidates.COLUMNS, predict.PREDICTIONS, population.FOUNDATIONS, restitution_comparison.COMPARISON),
+        *(
+            listed.CANDIDATES_COLUMNS,
+            predict.PREDICTIONS,
+            population.FOUNDATIONS,
+            listed.RESTITUTION_COMPARISON_COLUMNS,
+        ),
     ],
     ids="|".join,
 )
