@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.identification.fit import fit_run
-from freerock.identification.levels import NORMAL_95
+from freerock.identification.significance_levels import NORMAL_95
 from freerock_bench.clean_records import kind_of, truth_of
 from freerock_bench.document import in_markdown
 from freerock_bench.harness import Study

@@ -19,7 +19,7 @@ import pandas as pd
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError, exit_code
-from freerock.identification.levels import NORMAL_95
+from freerock.identification.significance_levels import NORMAL_95
 from freerock.products.groups import runs_of
 from freerock.products.netcdf import open_fits, open_record
 from freerock.products.verdict_with_fits import verdict_of_run

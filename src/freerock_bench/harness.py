@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.identification.fit import Fit
-from freerock.identification.levels import NORMAL_95
+from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.free_parameters import SYMBOLS
 from freerock.tables.csvfile import write_csv
 from freerock_bench.document import in_markdown, renew

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 
 from freerock.identification.fit import Fit
-from freerock.identification.levels import NORMAL_95
+from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.hypotheses_tried import Identified

@@ -19,7 +19,7 @@ import pandas as pd
 
 from freerock.arrays import Floats
 from freerock.identification.fit import fit_run
-from freerock.identification.levels import NORMAL_95
+from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.block import Block
 from freerock.populations.impact_energy import block_peaks, impact_energy
 from freerock.rotation.laboratory import Laboratory

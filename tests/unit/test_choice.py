@@ -7,7 +7,7 @@ import fabricated
 import numpy as np
 import pytest
 
-from freerock.identification.levels import TELLS
+from freerock.identification.significance_levels import TELLS
 from freerock.products.runs import runs_in
 from freerock.selection.added_uncertainty import beside_all_that_explain
 from freerock.selection.allowed_hypotheses import contains

@@ -9,8 +9,8 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from freerock.identification.against_noise import against_rest, noise_of
-from freerock.identification.levels import RESIDUAL
 from freerock.identification.likelihood import Whitened
+from freerock.identification.significance_levels import RESIDUAL
 from freerock.rotation.lattice import converter_step
 from freerock.runs.motion import Motion
 from freerock.runs.noise_spectrum import averaged, noise_at_rest, slow_and_white, white_noise

@@ -12,8 +12,8 @@ from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.inputs_with_priors import at_end
-from freerock.identification.levels import ASKED
 from freerock.identification.settings import check
+from freerock.identification.significance_levels import ASKED
 from freerock.identification.start import posed
 from freerock.models.ground import tilted
 from freerock.models.laws import LAWS

@@ -6,7 +6,7 @@ import pytest
 from fabricated import campaign, fits, record
 from reported import make, settings
 
-from freerock.identification.levels import REJECTS
+from freerock.identification.significance_levels import REJECTS
 from freerock.report.methods import REFERENCES, Paragraph, bib, methods_markdown
 
 ENTRY = re.compile(r"@(?:article|book)\{(\w+),\n(?:  \w+ = \{.+\},\n)+\}\n")

@@ -4,7 +4,7 @@ import pandas as pd
 
 from freerock.figures import looks, style
 from freerock.figures.style import Axes, Drawing, Labels, printed
-from freerock.identification.levels import NORMAL_95
+from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.free_parameters import SYMBOLS
 
 FIGURE = {

@@ -12,12 +12,12 @@ __all__ = [
     "inputs_with_priors",
     "intervals",
     "least_squares",
-    "levels",
     "likelihood",
     "lmfit_models",
     "model_discrepancy",
     "problem",
     "search",
     "settings",
+    "significance_levels",
     "start",
 ]

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from freerock.arrays import Complexes, Floats, Indices
-from freerock.identification.levels import RESIDUAL
+from freerock.identification.significance_levels import RESIDUAL
 from freerock.rotation.tapers import frequencies, tapered, tapered_power
 from freerock.runs.motion import Motion
 from freerock.runs.noise_spectrum import (

@@ -18,7 +18,6 @@ from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.inputs_with_priors import Nuisances, Posterior, held, settled
 from freerock.identification.intervals import Uncertainty, uncertainty, with_profile
 from freerock.identification.least_squares import Solution, in_si_units, least_squares
-from freerock.identification.levels import REJECTS, RESIDUAL, chance_of, weight_against
 from freerock.identification.likelihood import Likelihood
 from freerock.identification.model_discrepancy import (
     Part,
@@ -31,6 +30,7 @@ from freerock.identification.model_discrepancy import (
 from freerock.identification.problem import Problem
 from freerock.identification.search import Resolution, search, stopped
 from freerock.identification.settings import check
+from freerock.identification.significance_levels import REJECTS, RESIDUAL, chance_of, weight_against
 from freerock.identification.start import beside_friction, posed
 from freerock.models.block import Block
 from freerock.models.free_parameters import symbol_of, unit_of

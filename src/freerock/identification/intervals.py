@@ -15,8 +15,8 @@ from scipy.special import stdtrit
 from freerock.arrays import Floats, Mask
 from freerock.identification.against_noise import noise_of_residual
 from freerock.identification.inputs_with_priors import Posterior, contributed
-from freerock.identification.levels import NORMAL_95
 from freerock.identification.problem import RTOL_DERIVATIVES, Problem, Samples
+from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.laws import MODELS
 from freerock.rotation.u_total import Contributions
 from freerock.runs.noise_spectrum import Noise, averaged

@@ -20,10 +20,10 @@ from freerock.identification.diverging_motions import is_beyond
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.intervals import SINGULAR, Uncertainty
 from freerock.identification.least_squares import Solution, least_squares
-from freerock.identification.levels import NORMAL_95
 from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.problem import Problem
 from freerock.identification.search import SEARCH, is_poor
+from freerock.identification.significance_levels import NORMAL_95
 from freerock.identification.start import is_lively
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import extended_by, law_of

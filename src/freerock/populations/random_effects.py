@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import chdtrc, gammaincinv, stdtr, stdtrit
 
 from freerock.arrays import Floats
-from freerock.identification.levels import NORMAL_95
+from freerock.identification.significance_levels import NORMAL_95
 
 LEVEL = 0.95  # of all intervals
 

@@ -9,7 +9,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from freerock.config.keys_of_uncertainty import DEFAULTS
-from freerock.identification.levels import REJECTS, TELLS, TRACE
+from freerock.identification.significance_levels import REJECTS, TELLS, TRACE
 from freerock.models.block import GRAVITY
 from freerock.models.laws import LAWS
 from freerock.report.facts import Pairs

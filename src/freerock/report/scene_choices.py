@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from freerock.identification.levels import NEAR, TELLS
+from freerock.identification.significance_levels import NEAR, TELLS
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of

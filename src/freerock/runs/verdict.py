@@ -5,8 +5,8 @@ Reasons are made in `reasons_as_measured`; of a beginning in `beginning` and `be
 `selection.reasons_after_fits`, of base, release and sensor in `selection.reasons_of_set_up`; of corrections
 in `by_hand` and `left_out`; of fits and records that failed in `products.verdict_with_fits` and the jobs.
 They are joined in `runs_with_impacts` and `products.verdict_with_fits`. Thresholds with a key are in
-`config.keys_of_processing`, levels of tests in `identification.levels`, others beside their check. A user
-finds value, limit and key of each reason in `tables/reasons.csv`.
+`config.keys_of_processing`, levels of tests in `identification.significance_levels`, others beside their
+check. A user finds value, limit and key of each reason in `tables/reasons.csv`.
 """
 
 from collections.abc import Iterable

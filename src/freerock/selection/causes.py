@@ -16,8 +16,8 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.identification.diverging_motions import multiplies_errors
 from freerock.identification.inputs_with_priors import Nuisances, Posterior, at, without_own
-from freerock.identification.levels import EFFECTS
 from freerock.identification.likelihood import Whitened
+from freerock.identification.significance_levels import EFFECTS
 from freerock.models.free_parameters import symbol_of
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.selection.unmodelled import Effect, effects, forces, line_in

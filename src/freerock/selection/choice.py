@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from freerock.identification.fit import Fit
-from freerock.identification.levels import NEAR, REJECTS, RESIDUAL, TELLS, TRACE
+from freerock.identification.significance_levels import NEAR, REJECTS, RESIDUAL, TELLS, TRACE
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, law_of
 from freerock.selection.allowed_hypotheses import contains
 

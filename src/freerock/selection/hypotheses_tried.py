@@ -20,7 +20,7 @@ from freerock.errors import FreerockError
 from freerock.identification.against_noise import LOUDNESS, hopeless_from, least_mean_square
 from freerock.identification.fit import Fit, fit_record
 from freerock.identification.inputs_with_priors import Posterior, at_end
-from freerock.identification.levels import NEAR, REJECTS, TELLS, TRACE
+from freerock.identification.significance_levels import NEAR, REJECTS, TELLS, TRACE
 from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS, PER_RUN

@@ -22,11 +22,11 @@ from freerock.identification.fit import Fit
 from freerock.identification.inputs_with_priors import Nuisances, Posterior, settled
 from freerock.identification.intervals import uncertainty
 from freerock.identification.least_squares import Solution, least_squares
-from freerock.identification.levels import ASKED, ASKED_EDGES, ASKED_WIDTH, REJECTS, SURE_EDGES
 from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.problem import Problem
 from freerock.identification.search import SEARCH, approach, follow, growing_horizons
 from freerock.identification.settings import check, is_rounded
+from freerock.identification.significance_levels import ASKED, ASKED_EDGES, ASKED_WIDTH, REJECTS, SURE_EDGES
 from freerock.identification.start import from_top, posed, tops_of
 from freerock.models.block import Block
 from freerock.models.free_parameters import OF_RECORD, PARAMETERS

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from freerock.identification.fit import Fit
 from freerock.identification.inputs_with_priors import Posterior
-from freerock.identification.levels import EFFECTS, NORMAL_95, PULLED, SLOWER_RESPONSE, WARNS
 from freerock.identification.problem import release_bounds
+from freerock.identification.significance_levels import EFFECTS, NORMAL_95, PULLED, SLOWER_RESPONSE, WARNS
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.runs.motion import Motion
@@ -19,7 +19,7 @@ from freerock.selection.quick import blur_of
 
 
 @dataclass(frozen=True)
-class Telling:
+class ReasonLimits:
     """What is reported of base and release, and from where on it is a warning.
 
     Parameters
@@ -48,7 +48,7 @@ class Telling:
     narrowest: float = 0.7
 
 
-TELLING = Telling()
+REASON_LIMITS = ReasonLimits()
 SET_IT = "find out, and set the laser's response_ms"
 
 
@@ -137,10 +137,10 @@ def odd_contact(fit: Fit, block: Block) -> Iterator[Reason]:
     if "width" not in fit.parameters:
         return
     share = fit.values["width"] / (2 * block.b)
-    if share < TELLING.narrowest:
+    if share < REASON_LIMITS.narrowest:
         text = f"contact width fitted {100 * share:.0f} % of the stated one: measure width, and check scale, "
         text += "range and height of the beam"
-        yield Reason("warn", "pulled_input", text, share, TELLING.narrowest, "1")
+        yield Reason("warn", "pulled_input", text, share, REASON_LIMITS.narrowest, "1")
     found = fit.contributions
     if found is None:
         return
@@ -188,7 +188,7 @@ def _of_base(fit: Fit, block: Block) -> Reason:
     level = math.degrees(EVEN[0].scatter * block.b / block.h)
     matters = abs(tilt) > level
     side = "right" if tilt > 0 else "left"
-    error = max(error, TELLING.least_deg)
+    error = max(error, REASON_LIMITS.least_deg)
     text = f"base off level by {abs(tilt):.3f} ± {error:.3f} degrees, lower on the {side}"
     twins = ": level it; an off-centre mass or unequal corners have nearly the same effect"
     text += ", and fitted so" + twins * matters
@@ -200,8 +200,8 @@ def _of_edges(fit: Fit, block: Block) -> Reason:
     radius, error = (
         1e3 * float(number[fit.parameters.index("edge_radius")]) for number in (fit.value, fit.stderr)
     )
-    text = f"edges rounded by {radius:.2f} ± {max(error, TELLING.least_mm):.2f} mm, and fitted so"
-    limit = 1e3 * TELLING.rounded * block.b
+    text = f"edges rounded by {radius:.2f} ± {max(error, REASON_LIMITS.least_mm):.2f} mm, and fitted so"
+    limit = 1e3 * REASON_LIMITS.rounded * block.b
     text += ": measure them" * (radius > limit)
     return Reason("warn" if radius > limit else "ok", "rounded_edges", text, radius, limit, "mm")
 
@@ -218,9 +218,9 @@ def _of_release(fit: Fit, block: Block, motion: Motion) -> Reason:
         f"{math.degrees(abs(motion.theta0)):.3f}, {when}"
     )
     off = angle / abs(motion.theta0) - 1
-    far = abs(off) > TELLING.pushed or (more < 0 and late > TELLING.late_ms)
+    far = abs(off) > REASON_LIMITS.pushed or (more < 0 and late > REASON_LIMITS.late_ms)
     name = _name_of_release(more > 0)
-    return Reason("warn" if far else "ok", name, f"{text}, and is fitted so", off, TELLING.pushed, "1")
+    return Reason("warn" if far else "ok", name, f"{text}, and is fitted so", off, REASON_LIMITS.pushed, "1")
 
 
 def _name_of_release(higher: bool) -> str:

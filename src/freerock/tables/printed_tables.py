@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from freerock.identification.levels import NORMAL_95
+from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.columns import MEDIANS
