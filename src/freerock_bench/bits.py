@@ -29,7 +29,6 @@ SIZES = {"small": 2, "full": 54}  # records of each; eighteen make a round of sc
 ALIKE = 0.05  # by which σ may be off
 COLUMNS = ["bits", "sigma_mv", "record", "scene", "level", "names", "sigma_ratio", "noise", "error", "stderr"]
 COLUMNS += ["inside"]
-MARK = ("<!-- bits -->\n", "<!-- end of the bits -->\n")
 
 
 def cases(size: str) -> list[tuple[int, float, int]]:
@@ -79,10 +78,10 @@ def markdown(frame: pd.DataFrame) -> str:
         cells = [f"{sigma_mv:g}", bits, f"{step:.2g}", len(own)]
         rows.append([*cells, *(f"{100 * share:.0f} %" for share in shares)])
     heads = ["noise [mV]", "bits", "a step [σ]", "records", "ok", "failed"]
-    return in_markdown([*heads, "σ within 5 %", "fit is noise", "k inside"], rows) + "\n"
+    return in_markdown([*heads, "σ within 5 %", "fit is noise", "k inside"], rows)
 
 
-STUDY = Study(cases, rows_of, COLUMNS, MARK, markdown)
+STUDY = Study(cases, rows_of, COLUMNS, "bits", markdown)
 run = STUDY.run
 
 if __name__ == "__main__":

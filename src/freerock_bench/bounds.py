@@ -10,7 +10,6 @@ from pathlib import Path
 from freerock import bounds
 from freerock_bench.document import in_markdown, renew
 
-MARK = ("<!-- bounds -->\n\n", "\n\n<!-- end of the bounds -->")
 LINE = re.compile(r"^([A-Z0-9_]+) = .*?  # ([^;:\n]+)", re.M)
 UNIT = re.compile(r"(BYTES_PER_S|[A-Z]+)$")
 PLAIN = {"S": "s", "SI": "in SI units", "UNITS": "in any unit", "BYTES_PER_S": "bytes per second"}
@@ -30,4 +29,4 @@ def _size(name: str) -> str:
 
 
 if __name__ == "__main__":
-    renew(sys.argv[1], MARK, markdown())
+    renew(sys.argv[1], "bounds", markdown())

@@ -27,7 +27,6 @@ from freerock_bench.harness import NUMBERS, Study, number_row
 from freerock_bench.virtual_run import SEED, Row
 
 CASE = "cut"
-MARK = ("<!-- cut -->\n\n", "\n\n<!-- end of the cuts -->")
 SIZES = {"small": 4, "full": 200}
 RATE_HZ, AFTER_S, REST_S = 500.0, 6.0, 1.0
 SIGMA = math.radians(0.006)
@@ -93,7 +92,7 @@ def _states(scene: Scene, rules: Rules, start_s: float, value: Floats, covarianc
     return [*zip(centre.tolist(), stderr.tolist(), strict=True)]
 
 
-STUDY = Study(lambda size: range(SIZES[size]), _row, [*NUMBERS, "scene", "run", "cut_s", "what"], MARK)
+STUDY = Study(lambda size: range(SIZES[size]), _row, [*NUMBERS, "scene", "run", "cut_s", "what"], "cut")
 
 if __name__ == "__main__":
     STUDY.main(*sys.argv[1:])

@@ -25,10 +25,6 @@ from freerock_bench.document import in_markdown, renew
 ROOT = Path(__file__).parents[2]
 DESCRIBED: dict[str, Any] = YAML(typ="safe", pure=True).load(Path(__file__).with_suffix(".yaml"))
 ROWS, COMMON = DESCRIBED["rows"], DESCRIBED["common"]
-MARKS = {
-    "variables": ("<!-- variables -->\n\n", "\n\n<!-- end of the variables -->"),
-    "columns": ("<!-- columns -->\n\n", "\n\n<!-- end of the columns -->"),
-}
 Cells = list[str]
 
 
@@ -90,4 +86,4 @@ def _section(title: str, text: str, heads: Cells, rows: Iterable[Cells]) -> str:
 
 if __name__ == "__main__":
     for what, made in (("variables", variables), ("columns", columns)):
-        renew(sys.argv[1], MARKS[what], made())
+        renew(sys.argv[1], what, made())

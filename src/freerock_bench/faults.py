@@ -53,7 +53,6 @@ SETTINGS = {  # fault: what is varied, its values from light to heavy
 }
 COLUMNS = ["fault", "severity", "record", "value", "named", "others"]
 Case = tuple[int, str, int, int]  # motions, fault, severity, record
-MARK = ("<!-- faults matrix -->\n", "<!-- end of the faults matrix -->\n")
 
 
 def cases(size: str) -> list[Case]:
@@ -194,10 +193,10 @@ def markdown(frame: pd.DataFrame) -> str:
         share = f"{frame.loc[clean, column].mean():.1%} of {clean.sum()}"
         lines.append(["none", text, share, "", "", ""])
     heads = ["fault", "varied", "light", "medium", "heavy", "another named besides"]
-    return in_markdown(heads, lines) + "\n"
+    return in_markdown(heads, lines)
 
 
-STUDY = Study(cases, rows_of, COLUMNS, MARK, markdown)
+STUDY = Study(cases, rows_of, COLUMNS, "faults", markdown)
 run = STUDY.run
 
 if __name__ == "__main__":

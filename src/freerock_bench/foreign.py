@@ -29,7 +29,6 @@ from freerock_bench.virtual_run import Row
 
 TRUTHS = Path("benchmarks/foreign/truths.json")
 PRODUCT = Path("results/studies/foreign.csv")
-MARK = ("<!-- foreign -->\n\n", "\n\n<!-- foreign end -->")
 SURE = 3.0  # standard errors; a number farther from the truth is wrong
 SAME_IMPACT_S = 0.02
 LEAST_R = 0.01  # a restitution is wrong only if it is off by more
@@ -234,7 +233,7 @@ def main(results: str = "results/foreign", document: str = "") -> None:
     text = f"{table(frame)}\n\n{counts(frame)}"
     print(text)
     if document:
-        renew(_there(Path(document), "name the page that has the table"), MARK, text)
+        renew(_there(Path(document), "name the page that has the table"), "foreign", text)
 
 
 if __name__ == "__main__":

@@ -51,8 +51,8 @@ class Study:
         Case → its rows, which a module's `COLUMNS` name; none where nothing was fitted.
     columns : list of str
         Of the long table.
-    mark : (str, str)
-        Lines of a document between which the table stands.
+    mark : str
+        Name of its table in a document.
     markdown : callable
         The long table → that of the document.
     """
@@ -60,7 +60,7 @@ class Study:
     cases: Callable[[str], Sequence[Any]]
     rows_of: Callable[[Any], list[Row]]
     columns: list[str]
-    mark: tuple[str, str] = ("", "")
+    mark: str = ""
     markdown: Callable[[pd.DataFrame], str] = covered
 
     def run(self, size: str = "full") -> pd.DataFrame:

@@ -58,7 +58,6 @@ ADVICE = re.compile(
     r"|(\w+), ([+-][\d.e+-]+)(?: [\w ]+?)? of (\w+)"  # a cause, by how much it is off
     r"|(?:response_ms, |averages over )([\d.]+) ms"
 )
-MARK = ("<!-- kinds -->\n\n", "\n\n<!-- end of the kinds -->")
 COLUMNS = [*NUMBERS, "run", "law", "block", "foundation", "known", "verdict", "candidate", "explained"]
 COLUMNS += ["causes", "names", "first", "among", "error", "z", "z_u", "advice", "advised", "advised_z_u"]
 MISFIT = re.compile(r"may explain the misfit of [^:]*: ")
@@ -417,7 +416,7 @@ def _cells(name: str, own: pd.DataFrame) -> list[str]:
     return [*cells, told]
 
 
-STUDY = Study(cases, rows_of, COLUMNS, MARK, markdown)
+STUDY = Study(cases, rows_of, COLUMNS, "kinds", markdown)
 run = STUDY.run
 
 if __name__ == "__main__":

@@ -24,7 +24,6 @@ INPUTS = {"equal": (0.02,), "unequal": (0.01, 0.03, 0.09)}  # by the input of ea
 SHARING = ("blocks of their own", "one laser", "two records of a block", "misfit of one law")
 LASER = 0.02
 N_RUNS, BETWEEN_RUNS, NOISE = 3, 0.015, 0.002
-MARK = "<!-- means -->\n\n", "\n\n<!-- end of the means -->"
 COLUMNS = ["n_records", "scatter", "inputs", "sharing", "error", "u", "half95", "best_u", "tau"]
 SHARES = ["mean_inside", "next_inside", "tau_is_none", "no_worse"]
 
@@ -125,7 +124,7 @@ def markdown(frame: pd.DataFrame) -> str:
     return in_markdown(heads, [*lines, line("**all**", frame)])
 
 
-STUDY = Study(cases, rows_of, [*COLUMNS, *SHARES], MARK, markdown)
+STUDY = Study(cases, rows_of, [*COLUMNS, *SHARES], "means", markdown)
 run = STUDY.run
 
 if __name__ == "__main__":

@@ -45,7 +45,6 @@ NUMBERS = {
     "width": "width",
 }
 COLUMNS = ["noise", "record", "scene", "level", "names", "number", "impact", "error", "stderr", "inside"]
-MARK = ("<!-- noises -->\n", "<!-- end of the noises -->\n")
 Number = tuple[str, int, float, float]
 Kind = Callable[[Floats, Any, Floats], Floats]
 
@@ -198,10 +197,10 @@ def markdown(frame: pd.DataFrame) -> str:
         ]
         rows.append(cells)
     heads = ["noise", "records", "failed", "warned", "fits in doubt", *NUMBERS.values()]
-    return in_markdown(heads, rows) + "\n"
+    return in_markdown(heads, rows)
 
 
-STUDY = Study(cases, rows_of, COLUMNS, MARK, markdown)
+STUDY = Study(cases, rows_of, COLUMNS, "noises", markdown)
 
 if __name__ == "__main__":
     STUDY.main(*sys.argv[1:])

@@ -21,7 +21,7 @@ from proselint.tools import LintFile
 
 ROOT = Path(__file__).parents[2]
 FENCE = re.compile(r"^ *```.*?^ *```$", re.M | re.S)
-MADE = re.compile(r"^<!-- ([a-z][\w ]*) -->$.*?^<!-- (?:end\b[\w ]*|[\w ]+ end) -->$", re.M | re.S)
+MADE = re.compile(r"^<!-- ([a-z][\w ]*) -->$.*?^<!-- end\b[\w ]* -->$", re.M | re.S)
 COMMENT = re.compile(r"<!--.*?-->", re.S)
 HELD = {"CHANGELOG.md": 2500, "README.md": 600}  # most words
 HOW_TO, EXPLANATION, PAGES = 400, 2000, 25_000

@@ -51,7 +51,6 @@ COLUMNS += ["floor_epsilon", "parameter", "error_stderr", "runs_of_fit", "fit_s"
 HEADS = ["law", "tool", "setting", "a run of 3 s", "ε_θ", "against the noise", "error / standard errors"]
 HEADS += ["an identification"]
 UNITS = ((3600.0, "h"), (60.0, "min"), (1.0, "s"), (1e-3, "ms"))
-MARK = ("<!-- engines -->\n\n", "\n\n<!-- engines end -->")
 Row = dict[str, Any]
 
 
@@ -311,7 +310,7 @@ def _seconds(value: float) -> str:
 
 def main(product: str = "results/studies/speed_accuracy.csv", document: str = "docs/validation.md") -> None:
     """Put the table of a product into the document."""
-    renew(document, MARK, table(read_csv(product)))
+    renew(document, "engines", table(read_csv(product)))
 
 
 if __name__ == "__main__":

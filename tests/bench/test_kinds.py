@@ -12,9 +12,9 @@ from freerock.selection.hypotheses_tried import Identified
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench import kinds
 from freerock_bench.analysed import Analysed
+from freerock_bench.document import BEGIN, END
 from freerock_bench.kinds import (
     KINDS,
-    MARK,
     SIZES,
     STUDY,
     Advice,
@@ -182,7 +182,7 @@ def test_the_table_counts_runs_and_numbers(monkeypatch, tmp_path):
     assert table[-1].startswith("| **all** | 3 | 2 | 0 | 1 of 2 | 2 of 2 | 2 of 5 | 2 | 1 |")
     monkeypatch.setattr("freerock_bench.kinds.KINDS", {some[0]: KINDS[some[0]]})
     document = tmp_path / "validation.md"
-    document.write_text(f"a\n{MARK[0]}old{MARK[1]}\nb\n", encoding="utf-8")
+    document.write_text(f"a\n{BEGIN}old{END}\nb\n".format("kinds", "kinds"), encoding="utf-8")
     STUDY.main(str(tmp_path / "kinds.csv"), "small", str(document))
     text = document.read_text(encoding="utf-8")
     assert "| clean, rigid | 1 |" in text and "old" not in text and text.endswith("kinds -->\nb\n")

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from freerock_bench import peers, speed_accuracy
-from freerock_bench.document import renew
+from freerock_bench.document import BEGIN, END, renew
 from freerock_bench.figures import speed_accuracy as figure_of_tools
 from freerock_bench.methods.by_name import TIME_STEPPING, freerock
 from freerock_bench.methods.foundation import ode45
@@ -87,10 +87,11 @@ def test_the_table_has_a_row_for_every_tool(own, tmp_path):
     lines = table(own).splitlines()
     assert len(lines) == 2 + own.groupby(["model", "method"]).ngroups
     path = tmp_path / "benchmark.md"
-    path.write_text("before " + speed_accuracy.MARK[0] + "old" + speed_accuracy.MARK[1] + " after")
-    renew(path, speed_accuracy.MARK, table(own))
-    assert path.read_text().startswith("before " + speed_accuracy.MARK[0] + "| law | tool |")
-    assert path.read_text().endswith(speed_accuracy.MARK[1] + " after")
+    begin, end = BEGIN.format("engines"), END.format("engines")
+    path.write_text(f"before {begin}old{end} after")
+    renew(path, "engines", table(own))
+    assert path.read_text().startswith(f"before {begin}| law | tool |")
+    assert path.read_text().endswith(f"{end} after")
 
 
 def test_a_tool_that_fails_is_told(own):

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from freerock import bounds
-from freerock_bench.bounds import MARK, markdown
+from freerock_bench.bounds import markdown
+from freerock_bench.document import marked
 
 ROOT = Path(__file__).parents[2]
 NAMES = [name for name in vars(bounds) if name.isupper()]
@@ -18,8 +19,7 @@ BOUND = re.compile(r"^(?:MOST|MAX|LONGEST|SHORTEST|LARGEST|LEAST|DENSEST|DEEPEST
 
 
 def test_the_page_is_up_to_date():
-    page = (ROOT / "docs/reliability.md").read_text(encoding="utf-8")
-    assert page.split(MARK[0])[1].split(MARK[1])[0] == markdown()
+    assert marked(ROOT / "docs/reliability.md", "bounds")[1] == markdown()
 
 
 def test_every_bound_has_a_row():

@@ -6,15 +6,15 @@ import pytest
 from test_glossary import columns as columns_of_code
 
 from freerock.products.names import VARIABLES
-from freerock_bench.datasets import COMMON, DESCRIBED, MARKS, ROWS, column, columns, tables, variables
+from freerock_bench.datasets import COMMON, DESCRIBED, ROWS, column, columns, tables, variables
+from freerock_bench.document import marked
 
 PAGE = Path(__file__).parents[2] / "docs/datasets.md"
 
 
 @pytest.mark.parametrize("what, made", [("variables", variables), ("columns", columns)])
 def test_the_page_is_up_to_date(what, made):
-    before, after = MARKS[what]
-    assert PAGE.read_text(encoding="utf-8").split(before)[1].split(after)[0] == made()
+    assert marked(PAGE, what)[1] == made()
 
 
 def test_every_variable_has_its_place():

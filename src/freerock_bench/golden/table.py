@@ -18,7 +18,6 @@ from freerock_bench.methods.housner import housner_eventless, housner_events
 from freerock_bench.methods.problem import Problem
 
 RTOLS = (1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
-MARK = ("<!-- scores -->\n\n", "\n\n<!-- scores end -->")
 # on a bed, of a rigid block, and their tolerance or step
 OTHERS: dict[str, tuple[Method, Method | None, float]] = {
     "SciPy DOP853, rtol 1e-12, events of the rigid block only": (
@@ -78,7 +77,7 @@ def _by_method(
 
 def main(document: str = "docs/validation.md") -> None:
     """Put the table into the document."""
-    renew(document, MARK, in_markdown(HEADS, rows(scenes())))
+    renew(document, "scores", in_markdown(HEADS, rows(scenes())))
 
 
 if __name__ == "__main__":
