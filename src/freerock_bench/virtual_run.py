@@ -14,7 +14,6 @@ from scipy.signal import lfilter
 from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES
-from freerock.models.published import TABLE_2
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
 from freerock.runs.noise_spectrum import noise_at_rest
@@ -186,9 +185,3 @@ def drawn_run(
         truth = draw(model, noises, generator)
         if motion := virtual_motion(truth, generator):
             return truth, motion
-
-
-def published_truth(block: str, foundation: str, model: str) -> Truth:
-    """A law of table 2 under a block of table 1, with the noise of a laser."""
-    shape, theta0, _ = CONFIGURATIONS[block]
-    return Truth(model, shape, TABLE_2[foundation][model], theta0, math.radians(0.01))

@@ -3,7 +3,6 @@
 import inspect
 import math
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
@@ -17,7 +16,7 @@ from freerock.models.block import Block
 from freerock.models.laws import LAWS, PAPER_MODELS
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.hypotheses_tried import identify_run
-from freerock_bench import confusion, cost, cut, figures, harness, shared, stability, success, virtual_run
+from freerock_bench import confusion, cut, figures, harness, shared, stability, success
 from freerock_bench.methods.by_name import freerock
 from freerock_bench.methods.problem import Problem, Solution
 from freerock_bench.naming import answer, what_is_wrong
@@ -215,33 +214,6 @@ def test_a_cell_of_the_atlas_and_its_figure(tmp_path):
     wrong = frame["law"].eq("hunt_crossley")
     (ax,) = figures.confusion.draw(frame.assign(right=frame["right"] & ~wrong))[0].axes
     assert len(ax.get_yticks()) == 1 and [text.get_text() for text in ax.texts] == ["1"]  # one truth of two
-
-
-def test_a_rigid_block_needs_one_parameter(in_one_process, monkeypatch):
-    """Of two laws, by the first two seconds: fits of compliant laws to a rigid block take long."""
-    allowed = replace(BY_DEFAULT, models=("housner", "hunt_crossley"))
-    monkeypatch.setattr(cost, "BY_DEFAULT", allowed)
-    monkeypatch.setattr(virtual_run, "LONGEST_S", 2.0)
-    frame = cost.run("small")
-    assert frame["named"].sum() == 1 and list(frame["model"]) == [*allowed.candidates]
-    named = frame[frame["named"]].iloc[0]
-    assert (named["model"], named["n_parameters"]) == ("housner", 1)
-    assert 0.9 < named["over_noise"] < 1.15
-    assert frame.groupby("n_parameters")["epsilon_theta"].min().tolist() == (
-        frame[frame["least"]]
-        .drop_duplicates("n_parameters")
-        .set_index("n_parameters")["epsilon_theta"]
-        .sort_index()
-        .tolist()
-    )
-    figure, data = figures.cost.draw(frame)
-    (ring,) = [line for line in figure.axes[0].lines if line.get_markersize() > 10]
-    assert len(data) == len(frame) and ring.get_ydata() == [named["over_noise"]]
-
-
-def test_each_block_of_the_study_of_cost_needs_another_law():
-    needed = {truth.model for truth in cost.truths().values()}
-    assert needed == {"housner", "hunt_crossley", "hunt_crossley_pivoting_width"}
 
 
 def test_runs_cut_in_motion_are_found_and_fitted(in_one_process):

@@ -10,7 +10,6 @@ STUDIES = [
     "paper",
     "success",
     "confusion",
-    "cost",
     "faults",
     "kinds",
     "shared",
