@@ -9,8 +9,8 @@ rule only, with that. A laser gives the scale: σ_θ = 0.01°, 2 kHz. Engines of
 import math
 import sys
 import time as clock
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -41,11 +41,6 @@ from freerock_bench.timing import interleaved
 EVERY_S = 0.01  # between the instants compared
 SPAN_S = {"full": 3.0, "small": 0.6}
 ROUNDS = {"full": 5, "small": 1}
-STEPS_S = {"full": (2e-3, 1e-3, 5e-4, 2e-4, 1e-4), "small": (1e-3,)}
-RTOLS = {"full": (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12), "small": (1e-4, 1e-8)}
-RTOLS_SLOW = {"full": (1e-3, 1e-5, 1e-7, 1e-9), "small": (1e-4,)}
-ODE45_RTOLS = {"full": (1e-3, 1e-6), "small": (1e-3,)}
-DEFAULTS = {("ode45", 1e-3): "defaults 1e-3, 1e-6"}
 COLUMNS = ["model", "debonding", "method", "kind", "setting", "time_s", "epsilon", "max_error_rad", "outcome"]
 COLUMNS += ["floor_epsilon", "parameter", "error_stderr", "runs_of_fit", "fit_s", "note"]
 HEADS = ["law", "tool", "setting", "a run of 3 s", "ε_θ", "against the noise", "error / standard errors"]
@@ -54,41 +49,8 @@ UNITS = ((3600.0, "h"), (60.0, "min"), (1.0, "s"), (1e-3, "ms"))
 Row = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Engine:
-    """An engine of another field.
-
-    Parameters
-    ----------
-    name : str
-        As printed.
-    driver : str
-        A module of `benchmarks/peers`.
-    model, debonding : str
-        The law that it solves.
-    settings : mapping of str to list of dict
-        By size of the study; each combination of the values of a dict is a setting.
-    note : str
-        What it can't do, or does otherwise.
-    """
-
-    name: str
-    driver: str
-    model: str
-    debonding: str
-    settings: Mapping[str, list[dict[str, list[float]]]]
-    note: str
-
-    def cases(self, size: str) -> list[dict[str, float]]:
-        """Every setting of a size."""
-        return [
-            dict(zip(grid, values, strict=True))
-            for grid in self.settings[size]
-            for values in product(*grid.values())
-        ]
-
-
-ENGINES = [Engine(**stated) for stated in YAML(typ="safe").load(Path(__file__).with_name("engines.yaml"))]
+STATED = YAML(typ="safe", pure=True).load(Path(__file__).with_name("engines.yaml"))
+TOOLS = METHODS | TIME_STEPPING | {"ode45": ode45, "Runge–Kutta without events": housner_eventless}
 
 
 def problem_of(model: str, debonding: str) -> Problem:
@@ -123,53 +85,43 @@ def run(size: str = "full") -> pd.DataFrame:
         for (name, kind, setting, note, _), (found, seconds, _) in zip(cases, timed, strict=True):
             rows.append(_row(scale, name, kind, setting, note, found, seconds))
     if peers.installed():
-        for engine in ENGINES:
+        for engine in STATED["engines"]:
             rows += _asked(engine, size, time)
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _own(problem: Problem, size: str) -> Iterator[tuple[str, str, str, str, Callable[..., Solution]]]:
     """Name, kind, setting, note and call of what runs without other engines."""
-    compiled, steps, rtols = "law compiled, no events", STEPS_S[size], RTOLS[size]
-    tools: list[tuple[str, str, str, Callable[..., Solution], Sequence[float]]]
-    if problem.model == "housner":
-        yield "freerock", "freerock", "closed form", "", lambda p, t: freerock(p, t, 1e-8)
-        tools = [("Runge–Kutta without events", "time stepping", "", housner_eventless, (*steps, 1e-5))]
-    else:
-        cyrk = ("CyRK DOP853", "CyRK RK45") if size == "full" else ()  # it compiles for half a minute
-        quick = {name: METHODS[name] for name in cyrk}
-        quick = {"SciPy DOP853, compiled": METHODS["SciPy DOP853, numba"]} | quick
-        plain, pair = "law in Python, no events", "; by SciPy's RK45, the same pair"
-        tools = [("freerock", "freerock", "", freerock, rtols)]
-        tools += [("SciPy LSODA", "library", plain, METHODS["SciPy LSODA, NumPy"], RTOLS_SLOW[size])]
-        tools += [(name, "library", compiled, method, rtols) for name, method in quick.items()]
-        tools += [("ode45", "library", plain + pair, ode45, ODE45_RTOLS[size])]
-        tools += [(name, "time stepping", compiled, each, steps) for name, each in TIME_STEPPING.items()]
-    for name, kind, note, method, values in tools:
-        for value in values:
+    for tool in STATED["tools"]:
+        if tool.get("rigid", False) != (problem.model == "housner"):
+            continue
+        name, kind = tool["name"], tool["kind"]
+        method = TOOLS[tool.get("method", name)]
+        for value in tool["settings"][size]:
             setting = f"step {1e3 * value:g} ms" if kind == "time stepping" else f"rtol {value:g}"
-            setting = DEFAULTS.get((name, value), setting)
-            yield name, kind, setting, note, partial(_by_step, method, value)
+            setting = tool.get("said", {}).get(value, setting)
+            yield name, kind, setting, tool.get("note", ""), partial(_by_step, method, value)
 
 
 def _by_step(method: Callable[..., Solution], value: float, problem: Problem, time: Floats) -> Solution:
     return method(problem, time, value)
 
 
-def _asked(engine: Engine, size: str, time: Floats) -> Iterator[Row]:
+def _asked(engine: dict[str, Any], size: str, time: Floats) -> Iterator[Row]:
     """Rows of an engine of another field."""
-    problem = problem_of(engine.model, engine.debonding)
-    if engine.driver == "mujoco_box":
+    problem = problem_of(engine["model"], engine["debonding"])
+    if engine["driver"] == "mujoco_box":
         problem = replace(problem, parameters={"r": problem.block.restitution_housner})
-    scale, settings = Scale(problem, time), engine.cases(size)
-    for setting, answer in zip(
-        settings, peers.solve(engine.driver, problem, settings, time, ROUNDS[size]), strict=True
-    ):
+    every = [(grid, values) for grid in engine["settings"][size] for values in product(*grid.values())]
+    settings = [dict(zip(grid, values, strict=True)) for grid, values in every]
+    answers = peers.solve(engine["driver"], problem, settings, time, ROUNDS[size])
+    scale = Scale(problem, time)
+    for setting, answer in zip(settings, answers, strict=True):
         found = solution(problem, time, answer.theta, math.nan, not answer.message)
         if answer.message:
             found = replace(found, outcome=answer.message)
         text = ", ".join(_worded(name, value) for name, value in setting.items())
-        yield _row(scale, engine.name, "engine", text, engine.note, found, answer.seconds)
+        yield _row(scale, engine["name"], "engine", text, engine["note"], found, answer.seconds)
 
 
 def _worded(name: str, value: float) -> str:
