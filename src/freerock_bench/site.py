@@ -19,6 +19,7 @@ from contextlib import redirect_stdout, suppress
 from pathlib import Path
 from unittest.mock import patch
 
+from ruamel.yaml import YAML
 from sphinx.cmd.build import build_main
 
 import freerock
@@ -26,31 +27,7 @@ from freerock.cli.subcommands import COMMANDS, main
 from freerock_bench.gallery import readings
 
 ROOT = Path(__file__).parents[2]
-OUTSIDE = {  # file of the repository: page of the site
-    "README.md": "index.md",
-    "config/README.md": "configuration.md",
-    "benchmarks/README.md": "benchmarks.md",
-    "src/freerock_bench/golden/solutions/README.md": "golden.md",
-    "CONTRIBUTING.md": "contributing.md",
-    "CHANGELOG.md": "changelog.md",
-}
-FOLDERS = {"docs/how-to": "how-to/index.md"}  # folder of the repository: page of the site
-CHAPTERS = {  # page of a chapter: its heading and pages
-    "how-to/index": (
-        "How to",
-        "install two-lasers current-sensor own-rotation moving-records public-data add-records warned-run "
-        "worn-corners review correct-runs uncertainties parameters plan simulate respond figures "
-        "paper-fits supplement many-records cluster other-workflow accidents python",
-    ),
-    "explanation": ("Explanation", "physics signals identification uncertainty trust"),
-    "reference": (
-        "Reference",
-        "questions configuration command-line datasets verdicts records equations reliability "
-        "glossary benchmark golden versions api/index",
-    ),
-    "project": ("Project", "architecture contributing benchmarks changelog"),
-}
-TOP = "how-to/index explanation validation reference gallery project"
+PAGES = YAML(typ="safe", pure=True).load(Path(__file__).with_suffix(".yaml"))
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 FENCE = re.compile(r"(^ *```.*?^ *```$)", re.M | re.S)
 IMAGE = re.compile(r"!\[([^\]]+)\]\((?:\.\./)?(images/[\w.]+)\)")
@@ -70,12 +47,13 @@ def stage(source: Path) -> None:
     for name in ("conf.py", "site.css"):
         shutil.copy(ROOT / "docs/site" / name, source / name)
     written = {page: converted(text, f"docs/{page}", page) for page, text in documents()}
-    for path, page in OUTSIDE.items():
+    for path, page in PAGES["outside"].items():
         written[page] = converted((ROOT / path).read_text(encoding="utf-8"), path, page)
     written |= {"command-line.md": command_line(), "gallery.md": gallery(), **api()}
-    for page, (title, names) in CHAPTERS.items():
-        written[f"{page}.md"] = chapter(page, title, names.split(), written)
-    written["index.md"] += toctree(["Tutorial <tutorial>", *TOP.split()])
+    for page, headed in PAGES["chapters"].items():
+        for title, names in headed.items():
+            written[f"{page}.md"] = chapter(page, title, names.split(), written)
+    written["index.md"] += toctree(["Tutorial <tutorial>", *PAGES["top"].split()])
     for page, text in written.items():
         (source / page).parent.mkdir(exist_ok=True)
         (source / page).write_text(text, encoding="utf-8")
@@ -101,7 +79,8 @@ def linked(found: re.Match[str], source: str, page: str) -> str:
         return found[0]
     path, _, anchor = target.partition("#")
     there = posixpath.normpath(posixpath.join(posixpath.dirname(source), path))
-    other = (OUTSIDE | FOLDERS).get(there, there.removeprefix("docs/") if there.startswith("docs/") else "")
+    known = PAGES["outside"] | PAGES["folders"]
+    other = known.get(there, there.removeprefix("docs/") if there.startswith("docs/") else "")
     if not other.endswith(SHOWN):
         return text
     relative = posixpath.relpath(other, posixpath.dirname(page) or ".")
