@@ -49,8 +49,8 @@ def test_sine_in_fixed_point_and_the_inverse_of_a_series():
 @pytest.mark.parametrize("name", SMALL)
 def test_both_methods_still_make_what_is_quoted(name, golden):
     made = make.golden(SMALL[name], 0.4)
-    assert len(made.time_s) == 41
-    assert np.abs(made.theta_rad - golden[name].theta_rad[:41]).max() < 1e-15
+    assert len(made.quoted.time_s) == 41
+    assert np.abs(made.quoted.theta_rad - golden[name].theta_rad[:41]).max() < 1e-15
     assert made.apart_rad < 1e-11
 
 

@@ -90,12 +90,13 @@ def read_solution(path: str | Path) -> dict[str, Trajectory]:
 
 
 def _samples(made: Golden) -> Iterator[tuple[str, float, str, str]]:
-    for time, theta, rate in zip(made.time_s, made.theta_rad, made.theta_rate_rad_s, strict=True):
-        yield made.scene.name, float(time), f"{theta:.14e}", f"{rate:.14e}"
+    quoted = made.quoted
+    for time, theta, rate in zip(quoted.time_s, quoted.theta_rad, quoted.theta_rate_rad_s, strict=True):
+        yield made.scene.name, time, f"{theta:.14e}", f"{rate:.14e}"
 
 
 def _events(made: Golden) -> Iterator[dict[str, Any]]:
-    for kind, events in (("impact", made.impacts), ("peak", made.peaks)):
+    for kind, events in (("impact", made.quoted.impacts), ("peak", made.quoted.peaks)):
         for number, (time, theta, rate) in enumerate(events, 1):
             yield {
                 "scene": made.scene.name,
@@ -124,7 +125,7 @@ def _row(made: Golden) -> dict[str, Any]:
         "drop_m": scene.drop_m,
         "x_peak_m_s2": scene.pulse[0],
         "z_peak_m_s2": scene.pulse[1],
-        "end_s": float(made.time_s[-1]),
+        "end_s": made.quoted.time_s[-1],
         "apart_rad": f"{made.apart_rad:.1e}",
         "apart_rad_s": f"{made.apart_rad_s:.1e}",
         "apart_s": f"{made.apart_s:.1e}",

@@ -10,7 +10,6 @@ from itertools import takewhile
 
 import numpy as np
 
-from freerock.arrays import Floats
 from freerock_bench.golden import dop853, taylor
 from freerock_bench.golden.fixed_point import number
 from freerock_bench.golden.motion import Motion
@@ -31,9 +30,7 @@ class Golden:
     Parameters
     ----------
     scene : Scene
-    time_s, theta_rad, theta_rate_rad_s : ndarray, shape (n_time,)
-    impacts, peaks : list of (float, float, float)
-        Instant [s], θ [rad] and θ̇ [rad/s]; at an impact of Housner's block θ̇ before it.
+    quoted : Solution
     z_cb0_m : float
         Depth of the base centre at t = 0 [m].
     apart_rad, apart_rad_s, apart_s : float
@@ -41,11 +38,7 @@ class Golden:
     """
 
     scene: Scene
-    time_s: Floats
-    theta_rad: Floats
-    theta_rate_rad_s: Floats
-    impacts: list[Event]
-    peaks: list[Event]
+    quoted: Solution
     z_cb0_m: float
     apart_rad: float
     apart_rad_s: float
@@ -58,8 +51,8 @@ def run(span_s: float) -> list[Golden]:
     for scene in scenes().values():
         last = golden(scene, span_s)
         apart = f"{last.apart_rad:.1e} rad, {last.apart_rad_s:.1e} rad/s, {last.apart_s:.1e} s"
-        events = f"{len(last.impacts)} impacts, {len(last.peaks)} peaks"
-        print(f"{scene.name}: up to {last.time_s[-1]:g} s, {events}, apart {apart}", flush=True)
+        events = f"{len(last.quoted.impacts)} impacts, {len(last.quoted.peaks)} peaks"
+        print(f"{scene.name}: up to {last.quoted.time_s[-1]:g} s, {events}, apart {apart}", flush=True)
         made.append(last)
     return made
 
@@ -79,18 +72,10 @@ def golden(scene: Scene, span_s: float = SPAN_S) -> Golden:
     end = one.time_s[n - 1]
     impacts, late = _paired(one, other, "impacts", end)
     peaks, later = _paired(one, other, "peaks", end)
-    return Golden(
-        scene,
-        np.array(instants(end)),
-        np.array(one.theta_rad[:n]),
-        np.array(one.theta_rate_rad_s[:n]),
-        impacts,
-        peaks,
-        number(Motion(scene).state[0]),
-        float(apart[:n].max()),
-        float(np.abs(np.subtract(one.theta_rate_rad_s[:n], other.theta_rate_rad_s[:n])).max()),
-        max(late, later),
-    )
+    quoted = Solution(instants(end), one.theta_rad[:n], one.theta_rate_rad_s[:n], impacts, peaks)
+    of_rate = np.abs(np.subtract(quoted.theta_rate_rad_s, other.theta_rate_rad_s[:n])).max()
+    depth_m, apart_rad = number(Motion(scene).state[0]), float(apart[:n].max())
+    return Golden(scene, quoted, depth_m, apart_rad, float(of_rate), max(late, later))
 
 
 def _paired(one: Solution, other: Solution, kind: str, end: float) -> tuple[list[Event], float]:
