@@ -138,10 +138,9 @@ def _of_run(truth: CleanRecord, found: Measured) -> Iterator[Number]:
     run, impacts = found[:2]
     yield "release", 0, run.release_s - truth.release_s, run.release_stderr_s
     yield "theta0", 0, run.theta0 - truth.theta0, run.theta0_stderr
-    energies = np.array([_rigid_energy(peak, truth.scene.block) for peak in truth.peaks])
-    for j, at in _alike(truth, impacts.time_s):
-        off = impacts.restitution[j] - math.sqrt(energies[at + 1] / energies[at])
-        yield "restitution", at + 1, off, impacts.restitution_stderr[j]
+    energies = _rigid_energies(truth.peaks, truth.scene.block)
+    restitution = impacts.restitution, impacts.restitution_stderr
+    yield from _against("restitution", truth, energies, impacts.time_s, *restitution)
 
 
 def _of_fit(truth: CleanRecord, found: Measured) -> Iterator[Number]:
@@ -159,28 +158,28 @@ def _of_fit(truth: CleanRecord, found: Measured) -> Iterator[Number]:
         if name in true:
             yield name, 0, value - true[name], stderr
     if "r" not in true:
-        of_energy = impact_energy(fit, block, impacts.time_s - run.release_s, view=motion.view)
-        for j, at in _alike(truth, of_energy.time_s + run.release_s):
-            off = of_energy.restitution[j] - math.sqrt(truth.energies[at + 1] / truth.energies[at])
-            yield "by energy", at + 1, off, of_energy.stderr[j]
-        laboratory = Laboratory(block, {"laser": truth.laser})
-        of_block = block_peaks(fit, impacts, run.release_s, laboratory)
-        energies = np.array([_rigid_energy(peak, block) for peak in truth.block_peaks])
-        for j, at in _alike(truth, impacts.time_s):
-            off = of_block.restitution[j] - math.sqrt(energies[at + 1] / energies[at])
-            yield "block", at + 1, off, of_block.u_total[j]
+        whole = impact_energy(fit, block, impacts.time_s - run.release_s, view=motion.view)
+        time_s = whole.time_s + run.release_s
+        yield from _against("by energy", truth, truth.energies, time_s, whole.restitution, whole.stderr)
+        own = block_peaks(fit, impacts, run.release_s, Laboratory(block, {"laser": truth.laser}))
+        energies = _rigid_energies(truth.block_peaks, block)
+        yield from _against("block", truth, energies, impacts.time_s, own.restitution, own.u_total)
 
 
-def _alike(truth: CleanRecord, found_s: Floats) -> list[tuple[int, int]]:
-    """Of impacts found and those of the truth, the numbers of each that are the same."""
-    nearest = [int(np.argmin(np.abs(truth.impacts_s - each))) for each in found_s]
-    return [(j, at) for j, at in enumerate(nearest) if abs(truth.impacts_s[at] - found_s[j]) < ALIKE_S]
+def _against(
+    name: str, truth: CleanRecord, energies: Floats, time_s: Floats, restitution: Floats, stderr: Floats
+) -> Iterator[Number]:
+    """Restitutions found at some instants, against those of the true energies at the same impacts."""
+    for j, each in enumerate(time_s):
+        at = int(np.argmin(np.abs(truth.impacts_s - each)))
+        if abs(truth.impacts_s[at] - each) < ALIKE_S:
+            yield name, at + 1, restitution[j] - math.sqrt(energies[at + 1] / energies[at]), stderr[j]
 
 
-def _rigid_energy(peak: float, block: Block) -> float:
+def _rigid_energies(peaks: Floats, block: Block) -> Floats:
     """cos φ - cos θ_cr, φ = θ_cr - |θ|."""
     critical = math.atan(block.width_m / block.height_m)
-    return math.cos(critical - abs(peak)) - math.cos(critical)
+    return np.cos(critical - np.abs(peaks)) - math.cos(critical)
 
 
 def markdown(frame: pd.DataFrame) -> str:
