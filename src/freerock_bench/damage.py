@@ -130,25 +130,23 @@ def delete(lab, chance, other):
         path.unlink(missing_ok=True)
 
 
-def empty(lab, chance, other):
-    chance.choice(lab.files()).write_bytes(b"")
+def empty(path, chance):
+    path.write_bytes(b"")
 
 
-def cut(lab, chance, other):
-    _cut(chance.choice(lab.files()), chance)
-
-
-def _cut(path, chance):
+def cut(path, chance):
     path.write_bytes(path.read_bytes()[: chance.randrange(path.stat().st_size)])
 
 
-def flip_a_byte(lab, chance, other):
-    _flip(chance.choice(lab.files()), chance)
+def flip_a_byte(path, chance):
+    """Another bit somewhere in a file."""
+    data = bytearray(path.read_bytes() or b"0")
+    data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
+    path.write_bytes(data)
 
 
-def replace_with_old_time(lab, chance, other):
-    path = chance.choice(lab.files())
-    _flip(path, chance)
+def replace_with_old_time(path, chance):
+    flip_a_byte(path, chance)
     os.utime(path, (OLD_S, OLD_S))
 
 
@@ -203,27 +201,26 @@ def replace_a_record(lab, chance, other):
 
 def damage_the_ledger(lab, chance, other):
     path = chance.choice(lab.files(ledger=True))
-    kind = chance.choice(["delete", "cut", "flip", "copy"])
+    kind = chance.choice(["delete", cut, flip_a_byte, "copy"])
     if kind == "delete":
         path.unlink()
-    elif kind == "cut":
-        _cut(path, chance)
-    elif kind == "flip":
-        _flip(path, chance)
-    else:
+    elif kind == "copy":
         shutil.copy2(chance.choice([each for each in lab.files(ledger=True) if each != path]), path)
+    else:
+        kind(path, chance)
 
 
-def _flip(path, chance):
-    """Another bit somewhere in a file."""
-    data = bytearray(path.read_bytes() or b"0")
-    data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
-    path.write_bytes(data)
+OF_A_FILE = [empty, cut, flip_a_byte, replace_with_old_time]
+DAMAGES = [delete, *OF_A_FILE, restore_with_old_time, drop_notes, change_a_setting, swap_two]
+DAMAGES += [copy_from_another, copy_without_times, replace_a_record, damage_the_ledger]
 
 
-DAMAGES = [delete, empty, cut, flip_a_byte, replace_with_old_time, restore_with_old_time, drop_notes]
-DAMAGES += [change_a_setting, swap_two, copy_from_another, copy_without_times]
-DAMAGES += [replace_a_record, damage_the_ledger]
+def hurt(lab, chance, other, kind):
+    """Do one damage to a lab, or to one of its products."""
+    if kind in OF_A_FILE:
+        kind(chance.choice(lab.files()), chance)
+    else:
+        kind(lab, chance, other)
 
 
 def last_line(told: str) -> str:
@@ -266,7 +263,7 @@ def damage(scratch: Path) -> Callable[[Path, random.Random], Outcome]:
         done = chance.choices(DAMAGES, k=chance.randint(1, 3))
         for each in done:
             with suppress(FileNotFoundError, ValueError, IndexError):  # nothing is left to damage
-                each(lab, chance, other)
+                hurt(lab, chance, other, each)
         code, told = lab.run()
         wrong, names = what_is_wrong(lab, code, told, reference), [each.__name__ for each in done]
         what = ", ".join(names) + (f": {last_line(told)}" if code else "")

@@ -15,7 +15,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "unit"))
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # each thread reserves memory
@@ -43,23 +42,21 @@ def readers(n: int, kinds: list[str]) -> int:
     return faults
 
 
-def tried(kind: str, items: Iterator[Any], n: int, task: Callable[[Any], object]) -> int:
-    """Print how many items a task took, refused, or anything else; return the number of these.
+def tried(kind: str, files: Iterator[Path], n: int, task: Callable[[Path], object]) -> int:
+    """Print how many files a task took, refused, or anything else; return the number of these.
 
-    An item is a file, of which these are kept, or the seed of something.
+    Files that are neither are kept.
     """
     outcomes, slowest, done = Counter(), 0.0, 0
     while done < n:
-        for outcome, seconds in _batch(items, min(BATCH, n - done), task):
-            item = next(items)
+        for outcome, seconds in _batch(files, min(BATCH, n - done), task):
+            file = next(files)
             slowest = max(slowest, seconds)
             outcomes[outcome] += 1
             done += 1
             if outcome not in ("read", "refused"):
-                kept = f"seed {item}"
-                if isinstance(item, Path):
-                    kept = f"{tempfile.gettempdir()}/{kind.replace(' ', '_')}_{done}{item.suffix}"
-                    shutil.copy(item, kept)
+                kept = f"{tempfile.gettempdir()}/{kind.replace(' ', '_')}_{done}{file.suffix}"
+                shutil.copy(file, kept)
                 print(f"  {outcome}: {kept}")
     read, refused = outcomes.pop("read", 0), outcomes.pop("refused", 0)
     counts = f"{read:6d} read, {refused:6d} refused, {outcomes.total()} anything else"
@@ -67,8 +64,8 @@ def tried(kind: str, items: Iterator[Any], n: int, task: Callable[[Any], object]
     return outcomes.total()
 
 
-def _batch(items: Iterator[Any], n: int, task: Callable[[Any], object]) -> list[tuple[str, float]]:
-    """Outcomes of the next items, taken by a process of its own; when it dies, of those up to the deadly one.
+def _batch(files: Iterator[Path], n: int, task: Callable[[Path], object]) -> list[tuple[str, float]]:
+    """Outcomes of the next files, taken by a process of its own; when it dies, of those up to the deadly one.
 
     The process goes on with its copy of the iterator, so the caller's stands where it stood.
     """
@@ -76,9 +73,9 @@ def _batch(items: Iterator[Any], n: int, task: Callable[[Any], object]) -> list[
     child = os.fork()
     if not child:
         _limit()
-        for item in islice(items, n):
+        for file in islice(files, n):
             start = time.process_time()
-            outcome = _outcome(task, item)
+            outcome = _outcome(task, file)
             os.write(writing, OUTCOME.pack(outcome, time.process_time() - start))
         os._exit(0)
     os.close(writing)
@@ -96,13 +93,13 @@ def _limit() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
 
 
-def _outcome(task: Callable[[Any], object], item: Any) -> int:
+def _outcome(task: Callable[[Path], object], file: Path) -> int:
     from freerock.errors import FreerockError
 
     signal.setitimer(signal.ITIMER_PROF, SECONDS)
     signal.alarm(ASLEEP_SECONDS)
     try:
-        task(item)
+        task(file)
     except FreerockError as error:
         return 3 if any("\n" in str(each) for each in getattr(error, "problems", [error])) else 1
     except BaseException:
