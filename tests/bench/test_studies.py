@@ -17,9 +17,9 @@ from freerock.models.laws import LAWS, PAPER_MODELS
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.hypotheses_tried import identify_run
 from freerock_bench import confusion, cut, figures, harness, shared, stability, success
+from freerock_bench.confusion import answer, what_is_wrong
 from freerock_bench.methods.by_name import freerock
 from freerock_bench.methods.problem import Problem, Solution
-from freerock_bench.naming import answer, what_is_wrong
 from freerock_bench.stability import COLUMNS, STATES, attempt, judge
 from freerock_bench.timing import interleaved
 from freerock_bench.truths import place, record
