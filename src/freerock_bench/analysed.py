@@ -3,6 +3,8 @@
 from dataclasses import replace
 from typing import NamedTuple
 
+import xarray as xr
+
 from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.populations.sensitivity import with_contributions
@@ -42,6 +44,11 @@ class Measured(NamedTuple):
     noise_v: float
 
 
+def signal_of(record: xr.Dataset) -> list[Floats]:
+    """Time, rotation, its standard deviation and flags of a record, as runs are found in them."""
+    return [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
+
+
 def measured(
     time_s: Floats, volts: Floats, laser: Laser, block: Block, laboratory: Laboratory | None = None
 ) -> Measured:
@@ -62,7 +69,7 @@ def measured(
         As of `rotation.find_rotation` and `runs_with_impacts`.
     """
     record = find_rotation(time_s, volts, laser, block, "V")
-    signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
+    signal = signal_of(record)
     time_s, theta, sigma, _ = signal
     step = converter_step(volts, theta)
     run, impacts = runs_with_impacts(signal, block, signal_quality(record))[0]

@@ -39,6 +39,7 @@ from freerock.rotation.faults import signal_quality
 from freerock.runs.begun_in_motion import Position, lifted
 from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.tables.csvfile import write_csv
+from freerock_bench.analysed import signal_of
 
 CAMPAIGN = Path("config/campaigns/drops.yaml")
 LEAST_DEG, BEFORE, STANDS = 12.0, 6, 8  # of the start; samples of the state, on the corner, before it
@@ -80,7 +81,7 @@ def falls(campaign: Path = CAMPAIGN) -> tuple[Block, list[Fall]]:
 def _fall(test: str, settings: dict[str, Any], block: Block) -> Fall | None:
     """The fall of a record's last run."""
     record = rotation_of(settings)
-    signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
+    signal = signal_of(record)
     limits = RunLimits(**settings["runs"], start="motion")
     where = Position(*(record[name].values for name in POSITIONS))
     quality = signal_quality(record)

@@ -28,6 +28,7 @@ from freerock.virtual_lab.added_noise import AddedNoise, Disturbance
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.virtual_record import Recording, VirtualRecord, VirtualRelease, simulate_record
 from freerock_bench import disturbances as spoil
+from freerock_bench.analysed import signal_of
 from freerock_bench.document import in_markdown
 from freerock_bench.harness import Study
 from freerock_bench.virtual_run import Row
@@ -170,9 +171,7 @@ def _clean(i: int, record: VirtualRecord, block: Block, laser: Laser) -> Row:
     draw = np.random.RandomState([len(SETTINGS), i])
     try:
         found = find_rotation(record.time_s, _measured(record, None, draw), laser, block)
-        time_s, theta, sigma, flags = (
-            found[name].values for name in ("time", "theta", "sigma_theta", "flags")
-        )
+        time_s, theta, sigma, flags = signal_of(found)
         runs = find_runs(time_s, theta, sigma, flags, block, signal_quality(found))
     except FreerockError:
         return {"named": True, "others": True}

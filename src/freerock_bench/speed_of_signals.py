@@ -18,6 +18,7 @@ from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import find_impacts
 from freerock.runs.segment import find_runs
+from freerock_bench.analysed import signal_of
 
 BLOCK = Block(0.28, 0.07, 5.84)
 LASERS = Laser("horizontal", 0.2, 0.1), Laser("horizontal", 0.1, 0.1)
@@ -51,7 +52,7 @@ def volts_of(theta, draw, laser=LASERS[0]):
 def runs_of(time_s, volts, lasers=LASERS[:1]):
     """Runs of one laser or two, and the time, θ and σ_θ they were found in."""
     found = find_rotation(time_s, volts, lasers, BLOCK)
-    t, theta, sigma, flags = (found[name].values for name in ("time", "theta", "sigma_theta", "flags"))
+    t, theta, sigma, flags = signal_of(found)
     runs = find_runs(t, theta, sigma, flags, BLOCK, signal_quality(found))
     return runs, (t, theta, sigma)
 
