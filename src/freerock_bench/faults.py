@@ -12,10 +12,12 @@ measures and renews the table in the documentation, where it is named.
 import sys
 from functools import cache
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from ruamel.yaml import YAML
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
@@ -39,19 +41,7 @@ SILENT = AddedNoise(white_v=0.0, mains_v=0.0, drift_v=0.0, bits=32)
 RATES_HZ = (1000.0, 2000.0, 5000.0)
 BITS = (16, 24)
 SEVERITIES = ("light", "medium", "heavy")
-SETTINGS = {  # fault: what is varied, its values from light to heavy
-    "error_level": ("duration [s]", (0.004, 0.02, 0.2)),
-    "saturated": ("share of the held reading", (0.95, 0.8, 0.5)),
-    "dropout": ("duration [s]", (0.006, 0.02, 0.1)),
-    "spike": ("height [V]", (0.05, 0.2, 2.0)),
-    "ac_coupling": ("cut-off [Hz]", (0.02, 0.1, 0.5)),
-    "drift": ("range [V]", (0.02, 0.05, 0.2)),
-    "rest_shift": ("shift [V]", (0.01, 0.03, 0.1)),
-    "mains_interference": ("amplitude [V]", (0.001, 0.005, 0.05)),
-    "aliasing": ("amplitude [V]", (0.001, 0.005, 0.05)),
-    "sampling_rate": ("error of the rate", (0.01, 0.03, 0.1)),
-    "target_lost": ("share of the held reading", (0.95, 0.8, 0.5)),
-}
+STATED = YAML(typ="safe", pure=True).load(Path(__file__).with_suffix(".yaml"))
 COLUMNS = ["fault", "severity", "record", "value", "named", "others"]
 Case = tuple[int, str, int, int]  # motions, fault, severity, record
 
@@ -59,7 +49,7 @@ Case = tuple[int, str, int, int]  # motions, fault, severity, record
 def cases(size: str) -> list[Case]:
     """Records with every fault at every severity, then clean records."""
     n, n_records, n_clean = SIZES[size]
-    every = product(SETTINGS, range(len(SEVERITIES)), range(n_records))
+    every = product(STATED, range(len(SEVERITIES)), range(n_records))
     return [*((n, *each) for each in every), *((n, "none", 0, i) for i in range(n_clean))]
 
 
@@ -74,12 +64,12 @@ def rows_of(case: Case) -> list[Row]:
     row: Row = {"fault": fault, "record": i}
     if fault == "none":
         return [row | _clean(i, *_motion(i % n_motions))]
-    (record, block, laser), value = _motion(i % n_motions), SETTINGS[fault][1][severity]
-    draw = np.random.RandomState([list(SETTINGS).index(fault), severity, i])
+    (record, block, laser), stated = _motion(i % n_motions), STATED[fault]
+    value, draw = stated["values"][severity], np.random.RandomState([list(STATED).index(fault), severity, i])
     injected, start, end = _injected(fault, value, record, draw)
     found = _named(record, _measured(record, injected, draw), block, laser)
     named = any(name == fault and first <= end and last >= start for name, first, last in found)
-    others = any(name not in (fault, *_COMPANIONS.get(fault, ())) for name, _, _ in found)
+    others = any(name not in (fault, stated.get("brings")) for name, _, _ in found)
     return [row | {"severity": SEVERITIES[severity], "value": value, "named": named, "others": others}]
 
 
@@ -145,15 +135,6 @@ def _injected(fault: str, value: float, record: VirtualRecord, draw: Any) -> tup
     return spoil.tone(draw.randint(1, 5) * rate + folded, value), *always
 
 
-_COMPANIONS = {  # what a fault brings along, rightly
-    "target_lost": ("error_level",),
-    "dropout": ("spike",),
-    "drift": ("rest_shift",),
-    "rest_shift": ("drift",),
-    "sampling_rate": ("aliasing",),
-}
-
-
 def _named(
     record: VirtualRecord, volts: Floats, block: Block, laser: Laser
 ) -> list[tuple[str, float, float]]:
@@ -168,7 +149,7 @@ def _named(
 
 def _clean(i: int, record: VirtualRecord, block: Block, laser: Laser) -> Row:
     """Of a clean record any fault is a false alarm, any run that is not ok too."""
-    draw = np.random.RandomState([len(SETTINGS), i])
+    draw = np.random.RandomState([len(STATED), i])
     try:
         found = find_rotation(record.time_s, _measured(record, None, draw), laser, block)
         time_s, theta, sigma, flags = signal_of(found)
@@ -187,7 +168,7 @@ def markdown(frame: pd.DataFrame) -> str:
         rates = own.groupby("value", sort=False)["named"].mean()
         cells = [f"{value:g}: {rate:.1%}" for value, rate in rates.items()]
         name = str(fault)
-        lines.append([name.replace("_", " "), SETTINGS[name][0], *cells, f"{own['others'].mean():.1%}"])
+        lines.append([name.replace("_", " "), STATED[name]["varied"], *cells, f"{own['others'].mean():.1%}"])
     for column, text in (("named", "any fault named"), ("others", "a run missed, invented or not ok")):
         share = f"{frame.loc[clean, column].mean():.1%} of {clean.sum()}"
         lines.append(["none", text, share, "", "", ""])

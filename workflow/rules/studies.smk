@@ -16,7 +16,7 @@ STUDIES = [
 ]
 
 # What a study reads besides its code, beside its module; an edited file reruns it.
-DATA = {"kinds": "kinds.yaml", "speed_accuracy": "engines.yaml"}
+DATA = {"faults": "faults.yaml", "kinds": "kinds.yaml", "speed_accuracy": "engines.yaml"}
 
 # The stability atlas is a figure for each of its pages.
 PAGES = ["stiffness", "step", "release"]
