@@ -10,6 +10,7 @@ are compared with the truth.
 import math
 import re
 import sys
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,9 @@ from freerock.arrays import Floats
 from freerock.config.keys_of_processing import RunLimits
 from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
-from freerock.models.laws import Rules
-from freerock.models.simulate import Solver, simulate
 from freerock.runs.motion import motion_of
 from freerock.runs.segment import find_runs
+from freerock_bench.golden.ours import response
 from freerock_bench.golden.scenes import Scene, scenes
 from freerock_bench.harness import NUMBERS, Study, number_row
 from freerock_bench.virtual_run import SEED, Row
@@ -31,7 +31,7 @@ SIZES = {"small": 4, "full": 200}
 RATE_HZ, AFTER_S, REST_S = 500.0, 6.0, 1.0
 SIGMA = math.radians(0.006)
 LATEST_S = 1.2  # of the cut, since the release
-EXACT = Solver(1e-11)
+EXACT = 1e-11  # rtol
 STEPS = 1e-4  # of the fitted numbers, relative, for the propagation of their covariance
 
 
@@ -41,11 +41,7 @@ def _row(number: int) -> list[Row]:
     scene, draw = free[number % len(free)], np.random.default_rng([SEED, 43, number])
     cut_s = float(draw.uniform(0.03, LATEST_S))
     of_case = {"scene": scene.name, "run": number, "cut_s": cut_s}
-    rules = Rules(scene.debonding, scene.kinematics)
-    time = np.arange(0, AFTER_S, 1 / RATE_HZ)
-    truth = simulate(
-        scene.law, scene.block, scene.parameters, time + cut_s, theta0=scene.theta0, rules=rules, solver=EXACT
-    )
+    truth = response(scene, np.arange(0, AFTER_S, 1 / RATE_HZ) + cut_s, EXACT)
     rest = np.zeros(round(REST_S * RATE_HZ))
     theta = np.append(np.nan_to_num(truth.theta), rest)
     clock = np.arange(theta.size) / RATE_HZ
@@ -59,11 +55,8 @@ def _row(number: int) -> list[Row]:
         fit = fit_run(model, scene.block, motion)
     except FreerockError as error:
         return [of_case | {"case": CASE, "parameter": "refused", "what": str(error)}]
-    instant = np.array([cut_s + found.fit_start_s])
-    begun = simulate(
-        scene.law, scene.block, scene.parameters, instant, theta0=scene.theta0, rules=rules, solver=EXACT
-    )
-    states = _states(scene, rules, found.fit_start_s - found.release_s, fit.value, fit.covariance)
+    begun = response(scene, np.array([cut_s + found.fit_start_s]), EXACT)
+    states = _states(scene, found.fit_start_s - found.release_s, fit.value, fit.covariance)
     expected = {**scene.parameters, "theta_start": begun.theta[0], "rate_start": begun.theta_rate[0]}
     values = {name: (fit.values[name], fit.stderr[fit.parameters.index(name)]) for name in scene.parameters}
     values |= dict(zip(("theta_start", "rate_start"), states, strict=True))
@@ -73,16 +66,13 @@ def _row(number: int) -> list[Row]:
     ]
 
 
-def _states(scene: Scene, rules: Rules, start_s: float, value: Floats, covariance: Floats) -> Any:
+def _states(scene: Scene, start_s: float, value: Floats, covariance: Floats) -> Any:
     """θ [rad] and its rate [rad/s] at the first instant used, each with its standard error."""
 
     def at(numbers: Floats) -> Floats:
         k, damping, theta0, t0 = numbers
-        parameters = {"k": k, "lambda": damping}
-        instant = np.array([abs(start_s - t0)])  # before the top as after it
-        found = simulate(
-            scene.law, scene.block, parameters, instant, theta0=float(theta0), rules=rules, solver=EXACT
-        )
+        moved = replace(scene, parameters={"k": k, "lambda": damping}, theta0=float(theta0))
+        found = response(moved, np.array([abs(start_s - t0)]), EXACT)  # before the top as after it
         return np.array([found.theta[0], np.sign(start_s - t0) * found.theta_rate[0]])
 
     centre = at(value)

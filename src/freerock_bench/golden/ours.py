@@ -4,27 +4,34 @@ import math
 
 import numpy as np
 
+from freerock.arrays import Floats
 from freerock.models.contact import State
 from freerock.models.ground import GroundMotion, pulse
 from freerock.models.laws import Rules
-from freerock.models.simulate import Solver, simulate
+from freerock.models.simulate import Response, Solver, simulate
 from freerock_bench.golden.files import Trajectory
 from freerock_bench.golden.scenes import PULSE_PERIOD_S, PULSE_START_S, Scene, instants
 
 
 def solve(scene: Scene, rtol: float = 1e-12, until_s: float | None = None) -> Trajectory:
-    """θ(t) of a scene by `freerock.models.simulate`.
+    """θ(t) of a scene up to an instant [s], that of the benchmark if None; the rest as in `response`."""
+    time = np.array(instants() if until_s is None else instants(until_s))
+    found = response(scene, time, rtol)
+    return Trajectory(time, found.theta, found.theta_rate)
+
+
+def response(scene: Scene, time: Floats, rtol: float) -> Response:
+    """Motion of a scene by `freerock.models.simulate`.
 
     Parameters
     ----------
     scene : Scene
+    time : ndarray, shape (n_time,)
+        Instants since the release [s].
     rtol : float
         Of the integrator; free motion of Housner's block has none.
-    until_s : float, optional
-        Last instant [s]; that of the benchmark if None.
     """
-    time = np.array(instants() if until_s is None else instants(until_s))
-    response = simulate(
+    return simulate(
         scene.law,
         scene.block,
         scene.parameters,
@@ -34,7 +41,6 @@ def solve(scene: Scene, rtol: float = 1e-12, until_s: float | None = None) -> Tr
         rules=Rules(scene.debonding, scene.kinematics),
         solver=Solver(rtol),
     )
-    return Trajectory(time, response.theta, response.theta_rate)
 
 
 def start(scene: Scene) -> float | State:
