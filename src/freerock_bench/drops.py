@@ -3,11 +3,11 @@
     python -m freerock_bench.drops results/studies/drops.csv
     python -m freerock_bench.drops results/drops      # what the campaign found: `clean_falls`, `means`
 
-Of each run of the campaign `drops` that begins above `LEAST_DEG`, the motion before the impact gives the
-state in which the corner comes down. A third of the falls chooses the parameters of each law, by the mean of
-the absolute errors. The others are foretold by the law `bouncing` (e, μ), Housner's (r), Hunt and Crossley's
-on a pivoting block (k, λ), and by the mean of the third. A peak is positive on the side of the corner it fell
-from.
+Both read the products of the campaign. Of the last run of a record that begins above `LEAST_DEG`, the
+motion before the impact gives the state in which the corner comes down. A third of the falls chooses the
+parameters of each law, by the mean of the absolute errors. The others are foretold by the law `bouncing`
+(e, μ), Housner's (r), Hunt and Crossley's on a pivoting block (k, λ), and by the mean of the third. A peak is
+positive on the side of the corner it fell from.
 """
 
 import math
@@ -15,7 +15,7 @@ import sys
 from collections.abc import Callable, Sequence
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -24,24 +24,20 @@ from scipy.optimize import least_squares
 
 from freerock.arrays import Floats, Mask
 from freerock.config.campaign import load_campaign
-from freerock.config.keys_of_processing import ImpactLimits, RunLimits
-from freerock.config.step_settings import record_settings
-from freerock.errors import FreerockError
-from freerock.jobs.make_record import POSITIONS, rotation_of
+from freerock.errors import FreerockError, exit_code
+from freerock.jobs.make_record import POSITIONS
 from freerock.models.block import Block
 from freerock.models.bouncing import RIGHT, bounce, standing_on
 from freerock.models.contact import State
 from freerock.models.housner import housner_swings
 from freerock.models.laws import Rules
 from freerock.models.simulate import Solver, simulate
+from freerock.products.groups import runs_of
 from freerock.products.netcdf import open_record
-from freerock.rotation.faults import signal_quality
-from freerock.runs.begun_in_motion import Position, lifted
-from freerock.runs.runs_with_impacts import runs_with_impacts
+from freerock.runs.begun_in_motion import lifted
 from freerock.tables.csvfile import write_csv
-from freerock_bench.analysed import signal_of
 
-CAMPAIGN = Path("config/campaigns/drops.yaml")
+CAMPAIGN, RESULTS = Path("config/campaigns/drops.yaml"), Path("results/drops")
 LEAST_DEG, BEFORE, STANDS = 12.0, 6, 8  # of the start; samples of the state, on the corner, before it
 FIRST_DEG = 0.25  # a turn of less is none
 AFTER_S = 0.25
@@ -55,51 +51,35 @@ K_GRID, LAMBDA_GRID = np.geomspace(1e4, 1e8, 9), (0.1, 1.0, 5.0, 20.0, 100.0)  #
 class Fall(NamedTuple):
     """A fall: angle [rad] and rate [rad/s] some samples before the impact, and the next peak [rad]."""
 
-    test: str
     theta: float
     rate: float
     peak: float
-    bounced: bool
 
 
-def falls(campaign: Path = CAMPAIGN) -> tuple[Block, list[Fall]]:
-    """The falls from a corner in the runs of the campaign."""
-    section = load_campaign(campaign)
-    own, shared = record_settings(section, section.records, {})
-    block, found = section.blocks["square"].block, []
-    for test, settings in own.items():
-        if settings["excluded"]:
-            continue
-        try:
-            fall = _fall(test, {**shared, **settings}, block)
-        except FreerockError:
-            continue  # the campaign says why
-        found += [fall] if fall else []
-    return block, found
+def falls(block: Block, folder: Path = RESULTS) -> list[Fall]:
+    """The falls from a corner in the last runs of the campaign's records."""
+    found = []
+    for path in sorted((folder / "records").glob("*.nc")):
+        record = open_record(path)
+        if runs := runs_of(record):  # none of a record that is excluded or failed
+            found += _fall(record.dataset, runs[max(runs)].dataset, block)
+    if not found:
+        raise FreerockError(folder, "has no falls", "run `snakemake --config campaigns=drops` first")
+    return found
 
 
-def _fall(test: str, settings: dict[str, Any], block: Block) -> Fall | None:
-    """The fall of a record's last run."""
-    record = rotation_of(settings)
-    signal = signal_of(record)
-    limits = RunLimits(**settings["runs"], start="motion")
-    where = Position(*(record[name].values for name in POSITIONS))
-    quality = signal_quality(record)
-    of_impacts = ImpactLimits(**settings["impacts"])
-    run, _ = runs_with_impacts(signal, block, quality, of_runs=limits, of_impacts=of_impacts, position=where)[
-        -1
-    ]
-    during = slice(*np.searchsorted(signal[0], (run.fit_start_s, run.end_s)))
-    time, theta = signal[0][during], signal[1][during]
+def _fall(record: xr.Dataset, run: xr.Dataset, block: Block) -> list[Fall]:
+    """The fall of a run, none of one that begins too low or near its first impact."""
+    during = slice(*np.searchsorted(record["time"], (run["fit_start"], run["end"])))
+    time, theta = record["time"].values[during], record["theta"].values[during]
     theta = theta * math.copysign(1.0, theta[0])
     turns_back = (theta[:-1] < math.radians(4)) & (np.diff(theta) > 0)
     down = np.flatnonzero(turns_back | (theta[:-1] <= 0))
     if not down.size or down[0] < STANDS or theta[0] < math.radians(LEAST_DEG):
-        return None
+        return []
     before = slice(int(down[0]) - BEFORE, int(down[0]))
     start = _state(time[before] - time[before][0], theta[before], block)
-    peak = first_peak(theta[int(down[0]) :])
-    return Fall(test, *start, peak, "bounced" in run.verdict.names)
+    return [Fall(*start, first_peak(theta[int(down[0]) :]))]
 
 
 def _state(time: Floats, theta: Floats, block: Block) -> tuple[float, float]:
@@ -169,8 +149,8 @@ def run(size: str = "full") -> pd.DataFrame:
 
     Columns law, n_chosen, n_foretold, parameters, and of the others mean_abs_deg, median_abs_deg, rms_deg.
     """
-    block, found = falls()
-    found = found[:: 1 if size == "full" else 4]
+    block = load_campaign(CAMPAIGN).blocks["square"].block
+    found = falls(block)[:: 1 if size == "full" else 4]
     third = np.arange(len(found)) % 3 == 0
     peak = np.array([each.peak for each in found])
     rows = [_row("mean", [()], np.full((1, len(found)), peak[third].mean()), peak, third)]
@@ -260,10 +240,15 @@ def means(folder: Path, near: float = 0.01) -> pd.DataFrame:
     )
 
 
-if __name__ == "__main__":
-    if Path(sys.argv[1]).is_dir():
-        print(clean_falls(Path(sys.argv[1])).to_string(), means(Path(sys.argv[1])).to_string(), sep="\n")
-        sys.exit()
-    table = run(*sys.argv[2:3])
-    write_csv(table, Path(sys.argv[1]))
+def main(product: str, size: str = "full") -> None:
+    """Print what the campaign found, from its folder; or write and print how well each law foretells."""
+    if Path(product).is_dir():
+        print(clean_falls(Path(product)).to_string(), means(Path(product)).to_string(), sep="\n")
+        return
+    table = run(size)
+    write_csv(table, Path(product))
     print(table.to_string())
+
+
+if __name__ == "__main__":
+    sys.exit(exit_code(lambda: main(*sys.argv[1:])))
