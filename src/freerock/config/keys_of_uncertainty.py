@@ -14,9 +14,10 @@ from pydantic import ValidationInfo, field_validator
 
 from freerock.config.values import Invalid, Number, Section, key
 
-RULE = "a rule, 1 mm/√12"
+LENGTH_M = 3e-4
+RULE = f"{LENGTH_M:g} (a rule, 1 mm/√12)"
 DEFAULTS = {
-    **dict.fromkeys(["height_m", "width_m", "contact_width_m", "com_height_m", "com_offset_m"], 3e-4),
+    **dict.fromkeys(["height_m", "width_m", "contact_width_m", "com_height_m", "com_offset_m"], LENGTH_M),
     "mass_fraction": 1e-3,
     "inertia_fraction": 5e-3,
     "gravity_m_s2": 5e-4,
@@ -57,20 +58,14 @@ def stated_only_with(name: str, remedy: str) -> Any:
 class BlockUncertainty(Section):
     """Standard uncertainties (k = 1) of a block."""
 
-    height_m: Number | None = _known("its height in metres", _default("height_m", RULE))
-    width_m: Number | None = _known("its width in metres", _default("width_m", RULE))
-    contact_width_m: Number | None = _known(
-        "its contact width in metres, if stated", _default("contact_width_m", RULE)
-    )
+    height_m: Number | None = _known("its height in metres", RULE)
+    width_m: Number | None = _known("its width in metres", RULE)
+    contact_width_m: Number | None = _known("its contact width in metres, if stated", RULE)
     mass_kg: Number | None = _known(
         "its mass in kilograms", f"{100 * DEFAULTS['mass_fraction']:g} % of it (10 g of some kilograms)"
     )
-    com_height_m: Number | None = _known(
-        "the height of its centre of mass in metres", _default("com_height_m", RULE)
-    )
-    com_offset_m: Number | None = _known(
-        "its com_offset_m in metres", f"{_default('com_offset_m', RULE)} if com_offset_m is stated"
-    )
+    com_height_m: Number | None = _known("the height of its centre of mass in metres", RULE)
+    com_offset_m: Number | None = _known("its com_offset_m in metres", f"{RULE} if com_offset_m is stated")
     inertia_kg_m2: Number | None = _known(
         "its moment of inertia in kg m²",
         f"{100 * DEFAULTS['inertia_fraction']:g} % of it (some grams glued on)",
