@@ -293,13 +293,13 @@ def _channel(
     import numpy as np
 
     from freerock.records.read import read_record
-    from freerock.rotation.sensor import looks_like_current
+    from freerock.rotation.sensor import laser_of, looks_like_current
 
     block, laser = campaign.blocks[record.block], campaign.lasers[name]
     try:
         read = read_record(campaign.file(record.test), channel or None)
         (signal,) = read.data_vars.values()
-        sensor = _sensor(laser, campaign.raw)
+        sensor = laser_of(section_values(laser, "uncertainty"), campaign.raw)
         values, quantity = in_base_units(signal.values, laser.units, str(signal.attrs["units"]))
         swept = math.degrees(_swept_angle(values, quantity, sensor, block))
     except (FreerockError, ValueError):
@@ -389,14 +389,6 @@ def _by_hand(where: str, path: Path, record: Record) -> Iterator[FreerockError]:
         if last_s > end_s:
             what = f"{what} ends at {last_s:g} s, the record at {end_s:.3f} s"
             yield FreerockError(f"{where}: {column}", what, "give times within the record")
-
-
-def _sensor(laser: LaserSection, raw: str) -> "Laser":
-    from freerock.rotation.calibration import read_calibration
-    from freerock.rotation.sensor import Laser
-
-    table = laser.calibration and read_calibration(Path(raw, laser.calibration))
-    return Laser(**{**section_values(laser, "uncertainty"), "calibration": table})
 
 
 def _swept_angle(values: "Floats", quantity: str, sensor: "Laser", block: BlockSection) -> float:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from freerock.cli.inspect_command import aligned
 from freerock.config.mistakes import leaves
 from freerock.errors import FreerockError, printable
 from freerock.files import read_json
@@ -222,7 +223,4 @@ def _parameter_cells(frame: pd.DataFrame) -> Sequence[tuple[str, ...]]:
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> str:
-    """Rows of text as columns."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
-    return "\n".join(f"  {line.rstrip()}" for line in lines)
+    return "\n".join(f"  {line}" for line in aligned(rows))

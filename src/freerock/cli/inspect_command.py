@@ -9,7 +9,7 @@ Formats: docs/records.md. The record file is only read.
 import math
 import shutil
 from argparse import Namespace
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -187,11 +187,16 @@ def look_text(look: RecordLook) -> str:
         low, high = (f"{bound:.6g}" for bound in (channel.low, channel.high))
         name, unit, missing = " ".join(channel.name.split()), channel.units or "–", str(channel.n_missing)
         rows.append((name, unit, rate, duration, low, high, missing))
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+    lines += aligned(rows)
     lines += [f"{channel.name}: {channel.fault}" for channel in look.channels if channel.fault]
     remarks = dict.fromkeys(text for channel in look.readable for text in channel.remarks)
     return printable("\n".join([*lines, *remarks]))
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Rows of text as lines with columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
 
 
 def draw_looks(looks: Iterable[RecordLook], path: Path) -> None:

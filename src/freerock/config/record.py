@@ -115,10 +115,7 @@ class Record(Section):
     @property
     def overrides(self) -> tuple[tuple[int, float, float, str, tuple[float, float] | None], ...]:
         """(run, release [s], end [s], reason, hold [s] or None) of each run set by hand."""
-        return tuple(
-            (run, release_s, end_s, self.reason, hold_s)
-            for run, release_s, end_s, _, hold_s in read_overrides(self.override)
-        )
+        return tuple((*each._replace(reason=self.reason),) for each in read_overrides(self.override))
 
 
 def read_records(

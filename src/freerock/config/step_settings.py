@@ -71,11 +71,9 @@ def laboratory(campaign: Campaign, record: Record) -> Settings:
 
 def record_attributes(campaign: Campaign, record: Record) -> Settings:
     """What identifies a record in its datasets."""
-    block = campaign.blocks[record.block]
     found = {"campaign": campaign.name, "test": record.test, "block": record.block}
     found |= {"foundation": record.foundation, "origin": campaign.origin}
-    shape = section_values(block, *NOT_OF_BLOCK)
-    return found | {f"block_{name}": value for name, value in shape.items() if value}
+    return found | {f"block_{name}": value for name, value in geometry(campaign, record).items() if value}
 
 
 def descriptions(campaign: Campaign) -> Settings:

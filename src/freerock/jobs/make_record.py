@@ -17,12 +17,11 @@ from freerock.models.block import Block
 from freerock.products.netcdf import write_failure, write_record
 from freerock.products.provenance import provenance
 from freerock.records.read import read_record
-from freerock.rotation.calibration import read_calibration
 from freerock.rotation.faults import listed_faults, signal_quality
 from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.rotation import find_rotation
-from freerock.rotation.sensor import Laser
+from freerock.rotation.sensor import laser_of
 from freerock.runs.begun_in_motion import Position
 from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import Impacts
@@ -150,7 +149,7 @@ def rotation_of(settings: Settings) -> xr.Dataset:
     path = Path(settings["raw"], settings["file"])
     if settings["sha256"]:
         check_file(settings["raw"], settings["file"], settings["sha256"])
-    lasers = [_sensor(section, settings["raw"]) for section in settings["lasers"]]
+    lasers = [laser_of(section, settings["raw"]) for section in settings["lasers"]]
     channels = [_channel(path, name) for name in settings["channels"]]
     time_s = channels[0]["time"].values
     if not all(np.array_equal(channel["time"].values, time_s) for channel in channels):
@@ -172,12 +171,6 @@ def _position(path: Path, name: str, time_s: Floats) -> Floats:
         what = f"channel {name!r} is no position at the times of the rotation"
         raise FreerockError(path, what, "name channels in m or mm of the same table in the column position")
     return values
-
-
-def _sensor(section: Settings, raw: str) -> Laser:
-    """A laser with its calibration table, where it has one."""
-    table = section["calibration"] and read_calibration(Path(raw, section["calibration"]))
-    return Laser(**{**section, "calibration": table})
 
 
 def _channel(path: Path, name: str) -> xr.DataArray:

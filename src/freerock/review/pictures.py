@@ -54,11 +54,9 @@ def run_picture(found: Analysed, number: int, block: Block, means: bool = True) 
     group = runs_of(fits).get(number) if fits is not None else None
     release, sigma = run["release"].item(), run["sigma_theta"].item()
     verdict = verdict_of_run(number, run, fits)
-    fitted = {} if group is None else group.children
-    models = {name: fitted[name] for name in MODELS if name in fitted}
-    sources = {"measured": (run.dataset, release)} | {
-        model: (fit.dataset, 0.0) for model, fit in models.items() if model in _drawn(group, models)
-    }
+    drawn = {} if group is None else _drawn(group)
+    sources: dict[str, tuple[xr.Dataset, float]] = {"measured": (run.dataset, release)}
+    sources |= {model: (fit, 0.0) for model, fit in drawn.items()}
     return {
         "run": number,
         "release": release,
@@ -75,7 +73,13 @@ def run_picture(found: Analysed, number: int, block: Block, means: bool = True) 
         ],
         "impacts": {source: _impacts(data, release - own, block) for source, (data, own) in sources.items()},
         "r_housner": block.restitution_housner,
-        "curves": {} if group is None else _curves(group, models, release, sigma),
+        "curves": {
+            model: {
+                "theta": thinned(fit["time"].values + release, np.degrees(fit["theta_model"].values)),
+                "residual": thinned(fit["time"].values + release, fit["residual"].values / sigma),
+            }
+            for model, fit in drawn.items()
+        },
         "fits": fits_of_group(group),
         "means": means_of(fits) if means else None,
     }
@@ -149,22 +153,11 @@ def _parameter(name: str, value: float, u: float, unit: str) -> Json:
     }
 
 
-def _drawn(group: xr.DataTree | None, models: dict[str, xr.DataTree]) -> list[str]:
-    """The candidates that are drawn: the laws as the paper has them, and the one that is named."""
-    named = named_in(group) if group is not None else ""
-    return [model for model in models if model in LAWS or not CANDIDATES[model].is_rival or model == named]
-
-
-def _curves(group: xr.DataTree, models: dict[str, xr.DataTree], release: float, sigma: float) -> Json:
-    time = group.dataset["time"].values + release
-    curves = {}
-    for model in _drawn(group, models):
-        fit = models[model].dataset
-        curves[model] = {
-            "theta": thinned(time, np.degrees(fit["theta_model"].values)),
-            "residual": thinned(time, fit["residual"].values / sigma),
-        }
-    return curves
+def _drawn(group: xr.DataTree) -> dict[str, xr.Dataset]:
+    """The fits that are drawn: of the laws as the paper has them, and of the candidate that is named."""
+    named, fits = named_in(group), group.children
+    shown = [each for each in MODELS if each in LAWS or not CANDIDATES[each].is_rival or each == named]
+    return {model: fits[model].dataset for model in shown if model in fits}
 
 
 def _impacts(data: xr.Dataset, later_s: float, block: Block) -> list[list[float | None]]:

@@ -1,6 +1,9 @@
 """The sensor: where its beam meets the block, and what its output means."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -8,7 +11,7 @@ from numpy.typing import ArrayLike
 from freerock.arrays import Floats
 from freerock.config.laser_defaults import LaserKeys
 from freerock.errors import FreerockError
-from freerock.rotation.calibration import Calibration
+from freerock.rotation.calibration import Calibration, read_calibration
 from freerock.rotation.flags import Limits
 from freerock.rotation.sensor_response import KINDS
 from freerock.units import CHANNEL_UNITS
@@ -138,6 +141,12 @@ class Laser(LaserKeys):
         name = "volts" if quantity == "voltage" else "milliamps"
         span: float = getattr(self, f"{name}_at_end") - getattr(self, f"{name}_at_start")
         return self.sign * self.range_m / span
+
+
+def laser_of(section: Mapping[str, Any], raw: str | Path) -> Laser:
+    """The laser of a section of the configuration, with its calibration table in the raw folder, if any."""
+    table = section["calibration"] and read_calibration(Path(raw, section["calibration"]))
+    return Laser(**{**section, "calibration": table})
 
 
 SEVERAL_LEVELS = 0.2  # V: so much apart, and samples are not of one level with its noise
