@@ -98,11 +98,9 @@ class CampaignFile(Section):
             return published
         longest = ((block, [foundation]) for block, foundation in published.longest.items())
         for block, foundations in (*published.values.items(), *longest):
-            values.check_name(block, info.data.get("blocks", (block,)), "a block of this campaign")
-            for name in foundations:
-                values.check_name(
-                    name, info.data.get("foundations", (name,)), "a foundation of this campaign"
-                )
+            values.check_names([block], info.data.get("blocks", (block,)), "a block of this campaign")
+            known = info.data.get("foundations", foundations)
+            values.check_names(foundations, known, "a foundation of this campaign")
         return published
 
     @field_validator("plan")
@@ -111,13 +109,13 @@ class CampaignFile(Section):
         if plan is None or not {"blocks", "foundations"} <= info.data.keys():
             return plan
         blocks, foundations = info.data["blocks"], info.data["foundations"]
-        for name in (*plan.expected, *plan.spread_fraction):
-            values.check_name(name, foundations, "a foundation of this campaign")
+        named = (*plan.expected, *plan.spread_fraction)
+        values.check_names(named, foundations, "a foundation of this campaign")
         for name in foundations:
             if name not in plan.expected:
                 raise Invalid(f"no parameters are expected of foundation {name!r}", "add it to plan.expected")
         for name, angles in plan.release_angles_deg.items():
-            values.check_name(name, blocks, "a block of this campaign")
+            values.check_names([name], blocks, "a block of this campaign")
             critical = math.degrees(blocks[name].block.theta_cr)
             if max(angles, default=0) >= critical:
                 what = f"released at {max(angles):g}° {name} overturns, its critical angle is {critical:.3f}°"

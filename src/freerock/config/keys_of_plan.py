@@ -14,7 +14,7 @@ from freerock.config.values import (
     Positive,
     Section,
     Whole,
-    check_name,
+    check_names,
     check_parameters,
     key,
 )
@@ -91,6 +91,6 @@ class PlanSection(Section):
     @classmethod
     def _of_parameters(cls, spread: Any) -> Any:
         every = {name for parameters in MODELS.values() for name in parameters}
-        for name in {name for parameters in spread.values() for name in parameters}:
-            check_name(name, sorted(every), "a parameter of a law")
+        for parameters in spread.values():
+            check_names(parameters, sorted(every), "a parameter of a law")
         return spread

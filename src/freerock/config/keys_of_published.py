@@ -4,7 +4,7 @@ from typing import Any
 
 from pydantic import field_validator
 
-from freerock.config.values import Model, Name, Number, Section, check_name, key
+from freerock.config.values import Model, Name, Number, Section, check_names, key
 from freerock.models.laws import MODELS
 
 
@@ -24,6 +24,5 @@ class PublishedSection(Section):
         for foundations in values.values():
             for models in foundations.values():
                 for model, parameters in models.items():
-                    for name in parameters:
-                        check_name(name, (*MODELS[model], "epsilon_theta"), f"a parameter of {model}")
+                    check_names(parameters, (*MODELS[model], "epsilon_theta"), f"a parameter of {model}")
         return values

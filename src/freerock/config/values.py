@@ -125,11 +125,12 @@ def did_you_mean(word: object, words: Iterable[object]) -> str:
     return "".join(f"did you mean {close!r}?" for close in closest(word, words))
 
 
-def check_name(name: str, names: Collection[str], kind: str) -> None:
-    """Refuse a name that is not among those known; `kind` says what it should be."""
-    if name not in names:
-        remedy = did_you_mean(name, names) or f"use one of {', '.join(names)}"
-        raise Invalid(f"{name!r} is not {kind}", remedy)
+def check_names(names: Iterable[str], known: Collection[str], kind: str) -> None:
+    """Refuse the first name that is not among those known; `kind` says what it should be."""
+    for name in names:
+        if name not in known:
+            remedy = did_you_mean(name, known) or f"use one of {', '.join(known)}"
+            raise Invalid(f"{name!r} is not {kind}", remedy)
 
 
 def check_inside(file: str) -> str:
@@ -174,8 +175,7 @@ def check_parameters(model: str, parameters: Mapping[str, float], on: str = "", 
     With `width`, width_fraction is among them.
     """
     names = (*MODELS[model], *(["width_fraction"] if width else []))
-    for name in parameters:
-        check_name(name, names, f"a parameter of {model}")
+    check_names(parameters, names, f"a parameter of {model}")
     for name in names:
         if name not in parameters:
             raise Invalid(f"{model}{on} has no {name}", f"give {name} or leave {model} out")

@@ -1,6 +1,7 @@
 """What a run may find: leavings and jobs of a killed run, another run, no room, a wrong clock, no folder."""
 
 import errno
+import fcntl
 import os
 import sys
 import tempfile
@@ -25,8 +26,6 @@ def run_starts() -> None:
     Runs and jobs hold locks of the operating system, which end with their process. Where another run is
     alive, or the file system knows no such locks, nothing is taken away and Snakemake refuses to start.
     """
-    import fcntl
-
     with suppress(OSError):
         RUNS.parent.mkdir(exist_ok=True)
         runs = _opened(RUNS)
@@ -51,8 +50,6 @@ def job_runs() -> None:
     The lock is their standard input, which a process has from its first moment, long before its imports;
     no other file is handed on to the jobs that Snakemake starts.
     """
-    import fcntl
-
     with suppress(OSError):  # not below Snakemake
         jobs = _opened(JOBS)
         fcntl.flock(jobs, fcntl.LOCK_SH)
@@ -68,8 +65,6 @@ def hold(folder: Path) -> None:
     FreerockError
         Another run is at work on it.
     """
-    import fcntl
-
     with suppress(OSError):  # no right to write, of which check_room tells, or no such locks
         folder.mkdir(parents=True, exist_ok=True)
         try:

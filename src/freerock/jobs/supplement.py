@@ -4,7 +4,7 @@ import hashlib
 import json
 import shutil
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path, PurePosixPath
 
@@ -65,8 +65,7 @@ def pack(campaign: Campaign, root: Path, path: Path, metadata: Metadata) -> int:
     files[STATE] = f"describe-name: {made_by['git']}\n".encode()
     files["CITATION.cff"] = citation_cff(campaign, metadata).encode()
     files["datacite.json"] = datacite_json(campaign, metadata).encode()
-    captions = {name: text for name, text in files.items() if name.endswith(".txt") and "/figures/" in name}
-    told = readme(campaign, metadata, made_by, _captions(campaign.name, captions), files)
+    told = readme(campaign, metadata, made_by, _captions(campaign.name), files)
     files["README.md"] = told.encode()
     ledger = f"results/{campaign.name}/{LEDGER_FOLDER}/"
     sums = {name: _sha256(source) for name, source in sorted(files.items()) if not name.startswith(ledger)}
@@ -174,15 +173,12 @@ def _check_texts(campaign: Campaign) -> None:
                 raise FreerockError(path, what, remedy)
 
 
-def _captions(campaign: str, files: Mapping[str, Source]) -> dict[str, str]:
+def _captions(campaign: str) -> dict[str, str]:
     """Captions of the figures in the order of captions.tex, by the name of their files."""
-    text = Path("results", campaign, "figures/captions.tex").read_text(encoding="utf-8")
-    found = {
-        PurePosixPath(name).stem: " ".join(source.read_text(encoding="utf-8").split())
-        for name, source in files.items()
-        if isinstance(source, Path) and PurePosixPath(name).parent.name == "figures"
-    }
-    return dict(sorted(found.items(), key=lambda each: text.find(f"fig:{each[0]}}}")))
+    folder = Path("results", campaign, "figures")
+    text = (folder / "captions.tex").read_text(encoding="utf-8")
+    found = sorted(folder.glob("*.txt"), key=lambda path: text.find(f"fig:{path.stem}}}"))
+    return {path.stem: " ".join(path.read_text(encoding="utf-8").split()) for path in found}
 
 
 def _size(source: Source) -> int:
