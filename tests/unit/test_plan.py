@@ -21,6 +21,7 @@ from freerock.planning.plan import CASE_COLUMNS, COLUMNS, Choices, Setup, plan, 
 from freerock.planning.plan_campaign import plan_campaign
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.calibration import Calibration
+from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
 from freerock.runs.noise_spectrum import white_noise
@@ -152,7 +153,9 @@ def test_a_record_of_rotations_is_planned_by_the_noise_of_the_rotation():
 
 
 def table(expected, angles=(10,), **options):
-    setup = Setup("b", "f", "l", CONFIG2, Laser("horizontal", 0.2, 0.1), expected, angles)
+    setup = Setup(
+        ("b", "f", "l"), Laboratory(CONFIG2, {"l": Laser("horizontal", 0.2, 0.1)}), expected, angles
+    )
     return plan([setup, setup], Choices({"s": SensorSection(noise_v=0.002)}, **options))
 
 

@@ -38,7 +38,7 @@ def laboratory(name, **u):
 
 
 def setup(name, expected, angle=6.0, **u):
-    return Setup(name, "mat", "laser", BLOCKS[name], LASER, expected, [angle], laboratory(name, **u))
+    return Setup((name, "mat", "laser"), laboratory(name, **u), expected, [angle])
 
 
 CHOICES = Choices({"s": SensorSection(noise_v=0.002)}, durations_s=(2.0,))
@@ -60,7 +60,7 @@ def test_contributions_are_those_of_a_fit_of_such_a_run(model, values):
     fit = fit_run(model, block, motion)
     assert fit.success
     found = contributions(fit, motion, lab, FitSettings())
-    one = Setup("b", "f", "l", block, laser, {model: values}, [math.degrees(0.1)], lab)
+    one = Setup(("b", "f", "l"), lab, {model: values}, [math.degrees(0.1)])
     budget = plan_budget([one], CHOICES)
     assert list(budget.columns) == BUDGET
     for name, rows in budget.groupby("parameter", sort=False):

@@ -14,6 +14,7 @@ from freerock.identification.fit import fit_run
 from freerock.models.laws import LAWS, PAPER_MODELS
 from freerock.planning.plan import CASE_COLUMNS, RIVALS, Choices, Setup, plan, plan_rivals
 from freerock.planning.rivals import Rival, best_rival, expected_motion, rivals_of
+from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
 from freerock.tables.plan_text import rivals_text
@@ -111,7 +112,9 @@ def test_a_block_that_overturns_has_no_rivals():
 
 
 def table(expected, angles=(10,), **options):
-    setup = Setup("b", "f", "l", CONFIG2, Laser("horizontal", 0.2, 0.1), expected, angles)
+    setup = Setup(
+        ("b", "f", "l"), Laboratory(CONFIG2, {"l": Laser("horizontal", 0.2, 0.1)}), expected, angles
+    )
     choices = Choices(
         {"fine": SensorSection(noise_v=0.002), "coarse": SensorSection(noise_deg=2.0)}, **options
     )

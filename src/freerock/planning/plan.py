@@ -76,39 +76,28 @@ class Setup:
 
     Parameters
     ----------
-    block_name, foundation, laser_name : str
-    block : Block
-    laser : Laser
+    names : (str, str, str)
+        Of its block, foundation and laser.
+    laboratory : Laboratory
+        What it is measured with, and how well that is known.
     expected : mapping of str to mapping of str to float
         model: parameter: value [SI]; of a model that frees the contact width also width_fraction, that width
         over the block's.
     release_angles_deg : sequence of float
         Release angles of the block [°].
-    laboratory : Laboratory, optional
-        What it is measured with, and how well that is known.
     """
 
-    block_name: str
-    foundation: str
-    laser_name: str
-    block: Block
-    laser: Laser
+    names: tuple[str, str, str]
+    laboratory: Laboratory
     expected: Mapping[str, Mapping[str, float]]
     release_angles_deg: Sequence[float]
-    laboratory: Laboratory | None = None
-
-    @property
-    def names(self) -> tuple[str, str, str]:
-        """Of its block, foundation and laser."""
-        return self.block_name, self.foundation, self.laser_name
 
     def worn(self, model: str) -> Block:
         """The block with the contact width that a model expects."""
+        block = self.laboratory.block
         if not CANDIDATES[model].width:
-            return self.block
-        return replace(
-            self.block, contact_width_m=self.expected[model]["width_fraction"] * self.block.width_m
-        )
+            return block
+        return replace(block, contact_width_m=self.expected[model]["width_fraction"] * block.width_m)
 
 
 @dataclass(frozen=True)
@@ -218,7 +207,7 @@ def plan_rivals(setups: Iterable[Setup], choices: Choices) -> pd.DataFrame:
             best = (
                 motion
                 if isinstance(motion, FreerockError)
-                else best_rival(rival, setup.block, motion, choices.settings_of(rival))
+                else best_rival(rival, setup.laboratory.block, motion, choices.settings_of(rival))
             )
             for rate, case, sigma, off in seen:
                 if isinstance(best, FreerockError) or off:
@@ -266,7 +255,8 @@ def _with_each_sensor(
     setup: Setup, model: str, duration_s: float, angle_deg: float, rate_hz: float, choices: Choices
 ) -> Iterator[tuple[tuple[Any, ...], float, str]]:
     """Rows of a case up to sigma_theta_deg, that noise [rad], why it won't do."""
+    block, laser = setup.laboratory.block, setup.laboratory.lasers[setup.names[2]]
     for name, sensor in choices.sensors.items():
-        sigma, off = sigma_theta_of(sensor, math.radians(angle_deg), setup.block, setup.laser)
+        sigma, off = sigma_theta_of(sensor, math.radians(angle_deg), block, laser)
         case = *setup.names, name, duration_s, rate_hz, angle_deg, model, math.degrees(sigma)
         yield case, sigma, off

@@ -11,7 +11,6 @@ from freerock.errors import FreerockError
 from freerock.planning.plan import Choices, Setup, plan, plan_rivals
 from freerock.planning.plan_total import plan_budget, plan_totals
 from freerock.rotation.laboratory import Laboratory
-from freerock.rotation.sensor import Laser
 
 
 class Plan(NamedTuple):
@@ -40,20 +39,12 @@ def plan_campaign(campaign: Campaign) -> Plan:
     nominal = {name: block.release_angle_deg for name, block in campaign.blocks.items()}
     angles: dict[str, Sequence[float]] = {name: (angle,) for name, angle in nominal.items() if angle}
     angles |= section.release_angles_deg
-    lasers = {
-        name: Laser(**laser.model_dump(exclude={"calibration", "uncertainty"}))
-        for name, laser in campaign.lasers.items()
-    }
     setups = [
         Setup(
-            each.block,
-            each.foundation,
-            laser,
-            campaign.blocks[each.block].block,
-            lasers[laser],
+            (each.block, each.foundation, laser),
+            Laboratory.of(laboratory(campaign, each)),
             section.expected[each.foundation],
             angles[each.block],
-            Laboratory.of(laboratory(campaign, each.model_copy(update={"lasers": (laser,)}))),
         )
         for each in campaign.records
         for laser in each.lasers

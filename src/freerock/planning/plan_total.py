@@ -51,7 +51,7 @@ def plan_budget(setups: Iterable[Setup], choices: Choices) -> pd.DataFrame:
     Parameters
     ----------
     setups, choices
-        As for `plan.plan`; a setup without a laboratory has no rows.
+        As for `plan.plan`.
 
     Returns
     -------
@@ -62,8 +62,6 @@ def plan_budget(setups: Iterable[Setup], choices: Choices) -> pd.DataFrame:
     """
     rows: list[tuple[Any, ...]] = []
     for setup, model, duration, angle in cases_of(setups, choices):
-        if setup.laboratory is None:
-            continue
         laboratory, names = replace(setup.laboratory, block=setup.worn(model)), CANDIDATES[model].parameters
         values = {**setup.expected[model], "width": 2 * laboratory.block.b}
         motion = expected_of(setup, model, duration, angle, choices)

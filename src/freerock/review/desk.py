@@ -21,7 +21,7 @@ from freerock.models.free_parameters import symbol_of
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.products.choices import named_in
 from freerock.products.netcdf import open_fits, open_record
-from freerock.review.corrections import COLUMNS, Correction, corrected, corrected_cells, correction_of
+from freerock.review.corrections import Correction, corrected, corrected_cells, correction_of
 from freerock.review.csv_edit import Edit, digest, locked, save_edits
 from freerock.review.listing import analysed_lines, is_behind, is_of_this_code, listed_rows
 from freerock.review.pictures import lines_of_record, means_of, run_picture
@@ -141,7 +141,7 @@ class Desk:
             "test": test,
             "file": self.campaign.file(test),
             "correction": correction_of(line),
-            "cells": {key: getattr(line, key) for key in COLUMNS},
+            "cells": {key: getattr(line, key) for key in ("exclude", "override", "reason", "note")},
             "span": span,
             "step_s": step_s,
             "problem": problem,
