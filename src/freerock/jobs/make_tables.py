@@ -81,13 +81,12 @@ def _predicting(estimates: Sequence[Estimate], accepted: set[tuple[str, str, str
 
     `accepted` holds test, run and model.
     """
-    explaining = [(each.test, str(each.run), each.model) in accepted for each in estimates]
-    known = {each.foundation for each, explains in zip(estimates, explaining, strict=True) if explains}
-    return [
-        each
-        for each, explains in zip(estimates, explaining, strict=True)
-        if explains or each.foundation not in known
-    ]
+
+    def explains(each: Estimate) -> bool:
+        return (each.test, str(each.run), each.model) in accepted
+
+    known = {each.foundation for each in estimates if explains(each)}
+    return [each for each in estimates if explains(each) or each.foundation not in known]
 
 
 def _read(
