@@ -76,7 +76,7 @@ def test_without_space_it_is_made_again(tmp_path, monkeypatch):
     def full(*_):
         raise OSError("no space left on device")
 
-    monkeypatch.setattr("freerock.review.remembered._Writer.dump", full)
+    monkeypatch.setattr("freerock.review.remembered.np.save", full)
     assert [known.get(1, lambda n=n: np.full(5000, n))[0] for n in (7, 8)] == [7, 8]
     assert [each for each in tmp_path.rglob("*") if each.is_file()] == []
 

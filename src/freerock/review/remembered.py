@@ -1,20 +1,22 @@
 """What took long to make, kept in files by what it was made of: memory stays free, and the disk is cheap."""
 
-import pickle
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Mapping
+from copy import copy, deepcopy
 from dataclasses import fields, is_dataclass
 from hashlib import sha256
 from itertools import count
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
-from types import FunctionType
-from typing import IO, Any
+from typing import Any, NamedTuple
 from weakref import finalize
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
+
+LARGE_BYTES = 1 << 13  # from which an array is kept in a file
 
 
 class OnDisk:
@@ -30,35 +32,8 @@ class OnDisk:
         return np.array(np.load(self._path, mmap_mode="r")[part])
 
 
-class _Writer(pickle.Pickler):
-    """Writes anything but functions, which stay in memory: one that was defined in another has no name."""
-
-    def __init__(self, file: IO[bytes]):
-        super().__init__(file, pickle.HIGHEST_PROTOCOL)
-        self.functions: list[FunctionType] = []
-
-    def persistent_id(self, value: Any) -> int | None:
-        """Number of a function among those that stay."""
-        if not isinstance(value, FunctionType):
-            return None
-        self.functions.append(value)
-        return len(self.functions) - 1
-
-
-class _Reader(pickle.Unpickler):
-    """Reads what `_Writer` wrote."""
-
-    def __init__(self, file: IO[bytes], functions: list[FunctionType]):
-        super().__init__(file)
-        self._functions = functions
-
-    def persistent_load(self, number: int) -> FunctionType:
-        """The function of a number."""
-        return self._functions[number]
-
-
 class Remembered:
-    """The latest of what was made, in a folder that goes when the process ends.
+    """The latest of what was made: what is large of it in a folder that goes when the process ends.
 
     Parameters
     ----------
@@ -70,27 +45,77 @@ class Remembered:
         self._most, self._numbers = most, count()
         self._folder = Path(mkdtemp(prefix="freerock-review-"))
         finalize(self, rmtree, self._folder, ignore_errors=True)
-        self._kept: OrderedDict[Hashable, tuple[Path, list[FunctionType]]] = OrderedDict()
+        self._kept: OrderedDict[Hashable, tuple[Path, Any]] = OrderedDict()
 
     def get(self, of: Any, make: Callable[[], Any]) -> Any:
         """What was made of `of`, to the last bit; made now where it is not known. Each call gives its own."""
         key = content(of)
         if key in self._kept:
             self._kept.move_to_end(key)
-            path, functions = self._kept[key]
-            with open(path, "rb") as file:
-                return _Reader(file, functions).load()
+            return _read(self._kept[key][1])
         while len(self._kept) >= self._most:
-            self._kept.popitem(last=False)[1][0].unlink()
-        made, path = make(), self._folder / str(next(self._numbers))
+            rmtree(self._kept.popitem(last=False)[1][0], ignore_errors=True)
+        made, folder = make(), self._folder / str(next(self._numbers))
         try:
-            with open(path, "wb") as file:
-                writer = _Writer(file)
-                writer.dump(made)
-            self._kept[key] = path, writer.functions
+            folder.mkdir()
+            self._kept[key] = folder, _written(made, folder)
         except OSError:  # no space: it is made again next time
-            path.unlink(missing_ok=True)
+            rmtree(folder, ignore_errors=True)
         return made
+
+
+class _Array(NamedTuple):
+    """An array that is kept in a file."""
+
+    path: Path
+
+
+class _Dataset(NamedTuple):
+    """Variables of a dataset as (dimensions, values, attributes), coordinates likewise; its attributes."""
+
+    variables: dict[Hashable, Any]
+    coordinates: dict[Hashable, Any]
+    attributes: dict[Hashable, Any]
+
+
+def _written(value: Any, folder: Path) -> Any:
+    """A value whose large arrays are written into a folder; the rest is a copy."""
+    if isinstance(value, np.ndarray) and value.nbytes >= LARGE_BYTES and not value.dtype.hasobject:
+        path = folder / f"{len(list(folder.iterdir()))}.npy"
+        np.save(path, value)
+        return _Array(path)
+    if isinstance(value, xr.Dataset):
+        data, beside = (
+            {name: (each.dims, each.values, dict(each.attrs)) for name, each in group.items()}
+            for group in (value.data_vars, value.coords)
+        )
+        return _Dataset(_written(data, folder), _written(beside, folder), dict(value.attrs))
+    return _each(value, lambda part: _written(part, folder))
+
+
+def _read(value: Any) -> Any:
+    """What was written, anew."""
+    if isinstance(value, _Array):
+        return np.load(value.path)
+    if isinstance(value, _Dataset):
+        return xr.Dataset(_read(value.variables), _read(value.coordinates), dict(value.attributes))
+    return _each(value, _read)
+
+
+def _each(value: Any, change: Callable[[Any], Any]) -> Any:
+    """A copy of a value with each of its parts changed."""
+    if is_dataclass(value) and not isinstance(value, type):
+        made = copy(value)
+        for field in fields(value):
+            object.__setattr__(made, field.name, change(getattr(value, field.name)))
+        return made
+    if isinstance(value, dict):
+        return {key: change(each) for key, each in value.items()}
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        return type(value)(*map(change, value))
+    if isinstance(value, list | tuple):
+        return type(value)(map(change, value))
+    return deepcopy(value)
 
 
 def content(value: Any) -> Hashable:
