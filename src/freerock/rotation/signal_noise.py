@@ -227,8 +227,7 @@ def moved_rests(signal: StillSignal, unit: str, per_output: float) -> list[Fault
 
 def _slope(signal: StillSignal, phase: Phase) -> tuple[float, float]:
     """Slope of the signal within a phase and its standard error, per second."""
-    trim = min(0.1, (phase.end_s - phase.start_s) / 4)
-    part = slice(*np.searchsorted(signal.time_s, (phase.start_s + trim, phase.end_s - trim)))
+    part = phase.core(signal.time_s, 0.2)
     y, t = signal.values[part], signal.time_s[part] - phase.mid_s
     valid = np.isfinite(y)
     if not valid.all():

@@ -56,21 +56,20 @@ class Phase:
         """Middle of the phase [s]."""
         return (self.start_s + self.end_s) / 2
 
+    def core(self, time_s: Floats, window_s: float) -> slice:
+        """The samples at some instants [s] without the ends, which a window [s] leaves uncertain."""
+        trim = min(window_s / 2, (self.end_s - self.start_s) / 4)
+        return slice(*np.searchsorted(time_s, (self.start_s + trim, self.end_s - trim)))
+
 
 def stationary_phases(
-    time_s: ArrayLike,
-    signal: ArrayLike,
-    *,
-    window_s: float = 0.25,
-    min_duration_s: float | None = None,
-    noise_factor: float = 1.0,
-    floor_fraction: float = 5e-4,
+    time_s: ArrayLike, signal: ArrayLike, *, window_s: float = 0.25, floor_fraction: float = 5e-4
 ) -> list[Phase]:
     """Find the intervals in which a signal stands still, and which of them are rests and which holds.
 
     A window is cut into ten blocks. It is still when the standard deviation of the block means is below
-    `noise_factor` times the scatter within the quietest blocks (5th percentile), which is the noise, or below
-    `floor_fraction` of the signal's range, whichever is larger; a block without a valid sample is not still.
+    the scatter within the quietest blocks (5th percentile), which is the noise, or below `floor_fraction` of
+    the signal's range, whichever is larger; a block without a valid sample is not still.
     A phase is at rest when a free oscillation (at least three peaks of falling height) about its own level
     ends in it, or when it lies at the level of such phases. If no oscillation ends within the record, the
     phase about which one goes most evenly to both sides, else the longest phase, gives the rest level. No
@@ -84,10 +83,8 @@ def stationary_phases(
         Any measure of the rotation, in any unit; NaN where invalid. May be unsigned (V-shaped at touch-down).
     window_s : float
         Length of the window that must be still [s]; shorter than a quarter of a rocking cycle.
-    min_duration_s : float
-        Shorter phases are dropped [s]; longer than `window_s`. Left out, `LONGER` windows.
-    noise_factor, floor_fraction : float
-        The two limits of stillness, see above.
+    floor_fraction : float
+        The lower limit of stillness, see above.
 
     Returns
     -------
@@ -105,9 +102,8 @@ def stationary_phases(
     if not blocks.filled.any():
         return []
     noise = np.percentile(blocks.scatter[blocks.filled], 5)
-    limit = float(max(noise_factor * noise, floor_fraction * np.ptp(blocks.means[blocks.filled])))
-    least_s = LONGER * window_s if min_duration_s is None else min_duration_s
-    shortest = max(BLOCKS_PER_WINDOW + 3, least_s / (per_block * step))
+    limit = float(max(noise, floor_fraction * np.ptp(blocks.means[blocks.filled])))
+    shortest = max(BLOCKS_PER_WINDOW + 3, LONGER * window_s / (per_block * step))
     spans = [(i, j) for i, j in _still_spans(blocks, limit) if j - i + 1 >= shortest]
     phases = []
     for first, last in spans:

@@ -5,17 +5,10 @@ import math
 import numpy as np
 
 from freerock.rotation.lattice import scatter
-from freerock.rotation.still import Phase
 from freerock.runs.signal import Signal
 
 SMOOTH_S = 0.005  # averaging time in which the last of the motion stands out of the noise
 OUT_OF_NOISE = 5.0  # standard deviations
-
-
-def core(signal: Signal, phase: Phase, window_s: float) -> slice:
-    """The samples of a phase without its uncertain ends."""
-    trim = min(window_s / 2, (phase.end_s - phase.start_s) / 4)
-    return signal.during(phase.start_s + trim, phase.end_s - trim)
 
 
 def end_of_motion(signal: Signal, still: slice, start_s: float, until_s: float) -> float:

@@ -266,10 +266,7 @@ def expected_power(noise: Noise, n: int) -> Floats:
     """What `tapered_power` of n samples of noise is on average [rad²]."""
     lags = autocovariance(noise, n) * _of_tapers(n)
     size = next_fast_len(n, real=True)
-    wrapped = np.zeros(size)
-    wrapped[:n] += lags
-    wrapped[-np.arange(1, n) % size] += lags[1:]
-    return np.asarray(rfft(wrapped).real[1 : (size + 1) // 2])
+    return round_a_circle(lags, size)[1 : (size + 1) // 2]
 
 
 def power_taken(basis: Floats, of_basis: Complexes, through: Floats, inner: Floats) -> tuple[Floats, Floats]:
@@ -304,12 +301,18 @@ def share_taken(of_basis: Complexes) -> Floats:
 def filtered(noise: Noise, columns: Floats) -> Floats:
     """Covariance matrix of noise times columns, shape (n_time, n_columns)."""
     n = len(columns)
-    covariance = autocovariance(noise, n)
     size = next_fast_len(2 * n, real=True)
-    wrapped = np.zeros(size)
-    wrapped[:n], wrapped[-n + 1 :] = covariance, covariance[:0:-1]
     transform = rfft(np.ascontiguousarray(columns.T), size)
-    return np.asarray(irfft(rfft(wrapped).real * transform, size)[:, :n].T)
+    through = irfft(round_a_circle(autocovariance(noise, n), size) * transform, size)
+    return np.asarray(through[:, :n].T)
+
+
+def round_a_circle(lags: Floats, size: int) -> Floats:
+    """Transform of covariances at lags from 0 on, laid round a circle of so many samples both ways."""
+    around = np.zeros(size)
+    around[: len(lags)] += lags
+    around[size - len(lags) + 1 :] += lags[:0:-1]
+    return np.asarray(rfft(around).real)
 
 
 def degrees_of_freedom(band: Indices, taken: Floats, n: int, n_bands: int) -> Floats:

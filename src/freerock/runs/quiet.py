@@ -41,7 +41,7 @@ def quiet_stretches(
     step = float(time_s[-1] - time_s[0]) / (len(time_s) - 1)
     known = stationary_phases(time_s, theta, window_s=window_s) if phases is None else phases
     phases = [each for each in known if each.kind != "paused"]
-    usual_noise, cores = usual_of(sigma_theta), [_core(time_s, phase, window_s) for phase in phases]
+    usual_noise, cores = usual_of(sigma_theta), [phase.core(time_s, window_s) for phase in phases]
     block = max(1, round(BLOCK_S / step))
     cores = [core for core in cores if core.stop - core.start >= PARTS * block]
     alike = [theta[core] / relative_noise(sigma_theta[core], usual_noise) for core in cores]
@@ -91,12 +91,6 @@ def relative_noise(sigma_theta: Floats, usual: float) -> Floats:
     """
     known = np.isfinite(sigma_theta) & (sigma_theta > 0)
     return np.asarray(np.where(known, sigma_theta, usual) / usual, float)
-
-
-def _core(time_s: Floats, phase: Phase, window_s: float) -> slice:
-    """The samples of a phase without its uncertain ends."""
-    trim = min(window_s / 2, (phase.end_s - phase.start_s) / 4)
-    return slice(*np.searchsorted(time_s, (phase.start_s + trim, phase.end_s - trim)))
 
 
 def _mean_squares(parts: Sequence[Floats], block: int) -> Floats:

@@ -24,7 +24,7 @@ from freerock.rotation.still import Phase, stationary_phases
 from freerock.runs.beginning import Beginning, begun_by_hand, from_hold, unseen
 from freerock.runs.begun_in_motion import Position, begun_moving, slid
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand, Planned
-from freerock.runs.ending import OUT_OF_NOISE, core, end_of_motion
+from freerock.runs.ending import OUT_OF_NOISE, end_of_motion
 from freerock.runs.holds import find_holds, no_release
 from freerock.runs.noise_spectrum import Noise
 from freerock.runs.quiet import sensor_noise
@@ -193,7 +193,7 @@ class _Search:
         if self.block is None:
             raise FreerockError("runs", "start: motion requires the block", "give the block")
         for rest in self.rests:
-            still = core(signal, rest, limits.window_s)
+            still = rest.core(signal.t, limits.window_s)
             end_s = end_of_motion(signal, still, after_s, rest.start_s + limits.window_s)
             begins = begun_moving(signal, after_s, end_s, self.block, self.position, limits.finger_s)
             if begins and end_s > begins.fit_start_s:
@@ -206,7 +206,7 @@ class _Search:
         signal, limits = self.signal, self.limits
         later = bisect(self.phases, hold.mid_s, key=lambda each: each.start_s)
         rest = next((each for each in self.phases[later : later + 2] if each is not hold), None)
-        still = core(signal, rest or hold, limits.window_s)
+        still = (rest or hold).core(signal.t, limits.window_s)
         end_s = float(signal.t[-1])
         if rest:
             end_s = end_of_motion(signal, still, hold.end_s, rest.start_s + limits.window_s)
@@ -231,7 +231,7 @@ class _Search:
             apart = latest_s[bisect_left(starts_s, rest.start_s)] <= before.end_s
             if rest.kind != "rest" or before.kind == "held" or not apart:
                 continue
-            still = core(signal, rest, limits.window_s)
+            still = rest.core(signal.t, limits.window_s)
             end_s = end_of_motion(signal, still, before.end_s, rest.start_s + limits.window_s)
             if begins := unseen(signal, (before.end_s, end_s), limits):
                 all_runs.append(_Motion(begins, end_s, rest, signal.noise(still)))
@@ -257,7 +257,7 @@ class _Search:
         if not self.rests:
             return float(np.nanmedian(self.signal.sigma))
         nearest = min(self.rests, key=lambda each: abs(each.mid_s - time_s))
-        return self.signal.noise(core(self.signal, nearest, self.limits.window_s))
+        return self.signal.noise(nearest.core(self.signal.t, self.limits.window_s))
 
     def run(self, number: int, motion: _Motion, reasons: Sequence[Reason]) -> Run:
         """A run with its verdict."""
@@ -289,10 +289,10 @@ class _Search:
         share, noise = 1.0, signal.relative_noise
         if len(near) == 2:
             share = (near[1].mid_s - time_s) / (near[1].mid_s - near[0].mid_s)
-        usual = float(np.nanmedian(signal.sigma[core(signal, near[0], self.limits.window_s)]))
+        usual = float(np.nanmedian(signal.sigma[near[0].core(signal.t, self.limits.window_s)]))
         variance = noise.stuck * usual**2  # one place between two steps, in all rests
         for each, weight in zip(near, (share, 1 - share), strict=False):
-            part = core(signal, each, self.limits.window_s)
+            part = each.core(signal.t, self.limits.window_s)
             n = (part.stop - part.start) // noise.averaged
             apart = abs(each.mid_s - time_s) * noise.rate_hz
             level = stderr_of_mean(noise, n) ** 2

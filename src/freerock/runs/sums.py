@@ -7,7 +7,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from freerock.arrays import Floats
-from freerock.runs.noise_spectrum import Noise, autocovariance, unsure
+from freerock.runs.noise_spectrum import Noise, autocovariance, round_a_circle, unsure
 
 LAGS = 128  # in steps of so many autocovariances are worked out
 
@@ -25,10 +25,8 @@ def covariance_of_sums(noise: Noise, weights: Floats) -> Floats:
     """
     n = weights.shape[-1]
     size = next_fast_len(2 * n, real=True)
-    lags = _lags(noise, n) / noise.averaged
-    wrapped = np.zeros(size)
-    wrapped[:n], wrapped[size - n + 1 :] = lags, lags[:0:-1]
-    through = irfft(rfft(wrapped).real * rfft(weights, size), size)[..., :n]
+    around = round_a_circle(_lags(noise, n) / noise.averaged, size)
+    through = irfft(around * rfft(weights, size), size)[..., :n]
     return np.asarray(through @ np.swapaxes(weights, -1, -2))
 
 
