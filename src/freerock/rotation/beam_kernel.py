@@ -6,7 +6,6 @@ all in metres. With t = tan(θ/2), 1/cos θ - 1 = t tan θ.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -18,17 +17,16 @@ STILL = 1e-12  # rad: a horizontal beam shows it as it is
 BEYOND = 1.5  # rad: the block has fallen
 SMALL = 0.6  # rad: of angles that are taken by series
 SHORT = 0.1  # likewise, of the tangent of half the angle
-Number = Any
 
 
 @compiled(forceinline=True)
-def sine_cosine(x: Number) -> Number:
+def sine_cosine(x):
     """sin and cos; for |x| < `SMALL` by Taylor's polynomials, to 1e-14."""
     return small_sine_cosine(x) if abs(x) < SMALL else (math.sin(x), math.cos(x))
 
 
 @compiled(forceinline=True)
-def small_sine_cosine(x: Number) -> Number:
+def small_sine_cosine(x):
     """sin and cos by Taylor's polynomials."""
     q = x * x
     q2 = q * q
@@ -38,7 +36,7 @@ def small_sine_cosine(x: Number) -> Number:
 
 
 @compiled(forceinline=True)
-def beam_displacement(turn: Number, sunk: Number, sinks: Number, beam: Number) -> Number:
+def beam_displacement(turn, sunk, sinks, beam):
     """`beam.displaced`: (F30) to (F32); sunk is the depth of the base centre where it sinks, else 0."""
     vertical, place, height, edge, corner = beam
     sine, cosine = sine_cosine(turn)
@@ -53,7 +51,7 @@ def beam_displacement(turn: Number, sunk: Number, sinks: Number, beam: Number) -
 
 
 @compiled(forceinline=True)
-def turned_near(s: Number, near: Number, beam: Number) -> Number:
+def turned_near(s, near, beam):
     """`beam.turned`, on the side of a rotation near to it."""
     vertical, place, height, edge, corner = beam
     if vertical:
@@ -68,20 +66,20 @@ def turned_near(s: Number, near: Number, beam: Number) -> Number:
 
 
 @compiled(forceinline=True)
-def twice_arctangent(half: Number) -> Number:
+def twice_arctangent(half):
     """2 atan(t)."""
     return twice_small_arctangent(half) if abs(half) < SHORT else 2 * math.atan(half)
 
 
 @compiled(forceinline=True)
-def twice_small_arctangent(half: Number) -> Number:
+def twice_small_arctangent(half):
     """2 atan(t) of t < `SHORT`, by a series whose remainder is below 1e-15 of it."""
     q = half * half
     return 2 * half * (1 - q * (1 / 3 - q * (1 / 5 - q * (1 / 7 - q * (1 / 9 - q * (1 / 11 - q / 13))))))
 
 
 @compiled()
-def twice_arctangents(halves: Number) -> None:
+def twice_arctangents(halves):
     """2 atan(t) in place; of short ones without branches, several in one."""
     long = 0
     for i in range(halves.size):
@@ -95,7 +93,7 @@ def twice_arctangents(halves: Number) -> None:
 
 
 @compiled()
-def rotations(s: Number, side: Number, beam: Number, theta: Number, slope: Number) -> None:
+def rotations(s, side, beam, theta, slope):
     """`beam.turned` of displacements and `beam.sensitivity` there; a side is +1 or -1, of a vertical beam."""
     vertical, place, height, edge, corner = beam
     for i in range(s.size):
@@ -116,16 +114,7 @@ def rotations(s: Number, side: Number, beam: Number, theta: Number, slope: Numbe
 
 
 @compiled()
-def rotations_of_two(
-    first: Number,
-    second: Number,
-    apart: Number,
-    beam: Number,
-    theta: Number,
-    sigma: Number,
-    moved: Number,
-    slope: Number,
-) -> None:
+def rotations_of_two(first, second, apart, beam, theta, sigma, moved, slope):
     """Of the displacements of two beams at a distance the rotation, the translation along them, and
     `beam.sensitivity` of the first there; the error of the tangent becomes that of the rotation."""
     vertical, place, height, edge, corner = beam
@@ -150,7 +139,7 @@ def rotations_of_two(
 
 
 @compiled()
-def is_small(theta: Number) -> Number:
+def is_small(theta):
     """Whether all angles are small ones."""
     largest = 0.0
     for turn in theta.flat:
@@ -159,16 +148,7 @@ def is_small(theta: Number) -> Number:
 
 
 @compiled()
-def seen_if_small(
-    theta: Number,
-    z_cb: Number,
-    weights: Number,
-    rests: Number,
-    sign: Number,
-    beam: Number,
-    expected: Number,
-    out: Number,
-) -> None:
+def seen_if_small(theta, z_cb, weights, rests, sign, beam, expected, out):
     """`seen` of small angles: without branches, several samples in one."""
     vertical, place, height, edge, corner = beam
     sinks, mean = rests == rests, np.zeros(out.size)
@@ -210,16 +190,7 @@ def seen_if_small(
 
 
 @compiled()
-def seen(
-    theta: Number,
-    z_cb: Number,
-    weights: Number,
-    rests: Number,
-    sign: Number,
-    beam: Number,
-    expected: Number,
-    out: Number,
-) -> None:
+def seen(theta, z_cb, weights, rests, sign, beam, expected, out):
     """`view.View.seen`; rests is the depth from which the beam counts, NaN where no corner sinks; the reading
     of a beam is taken for that of the one expected."""
     if is_small(theta):
@@ -242,7 +213,7 @@ def seen(
 
 
 @compiled()
-def released(turn: Number, load: Number, rests: Number, beam: Number, expected: Number) -> Number:
+def released(turn, load, rests, beam, expected):
     """`view.View.released`; load is m g/k, the weight over the stiffness [m²], 0 where no corner sinks."""
     reading = beam_displacement(turn, 0.0, False, expected)
     before, error_before, now = turn, math.nan, turn
