@@ -39,16 +39,6 @@ VOLTS = (  # what the truth says of a laser: all its outputs are volts
 
 
 @dataclass(frozen=True)
-class VirtualScene:
-    """A law, its parameters [SI], the block and the rules by which it moves."""
-
-    model: str
-    block: Block
-    parameters: Mapping[str, float]
-    rules: Rules = GEOMETRIC
-
-
-@dataclass(frozen=True)
 class VirtualRelease:
     """One release: how the operator does it, and the parameters of the law on that occasion.
 
@@ -154,8 +144,7 @@ def simulate_record(
     rate_hz, noise, clock = recording.rate_hz, recording.noise, recording.rest_s
     runs, parts = [], [np.zeros((2, math.ceil(clock * rate_hz)))]
     for number, release in enumerate(releases, 1):
-        scene = VirtualScene(model, block, release.parameters, rules)
-        part, truth, clock = _release(scene, release, clock, recording)
+        part, truth, clock = _release(model, block, rules, release, clock, recording)
         if laser.beam == "vertical" and recording.corner_sinks and LAWS[model].is_foundation:
             part[1] -= static_depth(block, Foundation.of(release.parameters), 0.0)  # where its zero is
         parts.append(part)
@@ -199,7 +188,7 @@ def _volts(
 
 
 def _release(
-    scene: VirtualScene, release: VirtualRelease, clock: float, recording: Recording
+    model: str, block: Block, rules: Rules, release: VirtualRelease, clock: float, recording: Recording
 ) -> tuple[Floats, dict[str, Any], float]:
     """θ [rad] and how deep the lower corner is [m] from the start of a tilt to the end of the pause, shape
     (2, n_time); the truth; that end [s]."""
@@ -210,23 +199,20 @@ def _release(
     grid = np.arange(first, math.ceil((free + recording.longest_s) * rate_hz)) / rate_hz
 
     share = np.clip((grid - clock) / release.tilt_s, 0, 1)
-    on_bed = LAWS[scene.model].is_foundation
-    stands = lean(scene.block, Foundation.of(scene.parameters), 0.0) if on_bed and scene.block.e else 0.0
+    soil = Foundation.of(release.parameters) if LAWS[model].is_foundation else None
+    stands = lean(block, soil, 0.0) if soil and block.e else 0.0
     theta = stands + release.theta0 * share**3 * (10 - 15 * share + 6 * share**2)
     fading, rocking = (grid >= let_go) & (grid < free), grid >= free
     held = replace(release, theta0=release.theta0 + stands)
-    theta[fading], begin = _fade(scene, held, grid[fading] - let_go)
+    theta[fading], begin = _fade(model, block, rules, held, grid[fading] - let_go)
     since = grid[rocking] - free
-    motion = simulate(
-        scene.model, scene.block, scene.parameters, since, theta0=begin, rules=scene.rules, solver=EXACT
-    )
+    motion = simulate(model, block, release.parameters, since, theta0=begin, rules=rules, solver=EXACT)
     theta[rocking] = motion.theta
     depth = np.zeros(grid.size)
-    if recording.corner_sinks and on_bed:
-        soil = Foundation.of(scene.parameters)
-        depth[~rocking] = [static_depth(scene.block, soil, each) for each in theta[~rocking]]
+    if recording.corner_sinks and soil:
+        depth[~rocking] = [static_depth(block, soil, each) for each in theta[~rocking]]
         depth[rocking] = motion.z_cb
-        depth += scene.block.b * np.abs(np.sin(theta))
+        depth += block.b * np.abs(np.sin(theta))
 
     theta -= stands  # where the sensor has its zero
     moving = np.flatnonzero(np.abs(theta) > REST_RAD)  # NaN, once overturned, is not
@@ -249,25 +235,27 @@ def _release(
     return np.stack([theta, depth])[:, : math.ceil(end * rate_hz) - first], truth, end
 
 
-def _fade(scene: VirtualScene, release: VirtualRelease, times: Floats) -> tuple[Floats, State]:
+def _fade(
+    model: str, block: Block, rules: Rules, release: VirtualRelease, times: Floats
+) -> tuple[Floats, State]:
     """θ [rad] while the finger's holding moment fades as (1 + cos)/2, and the state at the end of it."""
     from scipy.integrate import solve_ivp
 
-    block, rules, theta0 = scene.block, scene.rules, release.theta0
+    theta0, on_bed = release.theta0, LAWS[model].is_foundation
     held = State(0.0, 0.0, theta0, 0.0)
-    if LAWS[scene.model].is_foundation:
-        foundation = Foundation.of(scene.parameters)
+    if on_bed:
+        foundation = Foundation.of(release.parameters)
         held = held._replace(z=static_depth(block, foundation, theta0))
     if release.fade_s == 0:
         return np.empty(0), held
-    if LAWS[scene.model].relaxes:
-        what = f"a finger that leaves gradually is not worked out under {scene.model}"
+    if LAWS[model].relaxes:
+        what = f"a finger that leaves gradually is not worked out under {model}"
         raise FreerockError("fade_s", what, "set it to 0, or take another law")
 
     def support(t: float) -> float:
         return 0.5 * (1 + math.cos(math.pi * min(t / release.fade_s, 1.0)))
 
-    if not LAWS[scene.model].is_foundation:
+    if not on_bed:
         start, (critical, p) = [theta0, 0.0], block.corner(theta0)
 
         def rates(t: float, y: Floats) -> list[float]:
