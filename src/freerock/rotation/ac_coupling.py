@@ -80,7 +80,7 @@ def _still(x: Floats, limit: float) -> Mask:
     ones = np.ones(WIDE) / WIDE
     x = x - x.mean()
     mean, square = np.convolve(x, ones, "valid"), np.convolve(x * x, ones, "valid")
-    return np.maximum(square - mean**2, 0.0) <= limit**2
+    return np.asarray(square - mean**2 <= limit**2)
 
 
 def _rate(y: Floats, area: Floats, turned: Mask, limit: float) -> float | None:
@@ -93,8 +93,8 @@ def _rate(y: Floats, area: Floats, turned: Mask, limit: float) -> float | None:
     rates = rates[(rates > 0.01) & (rates < 20)]
     if rates.size < WIDE:
         return None
-    density = np.log(rates[WIDE - 1 :] / rates[: 1 - WIDE or None])  # small where many windows agree
-    candidates = rates[np.argsort(density)[:: max(1, WIDE // 2)][:RATES_TRIED] + WIDE // 2]
+    density = np.log(rates[WIDE - 1 :] / rates[: 1 - WIDE])  # small where many windows agree
+    candidates = rates[np.argsort(density)[:: WIDE // 2][:RATES_TRIED] + WIDE // 2]
 
     def stillness(rate: float) -> int:
         return int(np.count_nonzero(_still(y + rate * area, limit) & turned))

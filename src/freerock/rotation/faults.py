@@ -9,7 +9,7 @@ import numpy as np
 from freerock.arrays import Flags, Floats
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.lattice import converter_step
-from freerock.rotation.still import stretches
+from freerock.rotation.still import between_breaks, stretches
 from freerock.units import BASE
 
 if TYPE_CHECKING:
@@ -67,21 +67,15 @@ def flagged_faults(time_s: Floats, flags: Flags) -> list[Fault]:
     """A fault per stretch of samples with the same flag; stretches closer than `MERGED_S` are one fault."""
     faults: list[Fault] = []
     every = np.flatnonzero(flags)
-    if every.size == 0:
-        return []
     step = (time_s[-1] - time_s[0]) / max(time_s.size - 1, 1)
     apart = max(1, round(MERGED_S / step))
     for name, mask in FLAGS.items():
         index = every[(flags[every] & mask) > 0]
         if index.size == 0:
             continue
-        breaks = np.flatnonzero(np.diff(index) > apart)
-        first = index[np.concatenate(([0], breaks + 1))]
-        last = index[np.concatenate((breaks, [index.size - 1]))]
-        count = np.diff(np.concatenate(([0], breaks + 1, [index.size])))
-        for i, j, n in zip(first.tolist(), last.tolist(), count.tolist(), strict=True):
-            note = f"{n} sample{'s' if n > 1 else ''}"
-            faults.append(Fault(name, float(time_s[i]), float(time_s[j]), note))
+        for i, j in zip(*between_breaks(np.diff(index) > apart), strict=True):
+            note = f"{j - i + 1} sample{'s' if j > i else ''}"
+            faults.append(Fault(name, float(time_s[index[i]]), float(time_s[index[j]]), note))
     return faults
 
 
@@ -91,8 +85,6 @@ def lost_at_large_angles(time_s: Floats, theta: Floats, flags: Flags) -> list[Fa
     if not gone.any():
         return []
     seen = np.flatnonzero(~gone & np.isfinite(theta))
-    if seen.size == 0:
-        return []
     step = (time_s[-1] - time_s[0]) / max(time_s.size - 1, 1)
     ago = max(1, round(0.05 / step))
     farthest = {side: np.max(side * theta[seen], initial=0.0) for side in (-1, 1)}

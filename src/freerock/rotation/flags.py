@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Flags, Floats, Indices
+from freerock.rotation.still import between_breaks
 
 FLAGS = {"error_level": 1, "out_of_range": 2, "saturated": 4, "target_lost": 8, "dropout": 16, "spike": 32}
 BY_HAND = {"left_out": 64}  # by a person, not by the signal
@@ -102,9 +103,8 @@ def _flag_equal(valid: Floats, flags: Flags, step: float) -> None:
         return
     longest = math.log(BY_CHANCE / same.size) / math.log(usual) if usual else 0.0
     index = np.flatnonzero(same)
-    breaks = np.flatnonzero(np.diff(index) > 1)
-    first = index[np.concatenate(([0], breaks + 1))]
-    last = index[np.concatenate((breaks, [-1]))] + 1  # samples first .. last are equal
+    first, last = (index[each] for each in between_breaks(np.diff(index) > 1))
+    last += 1  # samples first .. last are equal
     long = last - first + 1 >= max(EQUAL, longest)
     if not long.any():
         return

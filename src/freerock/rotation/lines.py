@@ -97,4 +97,4 @@ def slow_line(rest: Floats, step: float) -> tuple[float, float] | None:
     if not power[lowest + top] > CLEAR * floor[top] > 0:
         return None
     line = power[lowest + top - WIDE : lowest + top + WIDE + 1] - floor[top]
-    return float(frequency[lowest + top]), float(np.sqrt(max(4 * line.sum(), 0.0) / still.size))
+    return float(frequency[lowest + top]), float(np.sqrt(4 * line.sum() / still.size))

@@ -11,16 +11,15 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
-from freerock.arrays import Floats, Mask
+from freerock.arrays import Floats, Indices, Mask
 
 LONGER = 1.6  # windows that a phase lasts at least
 BLOCKS_PER_WINDOW = 10  # ends of phases are resolved to a tenth of the window
 MIN_PEAKS = 3  # an oscillation, unlike a hand, comes back at least this often
 PEAK = 0.04  # of the largest deviation: what rises above it is a peak, what falls below half of it a passage
 PIECE = 1 << 15  # samples at a time: what fits the processor's cache is several times faster
-DECAYED = (
-    0.3  # of the largest peak, the last before a rest: of foreign records at most 0.11, before a hold 0.6
-)
+# Of the largest peak, the last before a rest: of foreign records at most 0.11, before a hold 0.6.
+DECAYED = 0.3
 NEAR_LEVEL = 10.0  # in units of the stillness limit: levels this close are one level
 # Phases on either side of an oscillation, among which is the rest it goes about. Of 50 drawn records with up
 # to six stops before a release, and a hand that catches, 12 find what all would; of 80 others 8 do.
@@ -176,6 +175,12 @@ def stretches(mask: Mask) -> list[tuple[int, int]]:
     """First and last index of every run of True in a boolean array, as pairs."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).view(np.int8)))
     return list(zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True))
+
+
+def between_breaks(breaks: Mask) -> tuple[Indices, Indices]:
+    """First and last index of each group of n values; `breaks`, shape (n - 1,), divide some neighbours."""
+    after = np.flatnonzero(breaks) + 1
+    return np.append(0, after), np.append(after - 1, breaks.size)
 
 
 def _classify(

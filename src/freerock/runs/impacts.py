@@ -15,6 +15,7 @@ from scipy.special import ellipkinc
 from freerock.arrays import Floats
 from freerock.config.keys_of_processing import IMPACT_LIMITS, ImpactLimits
 from freerock.models.block import Block
+from freerock.rotation.still import between_breaks
 from freerock.runs.impact_kernel import Lowest, NoisySamples, Peak, Residual, Rigid, impact_rows
 from freerock.runs.noise_in_motion import in_motion
 from freerock.runs.noise_spectrum import Noise
@@ -157,7 +158,7 @@ def restitution_from_peaks(
     r = math.sqrt(energy_1 / energy_0)
     by_0, by_1 = slope_0 / energy_0, slope_1 / energy_1
     variance = (by_0 * before_stderr) ** 2 + (by_1 * after_stderr) ** 2 - 2 * by_0 * by_1 * shared
-    return r, r / 2 * math.sqrt(max(variance, 0.0)) if variance == variance else math.nan
+    return r, r / 2 * math.sqrt(max(variance, 0.0))
 
 
 def restitution_covariance(impacts: Impacts, block: Block, least: float = 0.0) -> Floats:
@@ -203,9 +204,7 @@ def _swings(motion: NoisySamples, limits: ImpactLimits) -> list[tuple[int, int]]
     index = np.flatnonzero(np.abs(motion.y) > motion.noise * limits.min_amplitude_sigmas / 2)
     if index.size == 0:
         return []
-    positive = motion.y[index] > 0
-    first = np.concatenate(([0], np.flatnonzero(positive[1:] != positive[:-1]) + 1))
-    last = np.concatenate((first[1:], [index.size])) - 1
+    first, last = between_breaks(np.diff(motion.y[index] > 0))
     short = np.flatnonzero(last - first + 1 < limits.min_samples)
     n = short[0] if short.size else first.size
     return list(zip(index[first[:n]].tolist(), index[last[:n]].tolist(), strict=True))

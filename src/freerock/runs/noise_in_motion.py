@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.rotation.still import between_breaks
 from freerock.runs.noise_spectrum import CERTAIN, OCTAVE, Noise
 from freerock.runs.sums import covariance_of_sums
 
@@ -111,6 +112,5 @@ def swings_of(theta: Floats, lowest: float) -> list[slice]:
     high = np.flatnonzero(np.abs(theta) > lowest)
     if not high.size:
         return []
-    turns = np.flatnonzero(np.diff(theta[high] > 0))
-    first, last = high[np.append(0, turns + 1)], high[np.append(turns, high.size - 1)]
+    first, last = (high[each] for each in between_breaks(np.diff(theta[high] > 0)))
     return [slice(int(i), int(j) + 1) for i, j in zip(first[1:], last[1:], strict=True)]

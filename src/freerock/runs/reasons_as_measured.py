@@ -15,7 +15,7 @@ from freerock.config.keys_of_processing import RunLimits
 from freerock.models.block import SQUAT, Block
 from freerock.rotation.faults import FAULT_VERDICTS, Fault
 from freerock.rotation.flags import BY_HAND
-from freerock.rotation.still import Phase
+from freerock.rotation.still import Phase, between_breaks
 from freerock.runs.beginning import Beginning
 from freerock.runs.ending import SMOOTH_S
 from freerock.runs.release import HeldAngle, Release
@@ -301,8 +301,7 @@ def _not_free(run: Facts) -> tuple[str, float, float]:
     index = np.flatnonzero(np.abs(theta) > SWING * sigma)
     if index.size == 0:
         return "", 0.0, 0.0
-    begins = np.flatnonzero(np.diff(theta[index] > 0)) + 1
-    starts, ends = index[np.concatenate(([0], begins))], index[np.concatenate((begins - 1, [-1]))]
+    starts, ends = (index[each] for each in between_breaks(np.diff(theta[index] > 0)))
     instants = t[during]
     passages = (instants[ends[:-1]] + instants[starts[1:]]) / 2
     swings = zip(starts[1:-1], ends[1:-1], strict=True)
