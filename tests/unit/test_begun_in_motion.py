@@ -37,13 +37,13 @@ def test_the_release_is_that_of_the_motion_before(at_s):
     theta0 = math.radians(10)
     swings = housner_swings(SLENDER, 0.9, theta0)
     theta, rate = housner_motion(swings, np.array([at_s]), theta0, 0.0)
-    height, before_s = let_go(LocalFit(float(theta[0]), float(rate[0]), 0.0, 0.0), SLENDER)
+    height, before_s = let_go(LocalFit(float(theta[0]), float(rate[0]), 0.0), SLENDER)
     assert height == pytest.approx(theta0, rel=1e-9)
     assert before_s == pytest.approx(at_s, abs=1e-6)
 
 
 def test_what_is_thrown_in_was_not_let_go():
-    assert let_go(LocalFit(0.2, -10.0, 0.0, 0.0), SLENDER) is None
+    assert let_go(LocalFit(0.2, -10.0, 0.0), SLENDER) is None
 
 
 @pytest.mark.parametrize("at_s", [0.08, 0.2, 0.33, 0.55, 0.8])

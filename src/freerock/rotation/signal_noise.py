@@ -167,9 +167,8 @@ def other_mains(signal: StillSignal, mains_hz: float) -> tuple[float, Mains] | N
     for other_hz in MAINS_HZ:
         if abs(other_hz - mains_hz) < 2 * MAINS_KEEP * mains_hz:
             continue
-        found, seen = significant_mains(signal, other_hz), None
-        if found:
-            seen = seen_mains(signal, other_hz)
+        found = significant_mains(signal, other_hz)
+        seen = seen_mains(signal, other_hz) if found else None
         if found and seen and abs(seen[0] - 1) < MAINS_KEEP + SURE * seen[1]:
             return other_hz, found
     return None

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.keys_of_processing import RUN_LIMITS
 from freerock.models.block import Block
 from freerock.runs.beginning import Beginning
 from freerock.runs.release import HeldAngle, Release
@@ -33,21 +32,15 @@ class Position(NamedTuple):
 
 
 class LocalFit(NamedTuple):
-    """Rotation [rad] and rate [rad/s] at an instant, with their standard errors."""
+    """Rotation [rad] and rate [rad/s] at an instant, and the standard error of the rotation."""
 
     theta: float
     rate: float
     theta_stderr: float
-    rate_stderr: float
 
 
 def begun_moving(
-    signal: Signal,
-    after_s: float,
-    end_s: float,
-    block: Block,
-    position: Position | None = None,
-    settle_s: float = RUN_LIMITS.finger_s,
+    signal: Signal, after_s: float, end_s: float, block: Block, position: Position | None, settle_s: float
 ) -> Beginning | None:
     """How a run begins that is in motion already, None where nothing moves.
 
@@ -61,8 +54,8 @@ def begun_moving(
     after_s, end_s : float
         The rest before, or the start of the record, and the end of the motion [s].
     block : Block
-    position : Position, optional
-        Of the centre, at the signal's instants.
+    position : Position or None
+        Of the centre, at the signal's instants; None where it is not known.
     settle_s : float
         No sample is fitted for so long after the top of a swing: a motion let go from rest there begins in
         static equilibrium, one that passes by does not [s].
@@ -74,11 +67,8 @@ def begun_moving(
         start_s, impact_s = _first_swing(signal, start_s, end_s)
         swing = slice(np.searchsorted(signal.t, start_s), np.searchsorted(signal.t, impact_s, "right"))
         found = local_fit(signal.t[swing], signal.theta[swing], signal.sigma[swing])
-        top = (
-            let_go(found if found.theta * found.rate < 0 else found._replace(rate=0.0), block)
-            if found
-            else None
-        )
+        falls = found and found.theta * found.rate < 0
+        top = let_go(found if falls else found._replace(rate=0.0), block) if found else None
         if found and (top is None or abs(found.theta) > LEFT * top[0]):
             break
         start_s = _next_swing(signal, impact_s, end_s)  # hardly any of this one is left
@@ -110,8 +100,8 @@ def local_fit(time_s: Floats, theta: Floats, sigma: Floats) -> LocalFit | None:
     value, *_ = np.linalg.lstsq(design, theta[known], rcond=None)
     left = theta[known] - design @ value
     scatter = max(float(np.median(sigma[:n][known])), float(np.sqrt(np.mean(left**2))))
-    errors = scatter * np.sqrt(np.diag(np.linalg.inv(design.T @ design)))
-    return LocalFit(float(value[0]), float(value[1]), float(errors[0]), float(errors[1]))
+    stderr = scatter * np.sqrt(np.linalg.inv(design.T @ design)[0, 0])
+    return LocalFit(float(value[0]), float(value[1]), float(stderr))
 
 
 def let_go(found: LocalFit, block: Block) -> tuple[float, float] | None:

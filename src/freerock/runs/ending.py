@@ -21,14 +21,10 @@ def end_of_motion(signal: Signal, still: slice, start_s: float, until_s: float) 
     first, last = np.searchsorted(t, (start_s, until_s))
     origin = max(0, min(first, still.start) - width)
     mean = signal.smoothed(slice(origin, max(last, still.stop) + width), SMOOTH_S)
-    sought, rest = (
-        mean[first - origin : last - origin].copy(),
-        mean[still.start - origin : still.stop - origin],
-    )
+    sought = mean[first - origin : last - origin].copy()
+    rest = mean[still.start - origin : still.stop - origin]
     noise = max(scatter(rest), np.finfo(float).eps)
-    if signal.converter_step > signal.noise(
-        still
-    ):  # a mean of samples that hardly differ is rounded as they are
+    if signal.converter_step > signal.noise(still):  # means of samples that hardly differ are rounded so
         noise = max(noise, signal.converter_step / math.sqrt(12))
     moving = np.abs(sought - np.nanmedian(rest, overwrite_input=True)) > OUT_OF_NOISE * noise
     return float(t[first + np.flatnonzero(moving).max(initial=0)])

@@ -26,10 +26,8 @@ SEARCH_S = 0.005  # medians over this long show when the block falls, whatever s
 SWINGS = 8  # so many tell the noise in motion
 SURE = 4.0  # standard errors of a push
 FAR = 0.1  # of θ0, off the hold: how far a fit looks for the release
-HOLD_BLOCK_S, MIN_BLOCKS = (
-    0.025,
-    4,
-)  # a hold shows in means over this long whether it moves; fewer are no hold
+HOLD_BLOCK_S = 0.025  # a hold shows in means over this long whether it moves
+MIN_BLOCKS = 4  # fewer of them are no hold
 QUICK = 0.3  # of the noise's variance at least must be within such means, to tell how loud a hold is
 MOVES = 3.0  # times the variance of such means by noise alone, from which the block moves
 SAG, FADES = (0.25 - 2 / math.pi**2) / 2, 3.0  # of `lowered`; its T is such a part of finger_s
@@ -164,7 +162,7 @@ def _passes(values: Floats, level: float) -> int:
     """From which value on most are above a level: where fewest are below it after and above it before."""
     above = np.concatenate([[0], np.cumsum(values > level)])
     below = np.concatenate([[0], np.cumsum(~(values > level))])
-    return min(int(np.argmin(above[:-1] + below[-1] - below[:-1])), len(values) - 1)
+    return int(np.argmin(above[:-1] + below[-1] - below[:-1]))
 
 
 def held_angle(signal: Signal, hold: Phase, release_s: float, limits: RunLimits) -> HeldAngle:
@@ -294,11 +292,8 @@ def _early_motion(
     size = abs(held.theta0)
     means = means._replace(sigma=np.maximum(sigma, 1e-6 * size))
     fall = _Fall(means, noise.law, held.theta0, max(moved, 1e-9 * size), np.ones(t.size))
-    x = (
-        np.array([0.0, 0.0, FALL * held.theta0 / 0.5 / t[-1] ** 2, 1 / t[-1], 0.0])
-        if start is None
-        else start
-    )
+    pull = FALL * held.theta0 / 0.5 / t[-1] ** 2
+    x = np.array([0.0, 0.0, pull, 1 / t[-1], 0.0]) if start is None else start
     for _ in range(2):
         x, *_ = leastsq(fall.residual, x, Dfun=fall.slopes, full_output=True, ftol=EXACT, xtol=EXACT)
         left = fall.residual(x)[:-1]

@@ -216,13 +216,10 @@ class _Search:
     def with_unseen(self, found: Sequence[_Motion]) -> list[_Motion]:
         """The runs found, and those whose hold the sensor did not see, in the order of time."""
         signal, limits = self.signal, self.limits
-        again = [
-            run.begins.hold_start_s for run in found[1:]
-        ]  # from a hold the block may only come to the next
+        again = [*(run.begins.hold_start_s for run in found[1:]), math.inf]
+        # from a hold the block may only come to the next
         all_runs = [
-            run
-            for run, held_s in zip(found, [*again, math.inf], strict=False)
-            if run.begins.release.instant_s < held_s
+            run for run, held_s in zip(found, again, strict=False) if run.begins.release.instant_s < held_s
         ]
         in_order = sorted(found, key=lambda run: run.begins.hold_start_s)
         starts_s = [run.begins.hold_start_s for run in in_order]
