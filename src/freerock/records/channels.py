@@ -176,9 +176,8 @@ def chosen(path: Path, names: Named, channel: str | None) -> dict[str, Channel]:
     if channel is None:
         wanted = {name: c for name, c in names.items() if not isinstance(c.clock, str)}
         if not wanted:
-            raise FreerockError(
-                path, f"no channel holds a number (channels: {names_in_short(names)})", COPY_AGAIN
-            )
+            what = f"no channel holds a number (channels: {names_in_short(names)})"
+            raise FreerockError(path, what, COPY_AGAIN)
         return wanted
     full = {f"{c.group}/{c.name}": name for name, c in names.items()}
     name = channel if channel in names else full.get(channel)

@@ -63,11 +63,8 @@ def read_calibration(path: str | Path) -> Calibration:
     whole = table.ndim == 2 and table.shape[1] == 2 and np.isfinite(table).all()
     steps = np.diff(table, axis=0) if whole else np.empty((0, 2))
     if len(steps) < 1 or not all(np.all(way > 0) or np.all(way < 0) for way in steps.T):
-        raise FreerockError(
-            path,
-            "the columns don't rise or fall throughout",
-            "give two lines or more, in order of the output",
-        )
+        remedy = "give two lines or more, in order of the output"
+        raise FreerockError(path, "the columns don't rise or fall throughout", remedy)
     output, distance = (
         column * CHANNEL_UNITS[str(unit)][1] for column, unit in zip(table.T, units, strict=True)
     )

@@ -182,11 +182,8 @@ def _flagged(recorded: Floats, step: float, laser: Laser, quantity: str) -> Flag
         raise FreerockError("laser signal", f"reaches {largest:.3g} {unit}", CHECK)
     cutoff = ac_cutoff(step, recorded)
     if cutoff:
-        raise FreerockError(
-            "laser signal",
-            f"the channel is AC-coupled: a held angle decays (cut-off {cutoff:.2g} Hz)",
-            "set the channel to DC coupling and record again",
-        )
+        what = f"the channel is AC-coupled: a held angle decays (cut-off {cutoff:.2g} Hz)"
+        raise FreerockError("laser signal", what, "set the channel to DC coupling and record again")
     flags = flag_samples(recorded, limits, step=step)
     if limits and quantity == "voltage" and looks_like_current(recorded, laser):
         share = f"{100 * np.count_nonzero(recorded > limits.high) / recorded.size:.3g} % of the samples"
@@ -207,11 +204,8 @@ def _zero(signal: StillSignal, laser: Laser, quantity: str) -> _Zero:
     """
     rests = signal.rests
     if not rests:
-        raise FreerockError(
-            "laser signal",
-            "the block never stands still, so θ = 0 is unknown",
-            "record the block at rest before the first or after the last release",
-        )
+        remedy = "record the block at rest before the first or after the last release"
+        raise FreerockError("laser signal", "the block never stands still, so θ = 0 is unknown", remedy)
     level = np.array([phase.level for phase in rests])
     level_m, slope_m = distance_from_output(level, laser, quantity)
     step_between = float(np.abs(np.diff(level_m)).max(initial=0.0)) / 4
@@ -290,9 +284,7 @@ def _interference(
         faults.append(Fault("aliasing", *whole, note, line[1] * per_output))
     slow = slow_line(signal.untouched, signal.step)
     if slow and slow[1] > FAINT * signal.noise:
-        note = (
-            f"{slow[0]:.1f} Hz, {slow[1]:.3g} {unit}, before anything was moved: the floor or the stand of "
-        )
-        note += "the laser shakes"
+        note = f"{slow[0]:.1f} Hz, {slow[1]:.3g} {unit}, before anything was moved: "
+        note += "the floor or the stand of the laser shakes"
         faults.append(Fault("vibration", *whole, note, slow[1] * per_output))
     return faults

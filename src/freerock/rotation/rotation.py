@@ -123,11 +123,8 @@ def _channels(signal: ArrayLike | Sequence[ArrayLike], lasers: Sequence[Laser]) 
     else:
         signals = list(np.atleast_2d(np.asarray(signal, float)))
     if len(signals) != len(lasers):
-        raise FreerockError(
-            "laser signal",
-            f"{len(signals)} channels for {len(lasers)} lasers",
-            "name a channel for each laser",
-        )
+        what = f"{len(signals)} channels for {len(lasers)} lasers"
+        raise FreerockError("laser signal", what, "name a channel for each laser")
     return signals
 
 
@@ -135,9 +132,8 @@ def _delay_s(lasers: Sequence[Laser]) -> float:
     """By how much the record is late [s]."""
     times = {(laser.response_ms, laser.response) for laser in lasers}
     if len(times) > 1:
-        raise FreerockError(
-            "laser signal", "the two lasers differ in their response", "give both the same response_ms"
-        )
+        what = "the two lasers differ in their response"
+        raise FreerockError("laser signal", what, "give both the same response_ms")
     response_ms, kind = times.pop()
     return delay_s(response_ms / 1e3, kind)
 
@@ -153,11 +149,9 @@ def _even_step(time_s: Floats, signals: Sequence[Floats]) -> float:
     """Sampling interval [s] of an evenly spaced record."""
     shapes = {each.shape for each in signals}
     if shapes != {time_s.shape} or time_s.ndim != 1 or time_s.size < 2:
-        raise FreerockError(
-            "laser signal",
-            f"time has shape {time_s.shape} and the signal {' and '.join(map(str, shapes))}",
-            "give two arrays of one equal length, of at least two samples",
-        )
+        what = f"time has shape {time_s.shape} and the signal {' and '.join(map(str, shapes))}"
+        remedy = "give two arrays of one equal length, of at least two samples"
+        raise FreerockError("laser signal", what, remedy)
     step = float(time_s[-1] - time_s[0]) / (time_s.size - 1)
     count = step * np.arange(min(READ_AT_ONCE, time_s.size))
     apart = [
@@ -166,15 +160,11 @@ def _even_step(time_s: Floats, signals: Sequence[Floats]) -> float:
     ]
     begins = time_s[::READ_AT_ONCE] - time_s[0] - step * np.arange(0, time_s.size, READ_AT_ONCE)
     if not (step > 0 and max(apart) < step and np.all(np.abs(begins) < step)):
-        raise FreerockError(
-            "laser signal", "time is not evenly spaced", "resample it, or correct the sampling rate"
-        )
+        remedy = "resample it, or correct the sampling rate"
+        raise FreerockError("laser signal", "time is not evenly spaced", remedy)
     if step > SLOWEST_S:
-        raise FreerockError(
-            "laser signal",
-            f"sampled every {step:g} s, which shows no rocking",
-            "give the unit of the time column, as time [ms]",
-        )
+        what = f"sampled every {step:g} s, which shows no rocking"
+        raise FreerockError("laser signal", what, "give the unit of the time column, as time [ms]")
     return step
 
 

@@ -1,6 +1,6 @@
 """The sensor: where its beam meets the block, and what its output means."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -70,41 +70,34 @@ class Laser(LaserKeys):
     calibration: Calibration | None = None
 
     def __post_init__(self) -> None:
+        for fault in self._faults():
+            raise FreerockError(*fault)
+
+    def _faults(self) -> Iterator[tuple[str, str, str]]:
+        """Yield where a value is that no sensor has, what is wrong with it, and the remedy."""
         for key, choices in _CHOICES.items():
             if getattr(self, key) not in choices:
-                raise FreerockError(
-                    f"laser.{key}",
-                    f"{getattr(self, key)!r} is unknown",
-                    f"use one of {', '.join(str(choice) for choice in choices if choice not in ('', None))}",
-                )
+                known = ", ".join(str(choice) for choice in choices if choice not in ("", None))
+                yield f"laser.{key}", f"{getattr(self, key)!r} is unknown", f"use one of {known}"
         if not self.response_ms >= 0:
-            raise FreerockError(
-                "laser.response_ms", f"{self.response_ms:g} ms", "give the time as a positive number, or 0"
-            )
+            yield "laser.response_ms", f"{self.response_ms:g} ms", "give the time as a positive number, or 0"
         if self.is_rotation:
             return
         if not self.beam or self.position_m is None:
-            raise FreerockError(
-                "laser.beam", "no beam or no position_m", "say where the beam meets the block"
-            )
-        if self.beam == "horizontal" and not self.position_m > 0:
-            raise FreerockError("laser.position_m", f"height {self.position_m} m", "give a height above 0")
+            yield "laser.beam", "no beam or no position_m", "say where the beam meets the block"
+        if self.beam == "horizontal" and not self.position > 0:
+            yield "laser.position_m", f"height {self.position_m} m", "give a height above 0"
         if self.range_m is not None and not self.range_m > 0:
-            raise FreerockError("laser.range_m", f"range {self.range_m} m", "give a range above 0")
+            yield "laser.range_m", f"range {self.range_m} m", "give a range above 0"
         if self.sensitivity_per_mm is not None and not self.sensitivity_per_mm > 0:
-            raise FreerockError(
-                "laser.sensitivity_per_mm", f"{self.sensitivity_per_mm:g}", "give a value above 0"
-            )
+            yield "laser.sensitivity_per_mm", f"{self.sensitivity_per_mm:g}", "give a value above 0"
         for name in ("volts", "milliamps"):
             if not getattr(self, f"{name}_at_end") > getattr(self, f"{name}_at_start"):
-                raise FreerockError(
-                    f"laser.{name}_at_end",
-                    f"not above {name}_at_start",
-                    "give the output at both ends; use sign: -1 to invert",
-                )
+                remedy = "give the output at both ends; use sign: -1 to invert"
+                yield f"laser.{name}_at_end", f"not above {name}_at_start", remedy
         ways = [way for way in SCALES if getattr(self, way) is not None]
         if len(ways) > 1:
-            raise FreerockError("laser", f"scaled twice, by {' and '.join(ways)}", "keep one")
+            yield "laser", f"scaled twice, by {' and '.join(ways)}", "keep one"
 
     @property
     def position(self) -> float:
@@ -133,11 +126,8 @@ class Laser(LaserKeys):
         if self.sensitivity_per_mm is not None:
             return self.sign * 1e-3 / self.sensitivity_per_mm
         if self.range_m is None:
-            raise FreerockError(
-                "laser",
-                f"a {quantity} has no scale",
-                f"give one of {', '.join(SCALES)}, or its units as m or deg",
-            )
+            remedy = f"give one of {', '.join(SCALES)}, or its units as m or deg"
+            raise FreerockError("laser", f"a {quantity} has no scale", remedy)
         name = "volts" if quantity == "voltage" else "milliamps"
         span: float = getattr(self, f"{name}_at_end") - getattr(self, f"{name}_at_start")
         return self.sign * self.range_m / span

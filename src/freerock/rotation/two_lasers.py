@@ -48,9 +48,8 @@ def rotation_of_two(
     first, second = readings
     one, other = lasers
     if "rotation" in (first.quantity, second.quantity) or (one.beam, one.face) != (other.beam, other.face):
-        raise FreerockError(
-            "laser signal", "the two beams differ in kind or in face", "use two of one kind, on one face"
-        )
+        what = "the two beams differ in kind or in face"
+        raise FreerockError("laser signal", what, "use two of one kind, on one face")
     apart = one.position - other.position
     if apart == 0:
         raise FreerockError("laser signal", "the two beams are at one position_m", "give both positions")

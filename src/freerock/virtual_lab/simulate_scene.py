@@ -44,9 +44,8 @@ def ground_motion(section: GroundSection, folder: Path) -> GroundMotion:
     present = table.dtype.names or ()
     missing = [name for name in GROUND_COLUMNS[:2] if name not in present]
     if missing:
-        raise FreerockError(
-            path, f"has no column {missing[0]}", f"head its columns {', '.join(GROUND_COLUMNS)}"
-        )
+        remedy = f"head its columns {', '.join(GROUND_COLUMNS)}"
+        raise FreerockError(path, f"has no column {missing[0]}", remedy)
     try:
         vertical = table[GROUND_COLUMNS[2]] if GROUND_COLUMNS[2] in present else None
         return accelerogram(table[GROUND_COLUMNS[0]], table[GROUND_COLUMNS[1]], vertical)
