@@ -3,7 +3,7 @@
 from array import array
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from datetime import date, datetime, time
 from functools import lru_cache
@@ -68,12 +68,11 @@ def _parsed(path: Path, *state: int) -> tuple[dict[str, Table], list[Channel], l
     with ZipFile(path) as archive:
         check_declared(path, sum(part.file_size for part in archive.infolist()), bounds.SHEETS_TIMES)
         _check_work(path, archive)
-    book = load_workbook(path, read_only=True, data_only=True, keep_links=False)
     tables: dict[str, Table] = {}
     channels: list[Channel] = []
     notes: list[str] = []
     faults: list[FreerockError] = []
-    try:
+    with closing(load_workbook(path, read_only=True, data_only=True, keep_links=False)) as book:
         for sheet in book.worksheets:
             try:
                 tables[sheet.title] = _table(path, sheet)
@@ -83,8 +82,6 @@ def _parsed(path: Path, *state: int) -> tuple[dict[str, Table], list[Channel], l
                 continue
             channels += found
             notes += [f"sheet {sheet.title!r}: {note}" for note in of_sheet]
-    finally:
-        book.close()
     if not channels:
         remedy = "export columns of numbers under headings, the time in seconds among them"
         raise faults[0] if faults else FreerockError(path, "no sheet holds a table of numbers", remedy)
