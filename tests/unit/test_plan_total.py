@@ -168,6 +168,18 @@ def test_a_campaign_plans_its_total_from_its_own_inputs(tmp_path):
     assert set(found.totals["model"]) == {"housner", "winkler", "hunt_crossley"}
 
 
+def test_each_laser_of_a_record_with_two_is_planned_alone(tmp_path):
+    def change(keys):
+        keys["plan"]["expected"] = {name: {"housner": {"r": 0.9}} for name in keys["foundations"]}
+
+    lab = campaign(tmp_path, change)
+    both = lab.records[0].model_copy(update={"laser": "at_220mm; at_200mm"})
+    budget = plan_campaign(lab.model_copy(update={"records": (both,)})).budget
+    for laser, own in budget.groupby("laser"):
+        owners = {*own["input_owner"]}
+        assert owners & {"at_220mm", "at_200mm"} == {laser}
+
+
 MISTAKES = {
     "unknown foundation": (
         lambda plan: plan.update(spread_fraction={"marbel": {"k": 0.03}}),

@@ -42,7 +42,7 @@ def plan_campaign(campaign: Campaign) -> Plan:
     setups = [
         Setup(
             (each.block, each.foundation, laser),
-            Laboratory.of(laboratory(campaign, each)),
+            Laboratory.of(laboratory(campaign, each.model_copy(update={"laser": laser}))),
             section.expected[each.foundation],
             angles[each.block],
         )
