@@ -41,6 +41,7 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View, sensor_attributes
 from freerock.tables.number_text import quantity
 from freerock.tables.tidy_tables import choice_table, epsilon_table, restitution_table, runs_table
+from freerock_bench.figures.stability import ratio_axis_of
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
 LABELS = {"b1": "Slender block", "marble": "Marble"}
@@ -601,4 +602,4 @@ def test_axes_of_parameters_have_the_units_of_the_laws():
         "λ / (N s m⁻³)",
         "t₀ / s",
     ]
-    assert [style.ratio_axis_of(name) for name in ("c", "lambda")] == ["c/k / s", "λ/k / (s m⁻¹)"]
+    assert [ratio_axis_of(name) for name in ("c", "lambda")] == ["c/k / s", "λ/k / (s m⁻¹)"]

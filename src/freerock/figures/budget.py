@@ -85,8 +85,7 @@ def draw(budget: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels
         ax.set_xlim(0, 100)
     for ax in axes[-beside:]:
         ax.set_xlabel("share of u² / %")
-    axes[0].set_yticks(range(len(keys)), _names(labels, keys))
-    axes[0].set_ylim(len(keys) - 0.4, -0.6)
+    style.rows_down(axes[0], _names(labels, keys))
     style.finish(figure, origin)
     return figure, style.gathered(parts, budget.columns).assign(named_by=named_by(models[0], choice))
 
@@ -115,8 +114,7 @@ def _bar(ax: Axes, place: int, rows: pd.DataFrame, named: list[str]) -> None:
     if len(rows):
         relative = 100 * float(rows["u_total"].iloc[0] / rows["mean"].iloc[0])
         if np.isfinite(relative):
-            small = {"va": "center", "fontsize": "small", "transform": ax.get_yaxis_transform()}
-            ax.text(1.02, place, f"u = {relative:.2g} %", **small)
+            style.beside_row(ax, place, f"u = {relative:.2g} %")
 
 
 def _names(labels: Labels, keys: Sequence[Sequence[str]]) -> list[str]:

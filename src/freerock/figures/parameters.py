@@ -90,8 +90,7 @@ def draw(
         for ax in line[len(shown) :]:
             ax.set_axis_off()
         named = own.drop_duplicates("place")
-        line[0].set_yticks(named["place"], named["row"])
-        line[0].set_ylim(len(named) - 0.4, -0.6)
+        style.rows_down(line[0], named["row"])
         for text, level in zip(line[0].get_yticklabels(), named["level"], strict=True):
             text.set_fontweight("normal" if level == "run" else "bold")
     style.finish(figure, origin)
@@ -228,6 +227,5 @@ def _mark(ax: Axes, kind: str, marked: pd.DataFrame) -> None:
     if np.isfinite(spans[:, 0]).any():
         bar = {"alpha": 0.25, "linewidth": style.scaled(HIGH[kind]), "solid_capstyle": "butt"}
         ax.plot(spans.ravel(), np.repeat(places, 3), color=look["color"], **bar, label=NEXT[kind])
-    small = {"va": "center", "fontsize": "small"}
     for place, text in zip(places, marked["tau_text"], strict=True):
-        ax.text(1.02, place, text, transform=ax.get_yaxis_transform(), **small)
+        style.beside_row(ax, place, text)

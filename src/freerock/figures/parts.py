@@ -6,6 +6,7 @@ from freerock.figures import looks, style
 from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.free_parameters import SYMBOLS
+from freerock.tables.candidates import RUN_AND_MODEL, of_selected
 
 FIGURE = {
     "title": "Parameters against the fitted part of a run",
@@ -15,8 +16,6 @@ FIGURE = {
     "whole run stays at zero.",
     "reads": ["parts", "parameters", "choice"],
 }
-
-FIT = ["test", "run", "model"]
 
 
 @printed
@@ -37,10 +36,9 @@ def draw(
         Columns of the table parts, and whole (the parameter from the whole run), change_percent and
         change_stderr_percent (of the part over the whole).
     """
-    named = choice.loc[choice["status"] == "selected", FIT].astype(str)
-    data = parts.astype({"run": str}).merge(named, on=FIT)
+    data = of_selected(parts, choice)
     whole = parameters.astype({"run": str}).rename(columns={"value": "whole"})
-    data = data.merge(whole[[*FIT, "parameter", "whole"]], on=[*FIT, "parameter"])
+    data = data.merge(whole[[*RUN_AND_MODEL, "parameter", "whole"]], on=[*RUN_AND_MODEL, "parameter"])
     data = data[data["stderr"] > 0]
     data["change_percent"] = 100 * (data["value"] / data["whole"] - 1)
     data["change_stderr_percent"] = 100 * data["stderr"] / data["whole"]

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from freerock.figures import looks, style
 from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.free_parameters import SYMBOLS
+from freerock.tables.candidates import of_selected
 from freerock.tables.number_text import INPUT_LABELS
 
 FIGURE = {
@@ -18,7 +19,6 @@ FIGURE = {
     "reads": ["pulls", "choice"],
 }
 
-FIT = ["test", "run", "model"]
 OF_INPUT = ["input_owner", "input"]
 MOST_ROWS = 40
 SPREAD = 0.6  # of a row, over which its runs are drawn
@@ -40,8 +40,7 @@ def draw(pulls: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels 
     figure, data : Figure, pandas.DataFrame
         Columns of the table pulls, inputs with the largest impact first.
     """
-    named = choice.loc[choice["status"] == "selected", FIT].astype(str)
-    data = pulls.astype({"run": str}).merge(named, on=FIT)
+    data = of_selected(pulls, choice)
     if data.empty:
         return style.nothing_drawn("no run moved its inputs", origin), data
     names = [name for name in looks.HATCHES if _impact(name) in data and data[_impact(name)].notna().any()]
@@ -62,8 +61,7 @@ def draw(pulls: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels 
         ax.set_xlabel(x)
         ax.grid(axis="y", visible=False)
     right.locator_params(axis="x", nbins=5)
-    left.set_yticks(range(len(rows)), [_name(row, labels) for row in rows])
-    left.set_ylim(len(rows) - 0.4, -0.6)
+    style.rows_down(left, [_name(row, labels) for row in rows])
     style.finish(figure, origin)
     return figure, pd.concat(rows.values(), ignore_index=True)
 

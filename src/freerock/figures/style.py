@@ -1,7 +1,6 @@
 """What all figures share: the style sheet, line styles, thinning, the footer, and writing to files."""
 
 import functools
-import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import product
@@ -25,7 +24,7 @@ from PIL import Image
 from freerock.figures.looks import MEASURED
 from freerock.figures.looks import Style as Style
 from freerock.files import atomic
-from freerock.models.free_parameters import PARAMETERS, SYMBOLS, unit_of
+from freerock.models.free_parameters import SYMBOLS, unit_of
 from freerock.tables.csvfile import write_csv
 from freerock.tables.number_text import fixed, in_words, quantity, with_unit
 from freerock.tables.number_text import number_of as number_of
@@ -132,12 +131,6 @@ def as_text(text: str) -> str:
 def axis_of(parameter: str) -> str:
     """Label of an axis along which a parameter is drawn, "k / (N m⁻²)"."""
     return with_unit(SYMBOLS[parameter], unit_of(parameter))
-
-
-def ratio_axis_of(damping: str) -> str:
-    """Label of an axis along which a damping over the stiffness is drawn, "λ/k / (s m⁻¹)"."""
-    unit = re.sub(r"/(\w+)", r" \1-1", PARAMETERS[damping].ratio_unit)
-    return with_unit(f"{SYMBOLS[damping]}/{SYMBOLS['k']}", unit)
 
 
 def letter(index: int) -> str:
@@ -367,6 +360,17 @@ def finish_with(figure: Figure, origin: str, handles: Sequence[Artist]) -> None:
     columns = legend_columns([str(handle.get_label()) for handle in handles])
     figure.legend(handles=handles, loc="outside upper right", ncols=columns)
     footer(figure, origin)
+
+
+def rows_down(ax: Axes, names: Sequence[str]) -> None:
+    """Name the rows of a panel and of those that share its axis, the first at the top."""
+    ax.set_yticks(range(len(names)), names)
+    ax.set_ylim(len(names) - 0.4, -0.6)
+
+
+def beside_row(ax: Axes, place: float, text: str) -> None:
+    """A text at the right of a row."""
+    ax.text(1.02, place, text, va="center", fontsize="small", transform=ax.get_yaxis_transform())
 
 
 def number_ticks(axis: Any, low: float, high: float, n: int = 4, room: float = 1.0) -> None:

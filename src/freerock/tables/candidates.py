@@ -14,6 +14,7 @@ from freerock.tables.columns import (
 )
 
 POSSIBLE = ("selected", "also_possible")
+RUN_AND_MODEL = ["test", "run", "model"]
 ANSWERS = ("test", "run", "status", "model", "explains", "reason")
 STATUS_WORDS = {
     "selected": "selected",
@@ -71,7 +72,13 @@ def answers(choice: pd.DataFrame) -> list[Answer]:
 def accepted_fits(choice: pd.DataFrame) -> set[tuple[str, str, str]]:
     """Test, run and candidate of the fits that explain their run and may be its law, from the tidy table."""
     known = choice[choice["status"].isin(POSSIBLE) & choice["explains"].astype(bool)]
-    return set(known[["test", "run", "model"]].astype(str).itertuples(index=False, name=None))
+    return set(known[RUN_AND_MODEL].astype(str).itertuples(index=False, name=None))
+
+
+def of_selected(table: pd.DataFrame, choice: pd.DataFrame) -> pd.DataFrame:
+    """The rows of a table of fits that are of the candidate that the choice names for their run."""
+    named = choice.loc[choice["status"] == "selected", RUN_AND_MODEL].astype(str)
+    return table.astype({"run": str}).merge(named, on=RUN_AND_MODEL)
 
 
 def named_by(model: str, choice: pd.DataFrame) -> str:

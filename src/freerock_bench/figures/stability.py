@@ -1,5 +1,6 @@
 """Figure of the stability atlas: where each method converges and where it fails."""
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -10,9 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from freerock.figures.style import Axes, Drawing, Style, axis_of, ratio_axis_of, styled
-from freerock.models.free_parameters import PARAMETERS
+from freerock.figures.style import Axes, Drawing, Style, axis_of, styled
+from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import MODEL_LABELS
+from freerock.tables.number_text import with_unit
 
 FIGURE = {
     "caption": "Stability atlas: where each method converges, is inaccurate, unstable, too slow or refuses; "
@@ -31,6 +33,14 @@ CAUSE_STYLES: dict[str, Style] = {
     "the motion multiplies errors": {"marker": "+", "markersize": 2.5, "markeredgewidth": 0.5},
 }
 STATE_LABELS = {"too_slow": "too slow"}
+
+
+def ratio_axis_of(damping: str) -> str:
+    """Label of an axis along which a damping over the stiffness is drawn, "λ/k / (s m⁻¹)"."""
+    unit = re.sub(r"/(\w+)", r" \1-1", PARAMETERS[damping].ratio_unit)
+    return with_unit(f"{SYMBOLS[damping]}/{SYMBOLS['k']}", unit)
+
+
 QUANTITIES = {"k [N/m²]": axis_of("k"), "step [s]": "step / s"} | {
     f"{name}/k [{parameter.ratio_unit}]": ratio_axis_of(name)
     for name, parameter in PARAMETERS.items()
