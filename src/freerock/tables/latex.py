@@ -17,29 +17,17 @@ GREEK = {
     for size, names in (("SMALL", SMALL), ("CAPITAL", CAPITAL))
     for name in names.split()
 }
+MATH_SIGNS = "±·×≤≥≈†‡λΛε"
+MATH_NAMES = "pm cdot times leq geq approx dagger ddagger lambda Lambda varepsilon"
 TEX = {
     **GREEK,
+    **{sign: rf"$\{name}$" for sign, name in zip(MATH_SIGNS, MATH_NAMES.split(), strict=True)},
     **{char: rf"\{char}" for char in "&%$#_{}"},
     **{"<": "$<$", ">": "$>$"},
     **{"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"},
-    **{
-        "…": r"\ldots{}",
-        "±": r"$\pm$",
-        "·": r"$\cdot$",
-        "−": "$-$",
-        "×": r"$\times$",
-        "≤": r"$\leq$",
-        "≥": r"$\geq$",
-        "≈": r"$\approx$",
-        "°": r"$^\circ$",
-        "–": "--",
-        "†": r"$\dagger$",
-        "‡": r"$\ddagger$",
-        "’": "'",
-    },
-    **{"λ": r"$\lambda$", "Λ": r"$\Lambda$", "ε": r"$\varepsilon$", "ε_θ": r"$\varepsilon_\theta$"},
-    **{"τ_r": r"$\tau_r$"},
-    **{"t_f": "$t_f$", "θ₀": r"$\theta_0$", "t₀": "$t_0$"},
+    **{"…": r"\ldots{}", "−": "$-$", "°": r"$^\circ$", "–": "--", "’": "'"},
+    **{"ε_θ": r"$\varepsilon_\theta$", "τ_r": r"$\tau_r$", "θ₀": r"$\theta_0$"},
+    **{"t_f": "$t_f$", "t₀": "$t_0$"},
 }
 _TEX_TOKEN = re.compile(
     r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|[₀₁₂₃₄₅₆₇₈₉]+|\bt_f\b|"

@@ -35,22 +35,9 @@ from freerock.tables.columns import (
 from freerock.tables.populations import budget_table, populations_table
 
 # Of impacts: columns, and their variables in the datasets, which not all of them have.
-OF_IMPACTS = {
-    "r": "restitution",
-    "r_stderr": "restitution_stderr",
-    "r_u": "restitution_u",
-    "r_block": "restitution_block",
-    "r_block_u": "restitution_block_u",
-    "r_energy": "restitution_energy",
-    "r_energy_stderr": "restitution_energy_stderr",
-    "r_energy_u": "restitution_energy_u",
-    "impact_speed_m_s": "impact_speed",
-}
-PEAKS = {
-    "peak_before_deg": "peak_before",
-    "peak_before_u_deg": "peak_before_u",
-    "peak_before_block_deg": "peak_before_block",
-}
+KINDS_OF_R = ("", "_stderr", "_u", "_block", "_block_u", "_energy", "_energy_stderr", "_energy_u")
+OF_IMPACTS = {f"r{kind}": f"restitution{kind}" for kind in KINDS_OF_R} | {"impact_speed_m_s": "impact_speed"}
+PEAKS = {f"{name}_deg": name for name in ("peak_before", "peak_before_u", "peak_before_block")}
 BLOCK = ("restitution_block", "restitution_block_u", "peak_before_block")
 NUMBERS_OF_FIT = ("value", "stderr", "ci95_low", "ci95_high", "discrepancy")
 Trees = Iterable[xr.DataTree]
