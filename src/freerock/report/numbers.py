@@ -125,7 +125,7 @@ class Tables(dict[str, pd.DataFrame]):
         low, high = (Number(text(factor * end), table, (column,), where, how, factor) for end, how in ends)
         return (low,) if low.text == high.text else (low, " to ", high)
 
-    def most(self, table: str, column: str, where: Where, factor: float = 1.0, digits: int = 2) -> Number:
+    def most(self, table: str, column: str, where: Where, factor: float) -> Number:
         """The highest value of a column."""
         highest = factor * float(self.rows(table, where)[column].max())
-        return Number(quantity(highest, digits=digits), table, (column,), where, "highest", factor)
+        return Number(quantity(highest, digits=2), table, (column,), where, "highest", factor)

@@ -52,15 +52,7 @@ RELEASE = ("release", "theta0", "theta0_stderr", "theta0_u", "sigma_theta")
 SHOWN_OF_RECORD = ("time", "theta", *RELEASE, "fit_start", "end", "n_impacts", *IMPACTS)  # shown of a record
 OF_MODEL = ("parameter", "value", "stderr", "u_total", "unit", "epsilon_theta", "success")
 OF_CHOICE = ("candidate", "status")
-SHOWN_OF_FITS = (
-    "time",
-    "theta",
-    "theta_model",
-    "residual",
-    *OF_MODEL,
-    *OF_CHOICE,
-    *IMPACTS,
-)  # shown of its fits
+SHOWN_OF_FITS = ("time", "theta", "theta_model", "residual", *OF_MODEL, *OF_CHOICE, *IMPACTS)  # of its fits
 
 
 def write_report(
