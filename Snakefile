@@ -21,7 +21,7 @@ given = config.get("campaigns")
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/resources.smk"
-include: "workflow/rules/start.smk"
+include: "workflow/rules/plan_and_ledger.smk"
 include: "workflow/rules/record_and_fit.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables_and_report.smk"

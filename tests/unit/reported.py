@@ -10,8 +10,8 @@ from matplotlib.image import imsave
 
 from freerock.config.campaign import load_campaign
 from freerock.models.block import Block
-from freerock.populations.population import shared_foundation
 from freerock.populations.predict import PREDICTIONS
+from freerock.populations.shared_foundation import shared_foundation
 from freerock.products.estimates import estimates_of
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv, write_csv

@@ -13,7 +13,7 @@ from freerock.config.values import section_in
 from freerock.models.block import Block
 from freerock.models.laws import LAWS
 from freerock.planning import plan, plan_total
-from freerock.populations import population, predict
+from freerock.populations import predict, shared_foundation
 from freerock.products.names import VARIABLES
 from freerock.tables import columns as tables
 from freerock.tables import populations, summary
@@ -64,7 +64,7 @@ def columns():
         tables.CANDIDATES_COLUMNS,
         tables.RARE_CANDIDATES_COLUMNS,
         tables.RARE_IMPACTS,
-        population.FOUNDATIONS,
+        shared_foundation.FOUNDATIONS,
         predict.PREDICTIONS,
         tables.POPULATIONS_COLUMNS,
         tables.BUDGET_COLUMNS,

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from fabricated import campaign, failed_record, fits, record, tidy_tables
 
-from freerock.populations import population, predict
+from freerock.populations import predict, shared_foundation
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 from freerock.tables import columns as listed
 from freerock.tables import tidy_tables as tables
@@ -199,7 +199,7 @@ def test_campaign_without_any_run():
         *(
             listed.CANDIDATES_COLUMNS,
             predict.PREDICTIONS,
-            population.FOUNDATIONS,
+            shared_foundation.FOUNDATIONS,
             listed.RESTITUTION_COMPARISON_COLUMNS,
         ),
     ],

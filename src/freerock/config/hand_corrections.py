@@ -1,7 +1,8 @@
 """The cells of a campaign's CSV that correct by hand: read, refused, and written again.
 
-Their way to the fit: `record` reads them, `step_settings` passes them to `jobs.make_record`, and
-`runs.by_hand` and `runs.left_out` apply them to the runs, before any fit.
+Their way to the fit: `record` reads them, `step_settings` passes them to `jobs.make_record`, which masks the
+samples that are left out and sets runs as stated (`runs.by_hand`). An impact left out by its instant has no
+restitution (`runs.impacts_left_out`); fits, which take θ(t), see it still.
 """
 
 import re

@@ -1,4 +1,4 @@
-"""Figures: a module each, found by the figure's name, and in it one function, `draw`.
+"""Figures: a module each, found by the figure's name, with its function `draw`; and what figures share.
 
 A new figure is a module here and its name in `config.figure_names`, in the order of the report.
 It takes the tables and datasets it draws, the `origin` of their records ("simulated" or "measured"; the

@@ -118,9 +118,9 @@ class Fit:
         extends: how many standard errors a number that it lacks would be above zero); profile (1 where the
         intervals are those of the profile likelihood).
     epsilon_holdout_runs : float
-        ε_θ of the run under the parameters of the other runs of its record (`holdout.of_other_runs`).
+        ε_θ of the run under the parameters of the other runs of its record (`selection.holdout`).
     contributions : Contributions or None
-        Of the inputs to the uncertainty of the parameters (`sensitivity.contributions`).
+        Of the inputs to the uncertainty of the parameters (`populations.sensitivity`).
     energies : ImpactEnergy or None
         Restitution by energy of each of `impacts`, under a foundation's law.
     parts : tuple of Part

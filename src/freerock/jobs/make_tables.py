@@ -10,8 +10,8 @@ import xarray as xr
 
 from freerock.models.block import Block
 from freerock.populations.estimate import Estimate
-from freerock.populations.population import shared_foundation
 from freerock.populations.predict import predictions
+from freerock.populations.shared_foundation import shared_foundation
 from freerock.products.estimates import estimates_of
 from freerock.products.netcdf import open_fits, open_record, samples_in
 from freerock.products.runs import motions_in

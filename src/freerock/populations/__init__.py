@@ -6,8 +6,8 @@ __all__ = [
     "impact_energy",
     "means",
     "misfit",
-    "population",
     "predict",
     "random_effects",
     "sensitivity",
+    "shared_foundation",
 ]

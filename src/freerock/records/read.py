@@ -1,4 +1,4 @@
-"""The door to record files: `READERS` names the module of each format."""
+"""The door to record files: `READERS` names the module of each format. A new one begins best from `tdms`."""
 
 import warnings
 from collections.abc import Iterator

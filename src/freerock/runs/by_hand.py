@@ -1,7 +1,7 @@
 """Corrections of runs by hand, and how they are combined with the runs found.
 
-They come from the campaign's CSV: `config.hand_corrections` states their way to the fit. `left_out` applies
-those that omit samples or impacts.
+They come from the campaign's CSV: `config.hand_corrections` states their way to the fit. `jobs.make_record`
+masks samples that are left out, `impacts_left_out` leaves out impacts.
 """
 
 from collections.abc import Iterator, Sequence

@@ -15,7 +15,7 @@ from freerock.rotation.still import stationary_phases
 from freerock.runs.begun_in_motion import Position
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand
 from freerock.runs.impacts import Impacts, find_impacts, reasons_of_impacts
-from freerock.runs.left_out import impacts_used, missed
+from freerock.runs.impacts_left_out import impacts_used, missed
 from freerock.runs.quiet import sensor_noise
 from freerock.runs.segment import Run, find_runs
 from freerock.runs.uneven_restitution import reasons_of_unevenness

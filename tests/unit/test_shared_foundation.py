@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from freerock.populations.estimate import Estimate
-from freerock.populations.population import FOUNDATIONS, shared_foundation
+from freerock.populations.shared_foundation import FOUNDATIONS, shared_foundation
 
 TRUTH = {"k": 6.88e6, "lambda": 1.30e8}
 COVARIANCE = 1e-4 * np.array([[1.0, 0.8], [0.8, 1.0]])  # of ln k and ln λ from run to run
