@@ -7,7 +7,8 @@ writes it anew from the package and the products of an analysed campaign. `tests
 
 import json
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -29,8 +30,10 @@ Names = dict[str, list[str]]
 def of_package() -> dict[str, Names]:
     """Python names, commands and configuration keys; a key is its path, with * for a name of the user's."""
     keys = {name: sorted(set(_keys(json_schema(model)))) for name, model in FILES.items()}
+    named = {name: getattr(freerock, name) for name in sorted(freerock.__all__)}
     return {
-        "python": {"freerock": sorted(freerock.__all__)},
+        "python": {"freerock": [*named]},
+        "parameters": {name: _parameters(each) for name, each in named.items() if callable(each)},
         "commands": {"freerock": sorted(COMMANDS)},
         "keys": keys | {"campaign.csv": list(Record.model_fields)},
     }
@@ -59,6 +62,12 @@ def gone(then: Mapping[str, Names], now: Mapping[str, Names]) -> list[str]:
         for name in names
         if name not in now[kind].get(where, [])
     ]
+
+
+def _parameters(of: Callable[..., Any]) -> list[str]:
+    """Parameters of a function or class; those with a default end with "="."""
+    own = signature(of).parameters.values()
+    return [each.name + "=" * (each.default is not each.empty) for each in own]
 
 
 def _keys(schema: Mapping[str, Any], path: str = "", root: Mapping[str, Any] | None = None) -> Iterator[str]:

@@ -43,7 +43,7 @@ def test_every_kind_has_its_records_and_most_have_a_name():
     assert all("clean" in name or name in ("card of 12 bits", "slow noise") for name in clean)
 
 
-@pytest.mark.parametrize("name", ["clean, rigid", "60 g glued on top, aside", "three samples lost"])
+@pytest.mark.parametrize("name", ["clean, rigid", "three samples lost", "beam tilted by 5°"])
 def test_a_record_is_that_of_its_seed(name):
     volts, stated, _, true, row = record(name, 1)
     if name == "clean, rigid":
@@ -81,9 +81,11 @@ def test_a_base_off_level_is_named_first(monkeypatch):
         assert "off_level" in row["causes"].split()[:2]
 
 
-def test_rounded_edges_are_named_and_give_the_law():
-    """Found only where the derivatives by the inputs are renewed on the way."""
-    made = record("edges rounded by 0.7 mm", 2)
+@pytest.mark.parametrize("i", [2, 4])
+def test_rounded_edges_are_named_and_give_the_law(i):
+    """The first is found only where the derivatives by the inputs are renewed on the way. Sharp edges explain
+    the second with a slow sensor, then require drag; with inputs as stated its edges become sharp."""
+    made = record("edges rounded by 0.7 mm", i)
     result = analysed_as_stated(made.volts, made.stated)
     found, verdict = result.found, result.verdict
     fit = found.fits["hunt_crossley"]

@@ -1,8 +1,12 @@
 """The picture of the rooms is drawn from their imports."""
 
+from pathlib import Path
+
 import numpy as np
 
 from freerock_bench.rooms import imports, main, rooms
+
+ROOT = Path(__file__).parents[2]
 
 
 def test_a_room_imports_only_those_before_it_and_knows_what_it_needs():
@@ -12,8 +16,7 @@ def test_a_room_imports_only_those_before_it_and_knows_what_it_needs():
     assert found.loc["runs", "rotation"] > 0 and found.loc["models"].drop(["errors", "arrays"]).sum() == 0
 
 
-def test_the_same_imports_give_the_same_picture(tmp_path):
-    for name in ("a.svg", "b.svg"):
-        main(str(tmp_path / name))
-    picture = (tmp_path / "a.svg").read_bytes()
-    assert picture == (tmp_path / "b.svg").read_bytes() and b"virtual_lab" in picture
+def test_the_picture_of_the_documentation_is_that_of_the_imports(tmp_path):
+    main(str(tmp_path / "rooms.svg"))
+    drawn = (tmp_path / "rooms.svg").read_bytes()
+    assert drawn == (ROOT / "docs/images/rooms.svg").read_bytes() and b"virtual_lab" in drawn

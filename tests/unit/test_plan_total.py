@@ -175,6 +175,7 @@ def test_each_laser_of_a_record_with_two_is_planned_alone(tmp_path):
     lab = campaign(tmp_path, change)
     both = lab.records[0].model_copy(update={"laser": "at_220mm; at_200mm"})
     budget = plan_campaign(lab.model_copy(update={"records": (both,)})).budget
+    assert {*budget["laser"]} == {"at_220mm", "at_200mm"}
     for laser, own in budget.groupby("laser"):
         owners = {*own["input_owner"]}
         assert owners & {"at_220mm", "at_200mm"} == {laser}

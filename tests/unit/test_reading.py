@@ -155,13 +155,16 @@ def test_uneven_time():
     centre=st.sampled_from([0.0, 5.0, -1e6]),
     seed=st.integers(0, 1000),
     units=st.sampled_from(["V", "mA", "mm", "deg"]),
+    two=st.booleans(),
 )
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_any_signal_is_answered_or_refused(kind, n, scale, centre, seed, units):
-    signal = centre + scale * random_signal(kind, n, np.random.default_rng(seed))
-    laser = Laser("horizontal", 0.2, 0.1, units=units)
+def test_any_signal_is_answered_or_refused(kind, n, scale, centre, seed, units, two):
+    draw = np.random.default_rng(seed)
+    signals = [centre + scale * random_signal(kind, n, draw) for _ in range(1 + two)]
+    lasers = [Laser("horizontal", height, 0.1, units=units) for height in (0.2, 0.1)[: 1 + two]]
+    what = (signals, lasers) if two else (signals[0], lasers[0])
     try:
-        found = find_rotation(np.arange(n) / 500, signal, laser, BLOCK)
+        found = find_rotation(np.arange(n) / 500, *what, BLOCK)
     except FreerockError as error:
         assert "\n" not in str(error)
         return

@@ -1,6 +1,7 @@
 """YAML: values are what they look like, and no file makes more work than a configuration may."""
 
 import resource
+import time
 
 import pytest
 
@@ -125,9 +126,10 @@ WORK = {
 @pytest.mark.parametrize("work", WORK)
 @pytest.mark.slow
 def test_the_work_that_a_file_may_ask_for_is_bounded(read, work):
-    held = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    began, held = time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     data, _, problems = read(WORK[work])
     assert (data is None) == bool(problems)
+    assert time.process_time() - began < 60  # of some seconds: work that grows as the square takes hours
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - held < 1e6  # kB
 
 

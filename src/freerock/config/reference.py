@@ -88,7 +88,7 @@ def _type(value: Json) -> str:
         return " or ".join(f"`{each}`" for each in value["enum"])
     if "items" in value:
         return f"list of {_type(value['items'])}"
-    return TYPES[value.get("type", "object")]
+    return TYPES["object" if "$ref" in value else value["type"]]
 
 
 def _default(field: Json) -> str:

@@ -4,7 +4,7 @@ import hashlib
 import json
 import shutil
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path, PurePosixPath
 
@@ -65,7 +65,7 @@ def pack(campaign: Campaign, root: Path, path: Path, metadata: Metadata) -> int:
     files[STATE] = f"describe-name: {made_by['git']}\n".encode()
     files["CITATION.cff"] = citation_cff(campaign, metadata).encode()
     files["datacite.json"] = datacite_json(campaign, metadata).encode()
-    told = readme(campaign, metadata, made_by, _captions(campaign.name), files)
+    told = readme(campaign, metadata, made_by, _captions(campaign.name, files), files)
     files["README.md"] = told.encode()
     ledger = f"results/{campaign.name}/{LEDGER_FOLDER}/"
     sums = {name: _sha256(source) for name, source in sorted(files.items()) if not name.startswith(ledger)}
@@ -173,12 +173,13 @@ def _check_texts(campaign: Campaign) -> None:
                 raise FreerockError(path, what, remedy)
 
 
-def _captions(campaign: str) -> dict[str, str]:
-    """Captions of the figures in the order of captions.tex, by the name of their files."""
+def _captions(campaign: str, files: Mapping[str, Source]) -> dict[str, str]:
+    """Captions of the packed figures in the order of captions.tex, by the name of their files."""
     folder = Path("results", campaign, "figures")
     text = (folder / "captions.tex").read_text(encoding="utf-8")
-    found = sorted(folder.glob("*.txt"), key=lambda path: text.find(f"fig:{path.stem}}}"))
-    return {path.stem: " ".join(path.read_text(encoding="utf-8").split()) for path in found}
+    found = (Path(name) for name in files if Path(name).parent == folder and name.endswith(".txt"))
+    ordered = sorted(found, key=lambda path: (text.find(f"fig:{path.stem}}}"), path.stem))
+    return {path.stem: " ".join(path.read_text(encoding="utf-8").split()) for path in ordered}
 
 
 def _size(source: Source) -> int:

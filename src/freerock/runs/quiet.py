@@ -56,7 +56,12 @@ def quiet_stretches(
 
 
 def sensor_noise(
-    time_s: Floats, theta: Floats, sigma_theta: Floats, step: float, window_s: float, phases: Sequence[Phase]
+    time_s: Floats,
+    theta: Floats,
+    sigma_theta: Floats,
+    step: float = 0.0,
+    window_s: float = 0.25,
+    phases: Sequence[Phase] | None = None,
 ) -> Noise | None:
     """Noise of a sensor in units of sigma_theta, from all quiet stretches of a record; None if too short.
 
