@@ -2,19 +2,20 @@
 
 from pathlib import Path
 
+from freerock_bench.document import marked
+
 DOCS = Path(__file__).parents[2] / "docs"
 TEXT = " ".join((DOCS / "validation.md").read_text(encoding="utf-8").split("\n"))
 
 
-def rows(begin, end):
-    """Rows of the table between two markers, as lists of cells."""
-    between = (DOCS / "validation.md").read_text(encoding="utf-8").partition(f"<!-- {begin} -->")[2]
-    lines = between.partition(f"<!-- {end} -->")[0].strip().splitlines()[2:]
+def rows(name):
+    """Rows of a table that a study writes, as lists of cells."""
+    lines = marked(DOCS / "validation.md", name)[1].splitlines()[2:]
     return [[cell.strip() for cell in line[1:-1].split("|")] for line in lines]
 
 
 def test_false_alarms_are_those_of_the_noises():
-    found = rows("noises", "end of the noises")
+    found = rows("noises")
     assert len(found) == 17
     records, failed, warned, in_doubt = (sum(int(row[i]) for row in found) for i in range(1, 5))
     assert failed == 0
@@ -30,7 +31,7 @@ def test_false_alarms_are_those_of_the_noises():
 
 
 def test_missed_faults_are_those_of_the_kinds():
-    found = {row[0].strip("*"): row for row in rows("kinds", "end of the kinds")}
+    found = {row[0].strip("*"): row for row in rows("kinds")}
     ok, warned, failed = (int(each) for each in found["others"][1:4])
     assert f"Of the {ok + warned + failed} faulty or unusual records " in TEXT
     unusual, beyond, far = (int(found[kinds][i] or 0) for kinds, i in (("others", 7), ("all", 7), ("all", 8)))

@@ -1,12 +1,11 @@
 """A printed table as GitHub-flavoured Markdown."""
 
-import re
 from collections.abc import Sequence
 
 import pandas as pd
 
 SIGNS = str.maketrans({sign: f"\\{sign}" for sign in r"\`*[]|~"})
-SIGNS |= str.maketrans({"&": "&amp;", ">": "&gt;"})
+SIGNS |= str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
 
 
 def markdown(text: pd.DataFrame, caption: str, notes: Sequence[str] = ()) -> str:
@@ -20,4 +19,4 @@ def markdown(text: pd.DataFrame, caption: str, notes: Sequence[str] = ()) -> str
 
 def _cell(text: str) -> str:
     """A text on one line, in which no sign is Markdown's or HTML's."""
-    return re.sub(r"<(?! )", "&lt;", " ".join(text.split()).translate(SIGNS))  # "< 4" begins no tag
+    return " ".join(text.split()).translate(SIGNS).replace("&lt; ", "< ")  # which begins no tag
