@@ -1,5 +1,6 @@
 # What a job takes on a cluster: megabytes, twice what was measured, and minutes; batches of records take a minute more
-# for each. Of all other rules: default-resources in profiles/slurm/config.yaml.
+# for each. Steps record, fit and quality of a batch are one job there (group "batch"): with the largest memory and the
+# sum of the minutes. Of all other rules: default-resources in profiles/slurm/config.yaml.
 TAKES = {
     "record": {"mem_mb": 400, "runtime": 5},
     "fit": {"mem_mb": 700, "runtime": 5},

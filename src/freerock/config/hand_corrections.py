@@ -2,7 +2,8 @@
 
 Their way to the fit: `record` reads them, `step_settings` passes them to `jobs.make_record`, which masks the
 samples that are left out and sets runs as stated (`runs.by_hand`). An impact left out by its instant has no
-restitution (`runs.impacts_left_out`); fits, which take θ(t), see it still.
+restitution (`runs.impacts_left_out`); fits, which take θ(t), see it still. `runs.segment` marks runs that are
+excluded, and `jobs.make_fits` passes over them in the record's dataset; a record excluded whole has no runs.
 """
 
 import re

@@ -1,7 +1,7 @@
 """The rocking models: a law is one row; the candidates of a fit follow from the laws.
 
 Whatever lists models (configuration, fits, tables, figures, report) reads these rows. What a law of the
-foundation does is written in `contact` and, compiled, in `kernel`; of other laws, in `housner`,
+foundation does is written in `contact` and, compiled, in `kernel` and `series`; of other laws, in `housner`,
 `viscoelastic` and `bouncing`. The configuration reads the rows too, so nothing is imported here that is slow
 to load.
 """
