@@ -36,7 +36,8 @@ def lab(folder):
     (checkout / "config/campaigns/small.csv").write_bytes((COLUMNS + LINES).replace("\n", "\r\n").encode())
     shape, laser, angle = BLOCKS["tall"]
     releases = [VirtualRelease(angle, MAT, tilt_s=1.2, held_s=1.5, pause_s=1.5)] * 3
-    tall = simulate_record(shape, laser, "hunt_crossley", releases, seed=3, recording=Recording())
+    recording = Recording(rate_hz=500.0)
+    tall = simulate_record(shape, laser, "hunt_crossley", releases, seed=3, recording=recording)
     write_records(checkout / "raw/small", [("tall_mat", tall), ("squat_mat", simulated("squat", 1))])
     return checkout
 

@@ -60,11 +60,11 @@ if os.environ.get("TRACE") and ".snakemake/scripts" in sys.argv[0]:
 
 
 def simulated(block, seed, *, angle_deg=None, **options):
-    """A simulated record of one release; the options are those of `Recording`."""
+    """A simulated record of one release, by default at 500 Hz; the options are those of `Recording`."""
     shape, laser, usual = BLOCKS[block]
     theta0 = usual if angle_deg is None else math.radians(angle_deg)
     release = VirtualRelease(theta0, MAT, tilt_s=1.2, held_s=1.5, pause_s=1.5)
-    recording = Recording(**options)
+    recording = Recording(**{"rate_hz": 500.0} | options)
     return simulate_record(shape, laser, "hunt_crossley", [release], seed=seed, recording=recording)
 
 

@@ -47,7 +47,7 @@ def test_a_c3d_file_is_a_record(tmp_path):
     (checkout / "config/campaigns/captured.csv").write_text(
         "test,file,channel,block,foundation,laser,position\n" + LINE
     )
-    record = simulated("tall", 3, rate_hz=500.0)
+    record = simulated("tall", 3)
     raw = checkout / "raw/captured"
     raw.mkdir(parents=True)
     write_capture(raw / "tall.c3d", record.time_s, record.theta, BLOCKS["tall"][0])

@@ -18,7 +18,7 @@ def test_a_law_alone_makes_a_report(tmp_path):
         "figures: .*", f"figures: [{', '.join(FIGURES)}]", CAMPAIGN.replace("truth: truth.json\n", "")
     )
     (checkout / "raw/lab").mkdir(parents=True)
-    write_tdms(checkout / "raw/lab/squat_mat.tdms", simulated("squat", 1, angle_deg=10, rate_hz=500.0))
+    write_tdms(checkout / "raw/lab/squat_mat.tdms", simulated("squat", 1, angle_deg=10))
     for law in ("housner", "winkler", "hardening", "bouncing"):  # one of each kind of motion
         as_paper = str(law == "winkler").lower()  # frees no release
         fits = f"fits: {{models: [{law}], paper_mode: {as_paper}}}\n"
