@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from freerock.models.block import Block
 from freerock.rotation.beam import (
+    beam_of,
     displacement_from_rotation,
     rotation_and_sensitivity,
     rotation_from_displacement,
@@ -172,3 +173,8 @@ def test_many_displacements_at_once_are_as_one_by_one(laser, block, amplitude_m)
     np.testing.assert_allclose(theta, expected, rtol=1e-13, atol=1e-17)
     with np.errstate(invalid="ignore"):
         np.testing.assert_allclose(slope, sensitivity(expected, block, laser), rtol=1e-9)
+
+
+def test_a_beam_of_whole_numbers_is_compiled_as_any():
+    """Each type of number would be compiled anew, in whichever job meets it first."""
+    assert {*map(type, beam_of(Block(1, 1, 1), Laser("vertical", 0)))} == {float}

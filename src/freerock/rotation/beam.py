@@ -144,8 +144,9 @@ def rotation_and_sensitivity(
 
 
 def beam_of(block: Block, laser: Laser) -> tuple[float, ...]:
-    """A beam as `beam_kernel` takes it."""
-    return float(laser.beam == "vertical"), laser.position, block.height_m, block.width_m / 2, block.b
+    """A beam as `beam_kernel` takes it, compiled for floats: a length of 1 is one."""
+    vertical = laser.beam == "vertical"
+    return tuple(map(float, (vertical, laser.position, block.height_m, block.width_m / 2, block.b)))
 
 
 def mirrored(laser: Laser) -> bool:
