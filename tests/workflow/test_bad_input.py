@@ -54,7 +54,7 @@ def write_volts(path, properties, **channels):
 
 
 def write_bad_records(raw):
-    good = simulated("squat", 1)
+    good = simulated("squat", 1, rate_hz=2000.0)  # that of WAVEFORM
     samples, rest = good.time_s.size, good.volts[good.time_s < 1]
     write_records(raw, [("replaced", good)])
     listed = sha256(raw / "replaced.tdms")
