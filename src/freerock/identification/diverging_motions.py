@@ -104,11 +104,11 @@ def multiplies_errors(problem: Problem, x: Floats) -> bool:
     """Whether the usual steps are too long for the derivatives of a run: of a block that is hardly damped."""
     if not is_lively(problem, x) or _noise(problem) == 0:
         return False
-    usual = _unresolved(problem)
+    usual = _with_usual_steps(problem)
     return not _are_apt(usual, usual.jacobian(x, problem.samples(most=PURSUIT.samples)))
 
 
-def _unresolved(problem: Problem) -> Problem:
+def _with_usual_steps(problem: Problem) -> Problem:
     """The same problem with the usual steps and tolerances of derivatives."""
     return replace(problem, rtol=RTOL_DERIVATIVES, fine=RTOL_DERIVATIVES, stride=1.0, directions=None)
 
@@ -171,7 +171,7 @@ def pursue(problem: Problem, x: Floats, span_s: float, reach: float = PURSUIT.re
         By how much what a horizon leaves open may move the curve until the end of the next one, times the
         noise.
     """
-    problem, evaluations = _unresolved(problem), 0
+    problem, evaluations = _with_usual_steps(problem), 0
     last, noise = problem.motions[0].time_s[-1], least_mean_square(problem.motions[0])
     known_s = 0.0
     while True:
@@ -195,7 +195,7 @@ def pursue(problem: Problem, x: Floats, span_s: float, reach: float = PURSUIT.re
 
 def are_one(problem: Problem, x: Floats, other: Floats) -> bool:
     """Whether two ends of a single run lie as near as those of one minimum do, in standard errors at both."""
-    samples, usual = problem.samples(most=PURSUIT.samples), _unresolved(problem)
+    samples, usual = problem.samples(most=PURSUIT.samples), _with_usual_steps(problem)
 
     def spread(x: Floats) -> Floats:
         jacobian = resolved(usual, x, samples).jacobian(x, samples)
