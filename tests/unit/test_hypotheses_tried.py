@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freerock.errors import FreerockError
 from freerock.identification.fit import fit_record
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, law_of
@@ -112,6 +113,23 @@ def test_a_rival_whose_full_fit_fails_is_not_fitted_again(monkeypatch):
     found = identify_run(SQUAT, bent, BY_DEFAULT)
     assert not found.explained
     assert len(fitted) == len(set(fitted)) > len(PAPER)
+
+
+def test_a_start_from_which_the_fit_fails_leaves_the_fits_from_others(monkeypatch):
+    motion = motion_of(released("hunt_crossley", BLOCK, MARBLE, 8))
+    good = fit_record("hunt_crossley", BLOCK, [motion], BY_DEFAULT.settings("hunt_crossley"))
+
+    def fake(model, block, motions, settings, start):
+        if start:
+            raise FreerockError("lambda", "is negative", "state it")
+        return good
+
+    monkeypatch.setattr(hypotheses_tried, "fit_record", fake)
+    search, each = hypotheses_tried._Search(BLOCK, motion, BY_DEFAULT), BY_DEFAULT.of("hunt_crossley", ())
+    search.fit(each, [None, {"k": 1.0}])
+    assert search.fits == {each: good} and not search.errors
+    search.fit(other := BY_DEFAULT.of("winkler", ()), [{"k": 1.0}])
+    assert other not in search.fits and "negative" in str(search.errors[other])
 
 
 def test_without_kinematics_there_is_no_rival():

@@ -4,6 +4,7 @@ import math
 import re
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from freerock.rotation.sensor_response import moments
 from freerock.rotation.view import View
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Verdict
+from freerock.selection import reasons_of_set_up
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypothesis
 from freerock.selection.choice import evidence
 from freerock.selection.hypotheses_tried import identify_run, identify_runs
@@ -144,6 +146,22 @@ def test_a_block_that_was_let_go_lower_than_it_was_held_was_held_back():
     assert (note.verdict, note.name) == ("warn", "held_back")
     let_go = float(re.search(r"from rest at (\S+) degrees instead of 20\.000", note.text)[1])
     assert let_go == pytest.approx(19.4, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("share", "late_s", "expected"),
+    [
+        (0.999, 5e-3, ("ok", -1e-3, "1")),
+        (0.999, 0.05, ("warn", 50, "ms")),
+        (0.97, 0.05, ("warn", -0.03, "1")),
+    ],
+)
+def test_a_late_release_is_warned_of_by_its_time(share, late_s, expected):
+    fit = SimpleNamespace(values={"theta0": share * ANGLE, "t0": late_s})
+    reason = reasons_of_set_up._of_release(fit, BLOCK, SimpleNamespace(theta0=ANGLE))
+    verdict, value, unit = expected
+    assert (reason.verdict, reason.value, reason.unit) == (verdict, pytest.approx(value), unit)
+    assert (reason.verdict == "warn") == (abs(reason.value) > reason.limit)
 
 
 def test_a_tilt_is_found_under_worn_corners_too():

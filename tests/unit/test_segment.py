@@ -222,22 +222,32 @@ def test_faults_of_the_signal_count_against_the_runs_they_meet():
     assert (two.verdict.level, two.verdict.texts) == ("warn", ("aliasing: 120 Hz",))
 
 
+def invalid(arguments, at_s):
+    """Flag the sample at an instant: no angle, no σ."""
+    t, theta, sigma, flags = arguments[:4]
+    at = np.searchsorted(t, at_s)
+    theta[at], sigma[at], flags[at] = np.nan, np.nan, 1
+
+
 @pytest.mark.parametrize("share", [0.95, 0.7, 0.4])
 def test_a_hold_beyond_the_range_begins_a_run_at_its_first_clean_peak(share):
     arguments, releases = record(one_run(10.0), one_run(9.7), one_run(3.5))
     t, theta, _, flags = arguments[:4]
     flags[theta > math.radians(10.0) * share] = 4
+    arguments[2] = np.full(t.size, SIGMA)
+    for each in releases:  # one sample in the run, as `find_rotation` flags it
+        invalid(arguments, each + 1.5)
     runs = find_runs(*arguments)
     assert [run.number for run in runs] == [1, 2, 3]
     for run, release in zip(runs[:2], releases, strict=False):
         assert release + 0.2 < run.release_s == run.fit_start_s < run.end_s
-        assert run.verdict.level == "warn" and run.verdict.texts[0] == (
+        assert run.verdict.names == ("hold_unseen", "invalid_samples") and run.verdict.texts[0] == (
             f"no hold is seen (saturated): the run begins at its first clean peak, {run.release_s:.3f} s"
         )
         near = np.abs(t - run.release_s) < 0.005
         assert run.theta0 == pytest.approx(np.mean(theta[near]), rel=run.theta0_stderr / abs(run.theta0))
-        assert not flags[(t > run.release_s) & (t < run.end_s)].any()
-    assert abs(runs[2].release_s - releases[2]) < 2e-3 and runs[2].verdict.level == "ok"
+        assert np.count_nonzero(flags[(t > run.release_s) & (t < run.end_s)]) == 1
+    assert abs(runs[2].release_s - releases[2]) < 2e-3 and runs[2].verdict.names == ("invalid_samples",)
 
 
 def caught(after_s, stands_s, braked_to=0.0):
@@ -270,10 +280,14 @@ def test_a_caught_block_is_released_where_it_is_let_go_again(after_s, stands_s):
     assert abs(stood_until - again) < 0.025
 
 
-def test_a_braked_block_rocks_freely_from_its_first_peak_on():
+@pytest.mark.parametrize("flagged", [False, True])
+def test_a_braked_block_rocks_freely_from_its_first_peak_on(flagged):
     arguments, (release,) = record(caught(0.15, 0.0, braked_to=0.2))
+    if flagged:
+        arguments[2] = np.full(arguments[0].size, SIGMA)
+        invalid(arguments, release + 0.05)
     (run,) = find_runs(*arguments)
-    assert run.verdict.level == "warn" and run.verdict.names == ("braked",)
+    assert run.verdict.level == "warn" and run.verdict.names[0] == "braked"
     assert f"was braked at {release + 0.15:.2f} s" in run.verdict.texts[0]
     near = np.abs(arguments[0] - run.release_s) < 5e-3
     assert run.theta0 < 0 and run.theta0 == pytest.approx(np.mean(arguments[1][near]), rel=2e-3)

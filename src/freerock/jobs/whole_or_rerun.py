@@ -1,7 +1,8 @@
 """Whether products are what a run would make now: their plan is compared with the ledger, by content.
 
 A product is written whole by `files.atomic` and entered last (`ledger.at_work`); `guard` clears what a killed
-run leaves.
+run leaves. `workflow/rules/plan_and_ledger.smk` asks for each job, and gives one in doubt a newer input
+(`newer_input`).
 """
 
 import os

@@ -57,12 +57,12 @@ class Law:
         Laws that it becomes when one of its numbers is zero. It is fitted only where they leave more than
         noise, and starts from where their scans end.
     tensionless : bool
-        Whether the tensionless rule of debonding is implemented for all its numbers together.
+        Whether the tensionless rule of debonding is implemented where none of its ratios is zero.
     kinematics : tuple of str
         What its base may do sideways, the paper's first (`Rules`).
     bounces : bool
-        Whether its corners may leave the ground after an impact (`bouncing`). It is fitted only to runs that
-        bounced, and where a campaign lists it.
+        Whether its corners may leave the ground after an impact (`bouncing`). It is fitted to runs
+        that bounced, listed or not, and tried beside others where a campaign lists it or its block is squat.
     cites : str
         Its sources, as the methods of a report cite them (`report.methods`).
     note : str
@@ -102,9 +102,9 @@ class Law:
         """The parameters beside k of a foundation, found as ratios to it; each may be zero."""
         return tuple(name for name in self.parameters if PARAMETERS[name].fitted_as == "ratio")
 
-    def allows(self, debonding: str, ratios: int) -> bool:
-        """Whether a rule of debonding is implemented for as many of `ratios` that are not zero."""
-        return self.tensionless or debonding != "tensionless" or ratios < len(self.ratios)
+    def allows(self, debonding: str, n_ratios: int) -> bool:
+        """Whether a rule of debonding is implemented where as many of `ratios` are not zero."""
+        return self.tensionless or debonding != "tensionless" or n_ratios < len(self.ratios)
 
 
 LAWS = {

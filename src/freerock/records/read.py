@@ -15,7 +15,7 @@ from freerock.records.dataset import dataset
 if TYPE_CHECKING:
     import xarray as xr
 
-# Suffix: module of this room with a function contents(path) and FORMAT, the name of its format.
+# Suffix: module of this room with FORMAT, its name, and contents(path), which yields `channels.Contents`.
 READERS = {
     ".tdms": "tdms",
     ".lvm": "lvm",

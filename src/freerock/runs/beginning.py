@@ -91,7 +91,7 @@ def unseen(signal: Signal, gap: tuple[float, float], limits: RunLimits) -> Begin
         return None
     before = signal.during(gap[0], begins.release.instant_s)
     during = signal.during(begins.release.instant_s, gap[1])
-    noise = float(np.median(signal.sigma[during]))
+    noise = float(np.nanmedian(signal.sigma[during]))
     lowest = LEAST_PEAK * abs(begins.held.theta0)
     tops = find_tops(signal.t[during], signal.theta[during], noise, lowest)
     heights = np.abs([begins.held.theta0, *(top.height for top in tops)])

@@ -111,7 +111,7 @@ def find_impacts(
     if noise and motion.left.known and len(swings) > 1:
         high = [slice(i, j + 1) for i, j in swings[1:]]
         noise = in_motion(noise, motion.y, motion.noise, high)
-        motion = motion._replace(left=left_of(noise, motion, swings))
+        motion = motion._replace(left=left_of(noise, swings))
     passages = [_line_zero(motion.t[i : j + 1], motion.y[i : j + 1]) for (_, i), (j, _) in pairwise(swings)]
     uplift = uplift_amplitude(motion.t, motion.y, passages, block)
     release = theta0, theta0_stderr, zero_stderr

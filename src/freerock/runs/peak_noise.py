@@ -15,14 +15,13 @@ TYPICAL = 0.5  # of a swing, the window in which a residual is looked at
 COARSE = 2  # steps in a factor of two: white noise is white, however its spectrum was drawn
 
 
-def left_of(noise: Noise, motion: NoisySamples, swings: Sequence[tuple[int, int]]) -> Residual:
+def left_of(noise: Noise, swings: Sequence[tuple[int, int]]) -> Residual:
     """What the fit of a peak leaves of the noise, over what it would if that were white and of variance 1.
 
     Parameters
     ----------
     noise : Noise
         Over σ.
-    motion : NoisySamples
     swings : sequence of (int, int)
         First and last sample of each.
     """

@@ -53,7 +53,7 @@ def find_stop(signal: Signal, hold: Phase, end_s: float) -> Stop | None:
     if n < 4:
         return None
     means = theta[: n * size].reshape(n, size).mean(axis=1)  # NaN where a sample is invalid: no rate
-    noise = float(np.median(signal.sigma[during][: n * size])) * _stderr_of_rate(signal, size)
+    noise = float(np.nanmedian(signal.sigma[during][: n * size])) * _stderr_of_rate(signal, size)
     falls = -np.sign(hold.level) * np.diff(means)
     fastest = np.fmax.accumulate(np.nan_to_num(falls))
     slower = fastest - falls > np.maximum(SURE * noise, SLOWER * fastest)

@@ -2,9 +2,9 @@
 
 Reasons are made in `reasons_as_measured`, those of a release that was pushed or badly timed among them; of a
 hold and a beginning in `beginning` and `begun_in_motion`; of r in `uneven_restitution` and `impacts`; of a
-signal in `rotation.faults`; after the fits in `selection.reasons_after_fits`, of base, release and sensor in
-`selection.reasons_of_set_up`; of corrections in `by_hand` and `impacts_left_out`; of fits and records that
-failed in `products.verdict_with_fits` and the jobs. They are joined in `runs_with_impacts` and
+signal in `reasons_as_measured.faults_met`; after the fits in `selection.reasons_after_fits`, of base, release
+and sensor in `selection.reasons_of_set_up`; of corrections in `by_hand` and `impacts_left_out`; of fits and
+records that failed in `products.verdict_with_fits` and the jobs. They are joined in `runs_with_impacts` and
 `products.verdict_with_fits`. Thresholds with a key are in `config.keys_of_processing`, levels of tests in
 `identification.significance_levels`, others beside their check. A user finds value, limit and key of each
 reason in `tables/reasons.csv`.
@@ -30,7 +30,7 @@ class Reason(NamedTuple):
     text : str
         What was found, in words.
     value, limit : float or None
-        The number that was judged and the threshold that it met, in `unit`; None of what is no number.
+        The number judged and the threshold it was compared with, in `unit`; None of what is no number.
     unit : str
         Of both; "1" of a fraction or a count.
     key : str
@@ -73,6 +73,6 @@ class Verdict:
 
 
 def in_one_line(reasons: Iterable[Reason]) -> str:
-    """Reasons as text for a reader, separated by "; ", which then stands in none of them."""
+    """Reasons as text for a reader, separated by "; "; of several, none holds it."""
     texts = [reason.text for reason in reasons]
     return texts[0] if len(texts) == 1 else "; ".join(text.replace("; ", ", ") for text in texts)

@@ -5,7 +5,8 @@ has them. The search goes on to neighbours: other kinematics, one damping more, 
 radius or release that is not as stated. All that free as many numbers are tried together: a quick fit screens
 each, and those near the best are fitted in full. The search ends where something explains the run, no untried
 hypothesis frees as few numbers, and the derivatives require no other number; or where a law would explain the
-run with an input beyond its prior, and no hypothesis with one number more does.
+run with an input beyond its prior, and no hypothesis with one number more does. Effects beside a law are
+tried in `causes`, listed in `unmodelled`.
 """
 
 import math
@@ -500,15 +501,17 @@ class _Search:
         Edges have minima beside minima: of a short run of 0.7 mm one at 0.30 and one at 0.65 mm, 0.4 apart in
         the BIC and 2 % in k. Those that do as well are kept aside.
         """
-        ends, settings = list[Fit](), self.hypotheses.settings(*each)
+        ends, failed, settings = list[Fit](), list[FreerockError](), self.hypotheses.settings(*each)
         for start in starts:
             if start is not None and any(_have_one_radius(start, end.values) for end in ends):
                 continue
             try:
                 ends.append(fit_record(each.model, self.block, [self.motion], settings, start=start))
             except FreerockError as error:
-                self.errors[each] = error
-                return
+                failed.append(error)
+        if not ends:
+            self.errors[each] = failed[0]
+            return
         ends.sort(key=lambda end: (not evidence(end).explains, end.bic))
         self.fits[each] = ends[0]
         self.others += [(each, end) for end in ends[1:] if not _have_one_radius(end.values, ends[0].values)]

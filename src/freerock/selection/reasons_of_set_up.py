@@ -218,9 +218,11 @@ def _of_release(fit: Fit, block: Block, motion: Motion) -> Reason:
         f"{math.degrees(abs(motion.theta0)):.3f}, {when}"
     )
     off = angle / abs(motion.theta0) - 1
-    far = abs(off) > REASON_LIMITS.pushed or (more < 0 and late > REASON_LIMITS.late_ms)
-    name = _name_of_release(more > 0)
-    return Reason("warn" if far else "ok", name, f"{text}, and is fitted so", off, REASON_LIMITS.pushed, "1")
+    name, text = _name_of_release(more > 0), f"{text}, and is fitted so"
+    far, slow = abs(off) > REASON_LIMITS.pushed, more < 0 and late > REASON_LIMITS.late_ms
+    if slow and not far:
+        return Reason("warn", name, text, late, REASON_LIMITS.late_ms, "ms")
+    return Reason("warn" if far else "ok", name, text, off, REASON_LIMITS.pushed, "1")
 
 
 def _name_of_release(higher: bool) -> str:
