@@ -21,7 +21,7 @@ from freerock.selection.hypotheses_tried import identify_run
 
 SQUARE, SLENDER = Block(0.06, 0.06, 0.1), Block(0.28, 0.07, 5.84)
 SIGMA = math.radians(0.03)
-HOUSNER = replace(BY_DEFAULT, models=("housner",))
+HOUSNER = replace(BY_DEFAULT, laws=("housner",))
 
 
 def measured(e, mu, seed, *, theta0_deg=25.0, rate0=0.0, rate_hz=1000.0, block=SQUARE, bounced=True):
@@ -133,7 +133,7 @@ def test_on_which_runs_it_is_tried(block, bounced, rate0, rivals, models):
 def test_a_campaign_may_list_it():
     listed = Hypotheses(("housner", "bouncing"), ("pivoting",), {"housner": LAWS["housner"].free})
     assert listed.laws == ("housner",) and "bouncing" in listed.candidates
-    alone = replace(listed, models=("bouncing",))
+    alone = replace(listed, laws=("bouncing",))
     assert alone.laws == ("bouncing",) and alone.n_freed("bouncing") == 4
 
 

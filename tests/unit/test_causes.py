@@ -293,7 +293,7 @@ def test_an_effect_too_small_to_reject_a_law_is_required_with_what_it_changes(na
 
 def test_what_a_required_effect_would_change_stands_in_the_uncertainty():
     motion, laws = seen({"rub_nm": 2e-4}), ("hunt_crossley",)
-    found = identify_run(BLOCK, motion, replace(BY_DEFAULT, models=laws, kinematics=()))
+    found = identify_run(BLOCK, motion, replace(BY_DEFAULT, laws=laws, kinematics=()))
     best, held = found.fits["hunt_crossley"], fit_run("hunt_crossley", BLOCK, motion)
     assert found.explained and found.effects["hunt_crossley"].name == "friction"
     at = best.parameters.index("lambda")
@@ -318,7 +318,7 @@ def test_what_causes_would_change_counts_by_their_shares():
 
 def test_a_run_that_nothing_explains_is_known_to_what_its_causes_would_change():
     laws = ("winkler", "hunt_crossley", "general")
-    hypotheses = replace(BY_DEFAULT, models=laws, kinematics=())
+    hypotheses = replace(BY_DEFAULT, laws=laws, kinematics=())
     motion = seen({"relaxing": 0.3, "relaxes_s": 0.05})
     found = identify_run(BLOCK, motion, hypotheses)
     assert not found.explained
@@ -345,7 +345,7 @@ def test_causes_that_no_run_tells_apart_change_by_the_most_of_each():
 
 def test_a_bed_that_has_become_rigid_has_no_causes():
     """It may leave less of a rigid block in air than the rigid law, and names another cause."""
-    hypotheses = replace(BY_DEFAULT, models=("winkler", "hunt_crossley"), kinematics=())
+    hypotheses = replace(BY_DEFAULT, laws=("winkler", "hunt_crossley"), kinematics=())
     found = identify_run(BLOCK, seen({"relaxing": 0.3, "relaxes_s": 0.05}), hypotheses)
     assert {*found.causes} == {"winkler", "hunt_crossley"}
     fit, k = found.fits["winkler"], found.fits["winkler"].parameters.index("k")
@@ -357,7 +357,7 @@ def test_a_bed_that_has_become_rigid_has_no_causes():
 
 def test_a_number_that_is_fixed_stays_certain():
     options = {**BY_DEFAULT.options, "parameters": {"winkler": {"k": Given(value=3.2e6, vary=False)}}}
-    hypotheses = replace(BY_DEFAULT, models=("winkler", "hunt_crossley"), kinematics=(), options=options)
+    hypotheses = replace(BY_DEFAULT, laws=("winkler", "hunt_crossley"), kinematics=(), options=options)
     found = identify_run(BLOCK, seen({"relaxing": 0.3, "relaxes_s": 0.05}), hypotheses)
     fit = found.fits["winkler"]
     assert not found.explained
@@ -366,7 +366,7 @@ def test_a_number_that_is_fixed_stays_certain():
 
 def test_a_run_that_the_others_of_its_record_contradict_has_causes(monkeypatch):
     motion, cause = seen({}), Cause("air", "", 1.0, 1.0, 1.0, {"k": 0.1 * SOIL["k"]})
-    hypotheses = replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
+    hypotheses = replace(BY_DEFAULT, laws=("hunt_crossley",), kinematics=())
     alone = identify_runs(BLOCK, {1: motion}, hypotheses)[1]
     assert alone.explained and not alone.causes
     monkeypatch.setattr(hypotheses_tried, "of_other_runs", lambda *of: dict.fromkeys(of[3], 2.0))

@@ -115,7 +115,7 @@ def test_without_causes_none_is_told():
 
 
 def test_a_run_that_is_explained_or_was_not_fitted_gives_no_doubt():
-    motion, hypotheses = run(), replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
+    motion, hypotheses = run(), replace(BY_DEFAULT, laws=("hunt_crossley",), kinematics=())
     explained = identify_run(BLOCK, motion, hypotheses)
     assert explained.explained
     for whole in (explained, Identified()):

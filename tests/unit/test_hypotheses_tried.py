@@ -144,7 +144,7 @@ def test_each_run_of_a_record_is_held_against_the_others():
     stiffer = replace(truth, parameters={"k": 1.2 * MARBLE["k"], "lambda": MARBLE["lambda"]})
     same = {1: motion_of(truth, 1), 2: motion_of(truth, 2)}
     other = {1: motion_of(truth, 1), 2: motion_of(stiffer, 2)}
-    hypotheses = replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
+    hypotheses = replace(BY_DEFAULT, laws=("hunt_crossley",), kinematics=())
     held = [
         identify_runs(BLOCK, motions, hypotheses)[1].fits["hunt_crossley"].epsilon_holdout_runs
         for motions in (same, other)
@@ -164,7 +164,7 @@ def test_fits_of_a_run_that_nothing_explains_widen_what_leaves_least_whatever_th
         stderr = np.where(np.arange(len(fit.stderr)) == at, np.nan, fit.stderr)
         return replace(fit, stderr=stderr, diagnostics=fit.diagnostics | {"noise_p": 0.0, "noise": 0.0})
 
-    hypotheses = replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
+    hypotheses = replace(BY_DEFAULT, laws=("hunt_crossley",), kinematics=())
     monkeypatch.setattr(hypotheses_tried, "fit_record", bounded)
     motion = motion_of(released("hunt_crossley", BLOCK, MARBLE | {"tilt": 0.01}, 8))
     found = identify_run(BLOCK, motion, hypotheses)
@@ -180,7 +180,7 @@ def test_a_widened_prior_with_a_number_at_a_bound_is_not_named(monkeypatch):
         at_bound = {"stderr": np.append(fit.stderr[:-1], np.nan)} if settings.loose_release else {}
         return replace(fit, **at_bound)
 
-    hypotheses = replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
+    hypotheses = replace(BY_DEFAULT, laws=("hunt_crossley",), kinematics=())
     motion = replace(motion_of(released("hunt_crossley", BLOCK, MARBLE, 8)), theta0=math.radians(8.2))
     assert identify_run(BLOCK, motion, hypotheses).widened == ("release",)
     monkeypatch.setattr(hypotheses_tried, "fit_record", bounded)

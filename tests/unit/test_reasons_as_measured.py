@@ -48,8 +48,8 @@ GOOD = Facts(
 ONE_FACT = [
     ({"override": "a truck passed by"}, "ok", "overridden"),
     ({"exclusion": "slipped"}, "ok", "excluded"),
-    ({"set_by_hand": [Reason("fail", "by_hand", "why")]}, "fail", "by_hand"),
-    ({"set_by_hand": [Reason("warn", "renumbered", "why")]}, "warn", "renumbered"),
+    ({"reasons_by_hand": [Reason("fail", "by_hand", "why")]}, "fail", "by_hand"),
+    ({"reasons_by_hand": [Reason("warn", "renumbered", "why")]}, "warn", "renumbered"),
     ({"beginning": BEGUN._replace(reasons=(Reason("warn", "hold_unseen", "why"),))}, "warn", "hold_unseen"),
     ({"beginning": BEGUN._replace(reasons=(Reason("warn", "braked", "why"),))}, "warn", "braked"),
     ({"beginning": BEGUN._replace(reasons=(Reason("ok", "let_go_again", "why"),))}, "ok", "let_go_again"),

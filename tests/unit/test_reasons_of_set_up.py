@@ -39,7 +39,7 @@ from freerock_bench.springs import Scene, standing
 BLOCK, ANGLE, _ = CONFIGURATIONS["config3"]
 SIGMA = math.radians(0.006)
 SINCE = np.arange(0, 2.5, 1e-3)
-PLAIN = replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
+PLAIN = replace(BY_DEFAULT, laws=("hunt_crossley",), kinematics=())
 WIDTH = replace(PLAIN, kinematics=("guided",))  # and another contact width
 
 
@@ -170,7 +170,7 @@ def test_a_tilt_is_found_under_worn_corners_too():
     theta = simulate("housner", worn, {"r": 0.9}, SINCE, theta0=ANGLE, base_excitation=ground).theta
     noise = SIGMA * np.random.default_rng(6).standard_normal(SINCE.size)
     motion = Motion(SINCE, theta + noise, SIGMA, ANGLE, 1e-5, 2e-4)
-    hypotheses = replace(BY_DEFAULT, models=("housner",))
+    hypotheses = replace(BY_DEFAULT, laws=("housner",))
     found = identify_run(BLOCK, motion, hypotheses)
     choice = found.choice(hypotheses)
     assert (choice.selected, choice.explained) == ("housner_width", True) and "tilt" in found.widened

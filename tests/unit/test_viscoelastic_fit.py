@@ -19,7 +19,7 @@ from freerock.selection.hypotheses_tried import identify_run
 BLOCK, K = Block(0.28, 0.07, 5.84), 6.88e6
 SIGMA, THETA0 = math.radians(0.006), 0.12
 GUIDED = replace(BY_DEFAULT, kinematics=("guided",))
-LISTED = replace(GUIDED, models=("winkler", "hunt_crossley", "viscoelastic"))
+LISTED = replace(GUIDED, laws=("winkler", "hunt_crossley", "viscoelastic"))
 
 
 def measured(law, parameters, seed, kinematics="guided"):
@@ -68,7 +68,7 @@ def test_it_is_tried_only_where_it_is_listed():
     truth = {"k": K, "c": 5e-3 * K, "tau": 0.01}
     motion = measured("viscoelastic", truth, 4)
     assert not any("viscoelastic" in name for name in BY_DEFAULT.candidates)
-    found = identify_run(BLOCK, motion, replace(GUIDED, models=("winkler", "hunt_crossley")))
+    found = identify_run(BLOCK, motion, replace(GUIDED, laws=("winkler", "hunt_crossley")))
     assert not found.explained
     tried = {*found.fits, *found.ruled_out, *found.errors}
     assert tried and not any("viscoelastic" in name for name in tried)

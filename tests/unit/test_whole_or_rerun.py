@@ -15,15 +15,22 @@ from freerock.jobs import contents, ledger, whole_or_rerun
 from freerock.jobs.code_identity import code_checksum
 from freerock.jobs.contents import LOOKS, checksum, look, look_settled
 from freerock.jobs.ledger import at_work, entry_path, read_entry
-from freerock.jobs.whole_or_rerun import Step, compare, in_doubt, left_over, made_by_other_software, verified
+from freerock.jobs.whole_or_rerun import (
+    PlannedJob,
+    compare,
+    in_doubt,
+    left_over,
+    made_by_other_software,
+    verified,
+)
 
-MADE = Step(
+MADE = PlannedJob(
     "results/lab/logs/make.log",
     ["raw/a.tdms", "raw/b.tdms"],
     ["results/lab/x.nc", "results/lab/y.nc"],
     {"code": "1", "block": {"mass_kg": 2.0, "name": "tall"}},
 )
-READ = Step("results/lab/logs/read.log", ["results/lab/x.nc"], ["results/lab/z.csv"], {"code": "2"})
+READ = PlannedJob("results/lab/logs/read.log", ["results/lab/x.nc"], ["results/lab/z.csv"], {"code": "2"})
 
 
 def do(step, **changes):
@@ -148,7 +155,7 @@ def test_products_of_another_campaign_are_not_taken_for_ones_own(lab):
     """The whole folder copied over, ledger and all."""
     os.rename(lab / "results/lab", lab / "results/other")
     steps = [
-        Step(
+        PlannedJob(
             step.log.replace("lab", "other"),
             *([path.replace("lab", "other") for path in paths] for paths in (step.inputs, step.outputs)),
             step.settings,
@@ -165,7 +172,7 @@ def test_without_an_entry_nothing_is_taken_for_whole(lab):
 
 
 def test_a_first_run_is_told_nothing(lab):
-    new = Step("results/lab/logs/new.log", [], ["results/lab/new.csv"], {})
+    new = PlannedJob("results/lab/logs/new.log", [], ["results/lab/new.csv"], {})
     found = compare([new])
     assert states(found) == {"results/lab/new.csv": ("missing", "is missing", False)}
     assert in_doubt(found) == []
@@ -209,7 +216,7 @@ def test_a_file_that_looks_as_it_did_is_not_read(lab, monkeypatch):
     monkeypatch.setattr(contents, "checksum", lambda path: pytest.fail(f"{path} is read"))
     assert not compare([MADE, READ]).doubts
     with pytest.raises(pytest.fail.Exception, match=r"raw/a\.tdms is read"):
-        compare([Step("log/x/y.log", ["raw/a.tdms"], [], {})], thorough=True)
+        compare([PlannedJob("log/x/y.log", ["raw/a.tdms"], [], {})], thorough=True)
 
 
 def test_a_thorough_look_reads_every_file(lab, monkeypatch):

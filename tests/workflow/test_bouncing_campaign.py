@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from golden_numbers import differences
 from small_campaign import COLUMNS, add_campaign, check_out
 
 from freerock.models.block import Block
@@ -89,3 +90,7 @@ def test_tables_and_report_have_the_law(results, tables):
     report = (results / "report.html").read_text(encoding="utf-8")
     assert "corners bounce with restitution e" in report
     assert "moreau1988" in (results / "tables/methods.bib").read_text(encoding="utf-8")
+
+
+def test_each_number_is_as_kept(results):
+    assert differences(results, "bouncing") == []

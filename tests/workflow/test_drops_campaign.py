@@ -4,6 +4,7 @@ import shutil
 
 import numpy as np
 import pytest
+from golden_numbers import differences
 from small_campaign import ROOT, check_out
 
 from freerock_bench.drops import clean_falls, means
@@ -52,3 +53,7 @@ def test_what_the_drops_tell(results):
     found = means(results).set_index("parameter")
     assert 0.3 < found.loc["e", "mean"] < 0.6 and 0.1 < found.loc["mu", "mean"] < 0.8
     assert np.isfinite(found.loc["e", "half95"])
+
+
+def test_each_number_is_as_kept(results):
+    assert differences(results, "drops") == []

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from found_again import found_again
+from golden_numbers import differences
 
 from freerock.models.block import Block
 from freerock.models.simulate import simulate
@@ -87,6 +88,10 @@ def table(palermo, name):
 @pytest.mark.parametrize("name", CONTRACT)
 def test_tables_have_the_columns_other_peoples_scripts_rely_on(palermo, name):
     assert list(table(palermo, name).columns) == CONTRACT[name].split()
+
+
+def test_each_number_is_as_kept(palermo):
+    assert differences(palermo, "palermo") == []
 
 
 def test_every_run_of_every_record_is_found_and_called_simulated(palermo):

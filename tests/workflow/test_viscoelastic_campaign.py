@@ -4,6 +4,7 @@ import math
 
 import pandas as pd
 import pytest
+from golden_numbers import differences
 from small_campaign import COLUMNS, add_campaign, check_out
 
 from freerock.models.block import Block
@@ -56,3 +57,7 @@ def test_tables_and_report_have_the_law(results):
     assert "tau_s" in pd.read_csv(results / "tables/candidates.csv").columns
     assert "relaxes in the time" in (results / "report.html").read_text(encoding="utf-8")
     assert "flugge1975" in (results / "tables/methods.bib").read_text(encoding="utf-8")
+
+
+def test_each_number_is_as_kept(results):
+    assert differences(results, "viscoelastic") == []

@@ -16,7 +16,7 @@ from freerock.jobs.code_identity import note_meanings
 from freerock.jobs.whole_or_rerun import (
     VERIFIED,
     PlanAgainstLedger,
-    Step,
+    PlannedJob,
     compare,
     in_doubt,
     left_over,
@@ -106,7 +106,7 @@ def as_planned(step, wildcards):
             yield from [each.format(**dict(wildcards.items()))] if isinstance(each, str) else flat(each)
 
     settings = {name: given(value) for name, value in step.params.items()}
-    return Step(next(files(step.log)), [*files(step.input)], [*files(step.output)], settings)
+    return PlannedJob(next(files(step.log)), [*files(step.input)], [*files(step.output)], settings)
 
 
 def flat(files):

@@ -1,7 +1,7 @@
 """Whether products are what a run would make now: their plan is compared with the ledger, by content.
 
 A product is written whole by `files.atomic` and entered last (`ledger.at_work`); `guard` clears what a killed
-run leaves. `workflow/rules/plan_and_ledger.smk` asks for each job, and gives one in doubt a newer input
+run leaves. `workflow/rules/plan_and_ledger.smk` compares each job, and gives one in doubt a newer input
 (`newer_input`).
 """
 
@@ -23,7 +23,7 @@ State = Literal["missing", "damaged", "stale"]
 
 
 @dataclass(frozen=True)
-class Step:
+class PlannedJob:
     """A job of the plan, as it would be done now.
 
     Parameters
@@ -99,11 +99,11 @@ class PlanAgainstLedger:
         found = (path for folder in folders for path in (folder / LEDGER_FOLDER).glob("*.json"))
         self._ledger = {path: read_entry(path) for path in found}
         self.contents = Checksums({} if thorough else known_looks(self._ledger.values()))
-        self.steps: list[Step] = []
+        self.steps: list[PlannedJob] = []
         self.entries: dict[str, Entry | None] = {}
         self.again: set[str] = set()
 
-    def add(self, step: Step) -> bool:
+    def add(self, step: PlannedJob) -> bool:
         """Whether a step is in doubt, by the files as they are; one whose products were never made is.
 
         Raises
@@ -126,7 +126,7 @@ class PlanAgainstLedger:
         maker = {path: step for step in self.steps for path in step.outputs}
         found: dict[str, list[Doubt]] = {}
 
-        def of(step: Step) -> list[Doubt]:
+        def of(step: PlannedJob) -> list[Doubt]:
             if step.log not in found:
                 made = [path for path in step.inputs if path in maker]
                 doubtful = [path for path in made if path in {doubt.path for doubt in of(maker[path])}]
@@ -137,12 +137,12 @@ class PlanAgainstLedger:
         return {step.log: doubts for step in self.steps if (doubts := of(step))}
 
 
-def compare(steps: Iterable[Step], thorough: bool = False) -> PlanAgainstLedger:
+def compare(steps: Iterable[PlannedJob], thorough: bool = False) -> PlanAgainstLedger:
     """Compare a plan with the ledger and with the files that are there now.
 
     Parameters
     ----------
-    steps : iterable of Step
+    steps : iterable of PlannedJob
         Those of the plan, in any order.
     thorough : bool
         As of `PlanAgainstLedger`.
@@ -160,7 +160,9 @@ def compare(steps: Iterable[Step], thorough: bool = False) -> PlanAgainstLedger:
     return found
 
 
-def _doubts(step: Step, entry: Entry | None, contents: Checksums, doubtful: Sequence[str]) -> Iterator[Doubt]:
+def _doubts(
+    step: PlannedJob, entry: Entry | None, contents: Checksums, doubtful: Sequence[str]
+) -> Iterator[Doubt]:
     """Doubts about the products of a step; `doubtful` are the products in doubt among its inputs."""
     there = [path for path in step.outputs if contents.sha256(path)]
     yield from (Doubt(path, "missing", "is missing") for path in step.outputs if path not in there)
@@ -177,7 +179,9 @@ def _doubts(step: Step, entry: Entry | None, contents: Checksums, doubtful: Sequ
             yield Doubt(path, "stale", f"was made from {some(doubtful)}", derived=True)
 
 
-def _otherwise(step: Step, entry: Entry, contents: Checksums, doubtful: Collection[str]) -> Iterator[str]:
+def _otherwise(
+    step: PlannedJob, entry: Entry, contents: Checksums, doubtful: Collection[str]
+) -> Iterator[str]:
     """From and by what else than now the products of a step were made."""
     if [*entry.inputs] != [*dict.fromkeys(step.inputs)]:  # two records may be of one file
         yield f"from other files ({some(sorted({*entry.inputs} ^ {*step.inputs}) or step.inputs)})"

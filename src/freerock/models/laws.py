@@ -93,7 +93,7 @@ class Law:
         return "tau" in self.parameters
 
     @property
-    def is_rivalled(self) -> bool:
+    def is_fallback(self) -> bool:
         """Whether it is fitted only where others leave more than noise."""
         return bool(self.cases) or self.bounces
 

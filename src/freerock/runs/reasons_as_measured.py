@@ -56,7 +56,7 @@ class Facts:
     n_impacts : int
     override, exclusion : str or None
         Why release and end were set by hand, and why the run was left out; None where they were not.
-    set_by_hand : sequence of Reason
+    reasons_by_hand : sequence of Reason
         What can't be as it was set by hand.
     slid : Reason or None
         What the position of the block says of its standing corner.
@@ -74,7 +74,7 @@ class Facts:
     n_impacts: int
     override: str | None = None
     exclusion: str | None = None
-    set_by_hand: Sequence[Reason] = ()
+    reasons_by_hand: Sequence[Reason] = ()
     slid: Reason | None = None
 
     @property
@@ -106,7 +106,7 @@ def overridden(run: Facts) -> Iterator[Reason]:
     """Release and end set by hand: noted, and what of it can't be."""
     if run.override is not None:
         yield Reason("ok", "overridden", f"overridden: {run.override}")
-    yield from run.set_by_hand
+    yield from run.reasons_by_hand
 
 
 def begun(run: Facts) -> Iterator[Reason]:

@@ -317,7 +317,7 @@ class _Search:
             n_impacts=int(np.count_nonzero(np.diff(side))),
             override=motion.override.reason if motion.override else None,
             exclusion=self.by_hand.exclusion_of(number),
-            set_by_hand=reasons,
+            reasons_by_hand=reasons,
             slid=self._slid(begins),
         )
 

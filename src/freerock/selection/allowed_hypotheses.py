@@ -36,8 +36,8 @@ class Hypotheses:
 
     Parameters
     ----------
-    models : sequence of str
-        Laws that are fitted as the paper has them; one with cases only as a rival.
+    laws : sequence of str
+        Those that are fitted as the paper has them; one with cases only as a rival.
     kinematics : sequence of str
         What their rivals may take; without any there is no rival.
     free : mapping of str to sequence of str
@@ -46,7 +46,7 @@ class Hypotheses:
         Of `FitSettings`, but `free`.
     """
 
-    models: Sequence[str]
+    laws: Sequence[str]
     kinematics: Sequence[str]
     free: Mapping[str, Sequence[str]]
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -55,14 +55,14 @@ class Hypotheses:
     def candidates(self) -> tuple[str, ...]:
         """All candidates, few freed numbers first; laws without an implemented debonding only where
         no other remains."""
-        worked_out = [law for law in self.models if LAWS[law].allows(self._rule, len(LAWS[law].ratios))]
-        return candidates(worked_out or self.models, self.kinematics, self.free)
+        worked_out = [law for law in self.laws if LAWS[law].allows(self._rule, len(LAWS[law].ratios))]
+        return candidates(worked_out or self.laws, self.kinematics, self.free)
 
     @property
-    def laws(self) -> tuple[str, ...]:
+    def always_fitted(self) -> tuple[str, ...]:
         """The candidates that every run is fitted with: laws as the paper has them, without cases."""
         every = self.candidates
-        laws = (name for name in every if not CANDIDATES[name].is_rival and not law_of(name).is_rivalled)
+        laws = (name for name in every if not CANDIDATES[name].is_rival and not law_of(name).is_fallback)
         return tuple(laws) or every[:1]
 
     def settings(self, model: str, widened: Sequence[str] = ()) -> FitSettings:
@@ -79,10 +79,10 @@ class Hypotheses:
         """
         bouncing = [name for name, law in LAWS.items() if law.bounces and self.kinematics and motion.bounced]
         if motion.rate0 or (motion.bounced and not bouncing):
-            return replace(self, models=bouncing)
+            return replace(self, laws=bouncing)
         if block.theta_cr > SQUAT and self.kinematics:
             bouncing = [name for name, law in LAWS.items() if law.bounces]
-        return replace(self, models=[*dict.fromkeys((*self.models, *bouncing))]) if bouncing else self
+        return replace(self, laws=[*dict.fromkeys((*self.laws, *bouncing))]) if bouncing else self
 
     def of(self, model: str, widened: Sequence[str]) -> Hypothesis:
         """The hypothesis of a candidate that widens what it may of some priors."""

@@ -188,9 +188,9 @@ def identify_run(block: Block, motion: Motion, hypotheses: Hypotheses) -> Identi
     Identified
     """
     search = _Search(block, motion, hypotheses.on(block, motion))
-    for law in search.hypotheses.laws:
+    for law in search.hypotheses.always_fitted:
         search.fit(Hypothesis(law))
-    for law in search.hypotheses.models:
+    for law in search.hypotheses.laws:
         if motion.bounced and LAWS[law].bounces and not search.explaining:
             search.fit(Hypothesis(law))
     while search.fits and (untried := search.worth_trying()):
@@ -345,7 +345,7 @@ class _Search:
             wider = self.hypotheses.of(replace(CANDIDATES[named.model], width=True).name, named.widened)
         elif not required:
             return []
-        elif {"width", "damping", "effect"} & {*required} or named.model not in self.hypotheses.laws:
+        elif {"width", "damping", "effect"} & {*required} or named.model not in self.hypotheses.always_fitted:
             return one_more
         else:
             wider = self.hypotheses.of(named.model, (*named.widened, required[0]))
@@ -520,7 +520,7 @@ class _Search:
         """The best hypothesis, all candidates that widen the same priors, and what does as well otherwise."""
         explaining = self.explaining
         best = min(explaining, key=self._bic, default=self._nearest())
-        for law in self.hypotheses.laws:
+        for law in self.hypotheses.always_fitted:
             each = self.hypotheses.of(law, best.widened)
             if each not in self.fits and each not in self.errors:
                 self.fit(each, [self._start(each)])
