@@ -204,7 +204,7 @@ def test_plan_of_a_campaign_its_text_and_figure(tmp_path):
     nominal = {name: block.release_angle_deg for name, block in lab.blocks.items()}
     assert (frame["release_angle_deg"] == frame["block"].map(nominal)).all()
     text = plan_text(frame, {"config1": "Slender"})
-    assert text.startswith("Standard errors by noise alone in %, 2 s, 500 Hz\n")
+    assert text.startswith("Standard errors by noise alone in %, inputs exact, 2 s, 500 Hz\n")
     assert "Slender" in text and "config1" not in text
     cells = {line.split()[0]: line.split() for line in text.splitlines() if line.startswith("Slender")}
     first = frame[(frame["block"] == "config1") & (frame["parameter"] == "r")].iloc[0]

@@ -23,6 +23,7 @@ BLOCK_STYLES: tuple[Style, ...] = (
     {"color": "#9a4d83", "marker": "v"},
 )
 RATE_LINES = ("-", "--", ":", "-.")
+BELOW = 10.0  # least total uncertainty of a panel over its foot: smaller parts by inputs are not seen
 
 
 @styled()
@@ -173,10 +174,12 @@ def draw_totals(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure
             ax = figure.add_subplot(places[i, j], xscale="log", yscale="log")
             ax.set_title(f"{MODEL_LABELS[model]} {SYMBOLS[parameter]}", loc="left")
             here = best[(best["foundation"] == foundation) & (best["model"] == model)]
-            for block, curve in here[here["parameter"] == parameter].groupby("block", sort=False):
+            own = here[here["parameter"] == parameter].sort_values("n_runs")
+            for block, curve in own.groupby("block", sort=False):
                 ax.plot(curve["n_runs"], curve["u_total_percent"], **blocks[block])
                 least = {"color": blocks[block]["color"], "linestyle": ":", "linewidth": 0.8}
                 ax.plot(curve["n_runs"], curve["inputs_percent"], **least)
+            ax.set_ylim(bottom=own["u_total_percent"].min() / BELOW)
             ax.set_xticks(sorted(best["n_runs"].unique()))
             ax.xaxis.set_major_formatter(ScalarFormatter())
             ax.xaxis.set_minor_locator(NullLocator())

@@ -25,8 +25,8 @@ from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, n_freed
 
-BUDGET_CASE = ["block", "foundation", "laser", "duration_s", "release_angle_deg", "model"]
-CASE_COLUMNS = [*BUDGET_CASE[:3], "sensor", "duration_s", "sampling_rate_hz", *BUDGET_CASE[4:]]
+CASE_COLUMNS = ["block", "foundation", "laser", "sensor", "duration_s", "sampling_rate_hz"]
+CASE_COLUMNS += ["release_angle_deg", "model"]
 COLUMNS = [
     *CASE_COLUMNS,
     "sigma_theta_deg",
@@ -170,7 +170,7 @@ def plan(setups: Iterable[Setup], choices: Choices) -> pd.DataFrame:
                 fault = "not determined by such a run"
             tilted, _ = _or_why_not(errors, (*freed, *({"tilt"} - {*freed})))
             unit_errors = dict.fromkeys(names, np.nan) | unit_errors | {"tilt": tilted.get("tilt", np.nan)}
-            for case, sigma, off in _with_each_sensor(setup, model, duration, angle, rate, choices):
+            for case, sigma, off in with_each_sensor(setup, model, duration, angle, rate, choices):
                 known = {name: np.nan if off else error * sigma for name, error in unit_errors.items()}
                 tilt_deg, note = math.degrees(known["tilt"]), fault or off
                 rows += [
@@ -201,7 +201,7 @@ def plan_rivals(setups: Iterable[Setup], choices: Choices) -> pd.DataFrame:
         seen = [
             (rate, *each)
             for rate in choices.sampling_rates_hz
-            for each in _with_each_sensor(setup, model, duration, angle, rate, choices)
+            for each in with_each_sensor(setup, model, duration, angle, rate, choices)
         ]
         for rival in rivals_of(model, choices.laws, choices.kinematics, choices.free):
             best = (
@@ -251,10 +251,10 @@ def expected_of(
     return attempt(expected_motion, model, block, parameters, theta0, span_s, choices.debonding)
 
 
-def _with_each_sensor(
+def with_each_sensor(
     setup: Setup, model: str, duration_s: float, angle_deg: float, rate_hz: float, choices: Choices
 ) -> Iterator[tuple[tuple[Any, ...], float, str]]:
-    """Rows of a case up to sigma_theta_deg, that noise [rad], why it won't do."""
+    """Rows of a case up to sigma_theta_deg, that noise [rad], and why the sensor won't do."""
     block, laser = setup.laboratory.block, setup.laboratory.lasers[setup.names[2]]
     for name, sensor in choices.sensors.items():
         sigma, off = sigma_theta_of(sensor, math.radians(angle_deg), block, laser)

@@ -6,7 +6,8 @@ What n runs tell of a number is uncertain by
 
 with τ the spread between runs, s the standard error of one by its noise, and c_i the contributions of the
 laboratory's inputs, which are the same in all runs (JCGM 100:2008, 5.1 and 5.2). More runs make the first
-term smaller and nothing else.
+term smaller and nothing else. s and c_i are those of a fit that adjusts the inputs within their priors, as
+the analysis does (`identification.inputs_with_priors`), from the linear model of the expected run.
 """
 
 import math
@@ -21,22 +22,21 @@ from scipy.stats import t
 from freerock.arrays import Floats
 from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
+from freerock.identification.inputs_with_priors import Nuisances, Posterior, at, contributed
 from freerock.identification.problem import RTOL_RESIDUAL
 from freerock.identification.start import posed
 from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import Solver
-from freerock.planning.plan import BUDGET_CASE, CASE_COLUMNS, Choices, Setup, cases_of, expected_of
+from freerock.planning.plan import CASE_COLUMNS, Choices, Setup, cases_of, expected_of, with_each_sensor
 from freerock.populations.random_effects import LEVEL
-from freerock.populations.sensitivity import held_contributions
 from freerock.rotation.as_measured import as_measured
-from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 
 ALL = "all blocks"  # in place of a block, of the mean over blocks
 OVER_BLOCKS = {"block": ALL, "laser": "", "release_angle_deg": math.nan}  # columns of such a mean
-BUDGET = [*BUDGET_CASE, "parameter", "input", "input_owner", "input_u", "input_unit", "input_stated"]
-BUDGET += ["contribution_fraction"]
+BUDGET = [*CASE_COLUMNS, "parameter", "input", "input_owner", "input_u", "input_unit", "input_stated"]
+BUDGET += ["contribution_fraction", "noise_fraction"]
 TOTALS = [*CASE_COLUMNS, "parameter", "value", "unit", "spread_fraction", "n_runs", "runs_fraction"]
 TOTALS += ["inputs_fraction", "u_total", "half95"]
 TOTALS += ["first_input", "first_owner", "first_share", "u_total_without_first"]
@@ -46,7 +46,7 @@ Spread = Mapping[str, Mapping[str, float]]
 
 
 def plan_budget(setups: Iterable[Setup], choices: Choices) -> pd.DataFrame:
-    """What the laboratory's inputs will contribute to the uncertainty of each parameter.
+    """What the laboratory's inputs and the noise will contribute to the uncertainty of each parameter.
 
     Parameters
     ----------
@@ -56,48 +56,69 @@ def plan_budget(setups: Iterable[Setup], choices: Choices) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        A row per block, foundation, laser, duration_s, release_angle_deg, model, parameter and input:
-        input, input_owner, input_u, input_unit, input_stated, contribution_fraction (shift of the parameter
-        for one standard uncertainty of the input, over its value; NaN where the block overturns or the like).
+        A row per case of `plan.plan`, parameter and input: input, input_owner, input_u, input_unit,
+        input_stated, contribution_fraction (shift of the parameter for one standard uncertainty of the input,
+        over its value), noise_fraction (standard error of the parameter by the noise of one run, over its
+        value). Both are NaN where the block overturns or the like.
     """
     rows: list[tuple[Any, ...]] = []
     for setup, model, duration, angle in cases_of(setups, choices):
-        laboratory, names = replace(setup.laboratory, block=setup.worn(model)), CANDIDATES[model].parameters
-        values = {**setup.expected[model], "width": 2 * laboratory.block.b}
+        inputs, names = setup.laboratory.inputs, CANDIDATES[model].parameters
         motion = expected_of(setup, model, duration, angle, choices)
-        if isinstance(motion, FreerockError):
-            shifts = np.full((len(names), len(laboratory.inputs)), np.nan)
-        else:
-            shifts = _shifts(motion, model, laboratory, values, choices.settings_of(model))
-        for name, own in zip(names, shifts, strict=True):
-            for source, shift in zip(laboratory.inputs, own, strict=True):
-                known = source.name, source.owner, source.u, source.unit, source.stated
-                rows.append((*setup.names, duration, angle, model, name, *known, shift / values[name]))
+        seen = [
+            (case[:-1], sigma / math.sqrt(rate))
+            for rate in choices.sampling_rates_hz
+            for case, sigma, _ in with_each_sensor(setup, model, duration, angle, rate, choices)
+        ]
+        best, levels = None, [level for _, level in seen if math.isfinite(level)]
+        if levels and not isinstance(motion, FreerockError):
+            best = _expected_fit(motion, model, setup, min(levels), choices.settings_of(model))
+        for case, level in seen:
+            known = np.full((len(names), len(inputs) + 1), np.nan)
+            if best and math.isfinite(level):
+                known = _known(best, names, level)
+            for name, own in zip(names, known, strict=True):
+                for source, shift in zip(inputs, own, strict=False):
+                    of = source.name, source.owner, source.u, source.unit, source.stated
+                    rows.append((*case, name, *of, shift, own[-1]))
     return pd.DataFrame(rows, columns=BUDGET)
 
 
-def _shifts(
-    motion: Motion, model: str, laboratory: Laboratory, values: Mapping[str, float], settings: FitSettings
-) -> Floats:
-    """Of the parameters for one standard uncertainty of each input, shape (n_parameters, n_inputs).
-
-    They are found from the expected motion as the laboratory's laser shows it.
-    """
-    candidate = CANDIDATES[model]
+def _expected_fit(motion: Motion, model: str, setup: Setup, level: float, settings: FitSettings) -> Posterior:
+    """The linear model of a fit of the expected motion, as the laser shows it; noise level in rad/√Hz."""
+    candidate, laboratory = CANDIDATES[model], replace(setup.laboratory, block=setup.worn(model))
+    values = {"width": 2 * laboratory.block.b, **setup.expected[model], "theta0": motion.theta0}
     view = view_of(list(laboratory.lasers.values()), laboratory.block)
+    rules, solver = candidate.rules(settings.debonding), Solver(RTOL_RESIDUAL)
     theta = as_measured(
-        candidate.law,
-        laboratory.block,
-        {**values, "theta0": motion.theta0},
-        motion.time_s,
-        view,
-        rules=candidate.rules(settings.debonding),
-        solver=Solver(RTOL_RESIDUAL),
+        candidate.law, laboratory.block, values, motion.time_s, view, rules=rules, solver=solver
     )
-    seen = replace(motion, theta=theta, view=view)
+    sigma = level / math.sqrt(float(motion.time_s[1] - motion.time_s[0]))
+    seen = replace(motion, theta=theta, view=view, laboratory=laboratory, sigma_theta=sigma)
     problem = replace(posed(model, (laboratory.block,), (seen,), settings), rtol=RTOL_RESIDUAL).rough()
-    found = held_contributions(problem, problem.start_at(values), laboratory)
-    return found.values[[problem.names.index(name) for name in candidate.parameters]]
+    nuisances = Nuisances.of(problem)
+    return at(nuisances, problem.start_at(values), np.zeros(len(nuisances.sources)), problem.samples())
+
+
+def _known(best: Posterior, names: Sequence[str], level: float) -> Floats:
+    """Shifts by each input and, last, the standard error by noise, both over the value; a row a parameter.
+
+    The estimate is linear in noise and priors (`identification.intervals.uncertainty`).
+    """
+    n, n_z, problem = int(best.free.sum()), len(best.z), best.problem
+    sigma = level / math.sqrt(float(best.samples.time_s[1] - best.samples.time_s[0]))
+    rows, prior = best.columns / sigma, best.prior[1]
+    information = rows.T @ rows + prior.T @ prior
+    scale = np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
+    spread = np.linalg.pinv(information / np.outer(scale, scale), hermitian=True) / np.outer(scale, scale)
+    release = prior[: len(prior) - n_z]
+    of_noise = spread @ (rows.T @ rows + release.T @ release) @ spread
+    of_inputs, gradient = np.zeros((len(best.x), n_z)), problem.gradient(best.x)[:, best.free]
+    of_inputs[best.free] = spread[:n, n:]
+    shifts = contributed(best.nuisances, best.x, of_inputs).values
+    errors = np.sqrt(np.diag(gradient @ of_noise[:n, :n] @ gradient.T))
+    wanted, value = [problem.names.index(name) for name in names], problem.physical(best.x)
+    return np.column_stack([shifts, errors])[wanted] / value[wanted, None]
 
 
 def plan_totals(
@@ -128,19 +149,20 @@ def plan_totals(
         and half95 (half the 95 % interval, by Student's t with the degrees of freedom of Welch and
         Satterthwaite; NaN of a single run, which does not tell its spread), unit; first_input, first_owner
         (the input that contributes most), first_share (its share of u², as a fraction), u_total_without_first
-        (were it exact).
+        (without its contribution).
     """
-    of_parameter = [*BUDGET_CASE, "parameter"]
+    of_parameter = [*CASE_COLUMNS, "parameter"]
     inputs = {
         case: {(row.input_owner, row.input): row.contribution_fraction for row in rows.itertuples()}
         for case, rows in budget.groupby(of_parameter, sort=False)
     }
+    noise = budget.groupby(of_parameter)["noise_fraction"].first().to_dict()
     known = list[_Known]()
     for row in errors.to_dict("records"):
         between = spread.get(row["foundation"], {}).get(row["parameter"], 0.0)
-        own = math.hypot(between, row["stderr"] / row["value"])
-        shifts = inputs.get(tuple(row[name] for name in of_parameter), {})
-        if math.isfinite(own) and shifts:
+        case = tuple(row[name] for name in of_parameter)
+        own, shifts = math.hypot(between, noise.get(case, math.nan)), inputs.get(case, {})
+        if math.isfinite(own) and math.isfinite(row["stderr"]) and shifts:
             known.append(_Known(row | {"spread_fraction": between}, own, shifts))
     rows = [_mean([each], n) for each in known for n in n_runs]
     together: dict[tuple[Any, ...], dict[str, list[_Known]]] = {}

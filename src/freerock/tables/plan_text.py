@@ -34,7 +34,7 @@ def plan_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> s
     )
     alike, shown = _columns(rows)
     table = rows.set_index([*shown, "parameter"])["percent"].unstack(sort=False)
-    title = ", ".join(["Standard errors by noise alone in %", *rows[alike].iloc[0]])
+    title = ", ".join(["Standard errors by noise alone in %, inputs exact", *rows[alike].iloc[0]])
     reasons = [
         f"{row.block} on {row.foundation} from {row.angle}: {row.note}"
         for row in rows.itertuples()
@@ -100,7 +100,7 @@ def totals_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) ->
     -------
     str
         A line per parameter and block, in the case that knows it best (`best_known`): u in per cent of the
-        value by the number of runs; the input that most of the least u owes to, and u were it exact.
+        value by the number of runs; the input that contributes most to the least u, and u without it.
     """
     best = _named(best_known(frame), labels)
     keys = ["foundation", "", "block"]
@@ -109,7 +109,11 @@ def totals_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) ->
     for key, own in best.groupby(keys, sort=False):
         own = own.sort_values("n_runs")
         by_n = {f"n = {row.n_runs}": _percent(row.u_total, row.value) for row in own.itertuples()}
-        rows.append({**dict(zip(keys, key, strict=True)), **by_n, **_first(own.iloc[-1])})
+        last = own.iloc[-1]
+        case = (
+            f"{last.sensor}, {last.sampling_rate_hz:g} Hz, {last.release_angle_deg:g}°" if last.laser else ""
+        )
+        rows.append({**dict(zip(keys, key, strict=True)), **by_n, **_first(last), "best case": case})
     table = pd.DataFrame(rows).set_index(keys)
     lines = ["Total uncertainty u (k = 1) of the mean of n runs of each block in %", table.to_string()]
     if (best["spread_fraction"] == 0).any():
@@ -118,12 +122,12 @@ def totals_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) ->
 
 
 def _first(row: pd.Series) -> dict[str, str]:
-    """What most of the uncertainty is owed to, and what it were without."""
+    """What contributes most to the uncertainty, and that without it."""
     of_runs = (row["runs_fraction"] * row["value"] / row["u_total"]) ** 2
     if of_runs > row["first_share"]:
-        return {"owed most to": f"runs, {100 * of_runs:.0f} %", "were it exact": "–"}
+        return {"largest part": f"runs, {100 * of_runs:.0f} %", "without it": "–"}
     known = f"{INPUT_LABELS[row['first_input']]}, {100 * row['first_share']:.0f} %"
-    return {"owed most to": known, "were it exact": _percent(row["u_total_without_first"], row["value"])}
+    return {"largest part": known, "without it": _percent(row["u_total_without_first"], row["value"])}
 
 
 def best_known(frame: pd.DataFrame) -> pd.DataFrame:
