@@ -168,7 +168,8 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     -------
     str
         A file to `\input`: `\frRecords`, `\frRuns`; of each record the mean parameters of its runs with
-        u_total and unit, as `\frConfigTwoMarbleHuntCrossleyK`, and the median discrepancy; of each fit
+        u_total and unit, as `\frConfigTwoMarbleHuntCrossleyK`, and the median discrepancy; of each foundation
+        the mean over its records, as `\frmeanMarbleHuntCrossleyK` (no test begins in lower case); of each fit
         its parameters, discrepancy and t_f, with `RunOne` before the model. The numbers of a fit that may
         not be used are the words "failed fit".
     """
@@ -180,9 +181,10 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     macro(["Records"], runs["test"].nunique())
     macro(["Runs"], runs["run"].notna().sum())
     populations = tidy["populations"]
-    for row in populations[populations["level"] == "record"].itertuples():
+    for row in populations[populations["level"] != "campaign"].itertuples():
         value = value_text(row.mean, row.u_total, row.unit)
-        macro([spelt_test(row.test), *map(_letters, (row.model, row.parameter))], value)
+        of = spelt_test(row.test) if row.level == "record" else f"mean{spelt_test(row.foundation)}"
+        macro([of, *map(_letters, (row.model, row.parameter))], value)
     usable = tidy["epsilon"][tidy["epsilon"]["success"]]
     for (test, model), epsilon in usable.groupby(["test", "model"], sort=False)["epsilon_theta"]:
         macro([spelt_test(test), _letters(model), "Epsilon"], f"{quantity(100 * epsilon.median())} %")

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.columns import MEDIANS
@@ -233,12 +232,8 @@ RECOVERED = (
     numbers("Truth", "truth", partial(quantity, digits=5)),
     with_error("Identified", "value", "u_total"),
     numbers("Error / %", "error_percent", decimals(3)),
-    Column("In 1.96 u", lambda row: Cell("yes" if _inside(row) else "no")),
+    Column("In 1.96 u", lambda row: Cell("yes" if row.inside_total else "no")),
 )
-
-
-def _inside(row: Any) -> bool:
-    return bool(abs(row.value - row.truth) <= NORMAL_95 * row.u_total)
 
 
 def texts(columns: Sequence[Column], frame: pd.DataFrame) -> pd.DataFrame:
@@ -319,7 +314,7 @@ def printed_candidates(frame: pd.DataFrame, origin: str, labels: Labels | None =
 def printed_recovered(frame: pd.DataFrame) -> Printed:
     """Cells of `summary.recovered_table`, with caption and notes."""
     caption = "Identified values and those the records were simulated with"
-    n = sum(map(_inside, frame.itertuples()))
+    n = frame["inside_total"].sum()
     note = f"{U_NOTE} noise, block, sensor, clock and law. {n} of {len(frame)} inside 1.96 u. "
     note += "A simulation may have no errors of block and sensor, which u covers, too."
     return Printed(frame, RECOVERED, texts(RECOVERED, frame), caption, [note, SIMULATED_NOTE])

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS
 from freerock.products.groups import usable_runs
@@ -163,7 +164,7 @@ def recovered_table(
     -------
     pandas.DataFrame
         Columns test, run, parameter, unit, truth, value, ci95_low, ci95_high, u_total, error_percent, inside
-        (the truth lies in the 95 % interval by noise).
+        (the truth lies in the 95 % interval by noise), inside_total (it lies within 1.96 u_total).
     """
     keys = parameters[["test", "run", "model", "parameter"]].astype(str).itertuples(index=False, name=None)
     known = {(test, str(run), model, name): value for (test, run, model, name), value in truth.items()}
@@ -172,9 +173,10 @@ def recovered_table(
         truth=true,
         error_percent=100 * (parameters["value"] / true - 1),
         inside=(parameters["ci95_low"] <= true) & (true <= parameters["ci95_high"]),
+        inside_total=(parameters["value"] - true).abs() <= NORMAL_95 * parameters["u_total"],
     )
     columns = ["test", "run", "parameter", "unit", "truth", "value", "ci95_low", "ci95_high", "u_total"]
-    return frame[[*columns, "error_percent", "inside"]].reset_index(drop=True)
+    return frame[[*columns, "error_percent", "inside", "inside_total"]].reset_index(drop=True)
 
 
 def largest_shift_m(runs: pd.DataFrame, blocks: Mapping[str, Block]) -> float:
