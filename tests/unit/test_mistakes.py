@@ -511,6 +511,11 @@ CSV_MISTAKES = {
         ("foundation,", "fundation,"),
         "lab.csv:1: fundation: unknown column; did you mean 'foundation'?",
     ),
+    "column of another name": (
+        ("note\n", "colour\n"),
+        "lab.csv:1: colour: unknown column; use test, file, channel, block, foundation, laser, exclude, "
+        "override, reason, note, start, position",
+    ),
     "missing column": (
         (CSV, "test,file,block,foundation\na,a.tdms,tall,marble\n"),
         "lab.csv:1: laser: column is missing; add it: the name of a laser, or of two lasers as a;b",
