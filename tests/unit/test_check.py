@@ -228,6 +228,23 @@ def test_problems_of_configuration_and_files_are_reported_together(lab, capsys):
     assert len(problems()) == 3  # the calibration table, now that the lasers are known
 
 
+def test_a_sample_that_cannot_be_read_is_a_problem_unless_its_record_is_excluded(lab, capsys):
+    rows = [f"{i / 1000},{5.0}" for i in range(600)]
+    rows[498] = "0.498,abc"
+    (lab / "a.csv").write_text("\n".join(["time [s],laser [V]", *rows]) + "\n")
+    write_manifest(lab, ["a.csv"])
+    edit("config/campaigns/lab.csv", "a.tdms", "a.csv")
+    assert cli.main(["check"]) == 1
+    assert capsys.readouterr().err == (
+        "config/campaigns/lab.csv:2: file: raw/lab/a.csv: line 500, column 2: 'abc' is not a number; "
+        "correct the line, or export the file again\n"
+    )
+    edit("config/campaigns/lab.csv", "foundation,laser\n", "foundation,laser,exclude,reason\n")
+    edit("config/campaigns/lab.csv", "marble,near\n", "marble,near,record,damaged file\n")
+    edit("config/campaigns/lab.csv", "marble,table\n", "marble,table,,\n")
+    assert problems() == []
+
+
 def test_nothing_is_written(lab):
     before = sorted(Path().rglob("*"))
     assert cli.main(["check"]) == 0

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nptdms import ChannelObject, TdmsWriter
+from nptdms import ChannelObject, RootObject, TdmsWriter
 
 from freerock.cli import subcommands as cli
 from freerock.cli.check_command import check_config
@@ -43,7 +43,7 @@ def doubts(tmp_path, monkeypatch):
     Path("config/campaigns").mkdir(parents=True)
     Path("raw/lab").mkdir(parents=True)
 
-    def doubts(*changes, volts=None, step=0.002, unit="V", csv=CSV):
+    def doubts(*changes, volts=None, step=0.002, unit="V", csv=CSV, title=""):
         yaml = YAML
         for old, new in changes:
             assert old in yaml
@@ -53,8 +53,9 @@ def doubts(tmp_path, monkeypatch):
         Path("config/campaigns/lab.csv").write_text(csv)
         with TdmsWriter("raw/lab/a.tdms") as writer:
             properties = {"wf_increment": step, "wf_start_offset": 0.0, "unit_string": unit}
+            samples = swings() if volts is None else volts
             writer.write_segment(
-                [ChannelObject("g", "laser", swings() if volts is None else volts, properties)]
+                [RootObject({"title": title}), ChannelObject("g", "laser", samples, properties)]
             )
         sound, problems, found = check_config()
         assert (problems, len(sound)) == ([], 1)
@@ -76,6 +77,16 @@ def test_a_measured_campaign_is_asked_whether_its_base_is_level(doubts):
         "tenth of a degree changes k; level its base in the plane of rocking, and state levelled_deg"
     ]
     assert doubts(measured, ("floor: {}", "floor: {levelled_deg: 0.02}")) == []
+
+
+def test_a_record_that_calls_itself_simulated_in_a_measured_campaign(doubts):
+    changes = [("origin: simulated", "origin: measured"), ("floor: {}", "floor: {levelled_deg: 0.02}")]
+    title = "SIMULATED free-rocking record"
+    assert doubts(*changes, title=title) == [
+        "config/campaigns/lab.csv:2: a: raw/lab/a.tdms calls itself simulated, and the campaign says "
+        "origin: measured; state origin: simulated, or name the measured file"
+    ]
+    assert doubts(title=title) == doubts(*changes, title="on the earthquake simulator") == []
 
 
 def test_radians_for_degrees(doubts):
@@ -104,6 +115,18 @@ def test_rotations_in_another_unit(doubts, case):
     assert "a: the signal sweeps " in doubt
     assert doubt.endswith(
         f"°, the critical angle is {CRITICAL_DEG:.3g}°; are its unit and the laser's scale right?"
+    )
+
+
+@pytest.mark.parametrize("wrong", ["range_m: 1.0", "position_m: 0.5"])
+def test_a_hold_beyond_the_critical_angle(doubts, wrong):
+    """A laser whose range or height is wrong by a factor of 2; the sweep alone is that of other blocks."""
+    right = f"{wrong.split(':')[0]}: {0.5 if wrong.startswith('range') else 1.0}"
+    (doubt,) = doubts((right, wrong), ("release_angle_deg: 7", "release_angle_deg: 10"))
+    angle = math.degrees(math.atan(2 * math.tan(math.radians(7))))
+    assert doubt == (
+        f"config/campaigns/lab.csv:2: a: the block is held at {angle:.3g}°, beyond its critical angle of "
+        "11.8°; check range_m and position_m of the laser, and the block's size"
     )
 
 

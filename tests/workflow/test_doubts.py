@@ -16,6 +16,11 @@ def test_each_run_tells_the_doubts_about_its_configuration_once(tmp_path):
         return [line for line in done.stderr.splitlines() if line.startswith("doubt: ")]
 
     assert doubts("--dry-run") == []
-    (doubt,) = doubts()
+    doubt, *missing = doubts()
     assert doubt.startswith("doubt: config/campaigns/lab.yaml:")
     assert "foundations.mat: has no levelled_deg" in doubt and "state levelled_deg" in doubt
+    assert missing == [
+        f"doubt: config/campaigns/lab.csv:{line}: {test}: there is no file raw/lab/{test}.tdms; "
+        "put it there, or the record fails"
+        for line, test in ((2, "one"), (3, "two"))
+    ]

@@ -6,12 +6,14 @@ example:
 Lists every mistake of the configuration, and each record file, channel, unit, calibration and
 checksum that contradicts it. Improbable values, such as angles in radians or time in milliseconds,
 are printed as doubts. Doubts do not change the exit code. Nothing is written. Each run of snakemake
-prints those doubts for which no record needs to be read.
+prints those doubts for which no samples need to be read.
 """
 
 import math
+import re
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,7 +24,7 @@ from freerock.config.mistakes import refuse
 from freerock.config.record import Record
 from freerock.config.step_settings import section_values
 from freerock.errors import FreerockError, attempt
-from freerock.files import MANIFEST, check_manifest, listed_checksums
+from freerock.files import MANIFEST, check_manifest, listed_checksums, regular
 from freerock.units import in_base_units
 from freerock.virtual_lab.truth import read_truth
 
@@ -48,7 +50,9 @@ LIGHTEST, DENSEST = 5.0, 5e4  # density of the block, were it as deep as it is h
 EARTH = (9.76, 9.84)  # gravity [m/s²], from high on the equator to the poles
 MOST_WORK = 1e9  # bytes of record files that a check reads: some seconds
 SLOWER = {".xlsx": 100, ".xlsm": 100, ".csv": 10, ".tsv": 10, ".txt": 10, ".lvm": 10}  # to read, by the byte
+SIMULATED, HEAD = re.compile(rb"\bsimulated\b", re.IGNORECASE), 1 << 16  # of a file's title; its first bytes
 LEAD_S = 0.5  # of motion before the first phase of stillness: a record that begins in motion
+HELD_BEYOND = "check range_m and position_m of the laser, and the block's size"
 NAME_IT = "name one in the channel column of the campaign's CSV"
 
 
@@ -103,13 +107,14 @@ def check_config(
     for each in paths:
         source = read_campaign(each)
         found = [*source.problems, *(check_files(source) if each.exists() else ())]
+        asked = [] if found else [*configuration_doubts(source), *signal_doubts(source, found)]
         problems += found
         if not found and source.campaign:
             held = {"record": source.records, "block": source.campaign.blocks}
             held |= {"foundation": source.campaign.foundations}
             counted = (f"{len(all_of)} {what}{'s' * (len(all_of) != 1)}" for what, all_of in held.items())
             sound.append(f"{each.stem}: {', '.join(counted)}")
-            doubts += [*configuration_doubts(source), *signal_doubts(source)]
+            doubts += asked
     return sound, problems, doubts
 
 
@@ -205,7 +210,7 @@ def _at(where: str, error: FreerockError) -> FreerockError:
 
 
 def configuration_doubts(source: Source) -> Iterator[FreerockError]:
-    """What the user should look at again in the configuration, which no record needs to be read for.
+    """What the user should look at again in the configuration, for which no samples need to be read.
 
     No doubt stops an analysis. Each run of the workflow prints these.
     """
@@ -221,12 +226,16 @@ def configuration_doubts(source: Source) -> Iterator[FreerockError]:
             remedy = "level its base in the plane of rocking, and state levelled_deg"
             yield FreerockError(source.where("foundations", name), what, remedy)
     csv = source.path.with_suffix(".csv")
+    yield from _heads(csv, source, campaign)
     yield from _unnamed(csv, source, campaign)
     yield from _same_signal(csv, source)
 
 
-def signal_doubts(source: Source) -> Iterator[FreerockError]:
-    """What the user should look at again in the records, which takes some seconds to read."""
+def signal_doubts(source: Source, problems: list[FreerockError]) -> Iterator[FreerockError]:
+    """What the user should look at again in the records, which takes some seconds to read.
+
+    Why a record can't be read is appended to `problems`.
+    """
     campaign, csv, work = source.campaign, source.path.with_suffix(".csv"), 0.0
     if campaign is None:
         return
@@ -237,10 +246,34 @@ def signal_doubts(source: Source) -> Iterator[FreerockError]:
             what = f"only {number} of {len(source.records)} records were looked into"
             yield FreerockError(csv, what, "look into the others with freerock inspect")
             return
-        where = f"{csv}:{line}: {record.test}"
-        for channel, laser in zip(record.channels, record.lasers, strict=True):
-            yield from _channel(where, campaign, record, channel, laser)
-        yield from _by_hand(f"{csv}:{line}", path, record)
+        try:
+            for channel, laser in zip(record.channels, record.lasers, strict=True):
+                yield from _channel(f"{csv}:{line}: {record.test}", campaign, record, channel, laser)
+            yield from _by_hand(f"{csv}:{line}", path, record)
+        except FreerockError as error:
+            if not record.excluded:
+                problems.append(_at(f"{csv}:{line}: file", error))
+
+
+def _heads(csv: Path, source: Source, campaign: Campaign) -> Iterator[FreerockError]:
+    """Records that have no file, and those of a measured campaign whose file begins with "simulated"."""
+    for line, record in source.records:
+        path, where = Path(source.raw, record.file), f"{csv}:{line}: {record.test}"
+        if not path.exists():
+            if not record.excluded:
+                yield FreerockError(where, f"there is no file {path}", "put it there, or the record fails")
+        elif campaign.origin == "measured" and SIMULATED.search(_head(path)):
+            what = f"{path} calls itself simulated, and the campaign says origin: measured"
+            yield FreerockError(where, what, "state origin: simulated, or name the measured file")
+
+
+def _head(path: Path) -> bytes:
+    """The first bytes of a file, among which are title and description; none where it can't be read."""
+    try:
+        with open(path, "rb", opener=regular) as file:
+            return file.read(HEAD)
+    except OSError:
+        return b""
 
 
 def _same_signal(csv: Path, source: Source) -> Iterator[FreerockError]:
@@ -296,14 +329,12 @@ def _channel(
     from freerock.rotation.sensor import laser_of, looks_like_current
 
     block, laser = campaign.blocks[record.block], campaign.lasers[name]
-    try:
-        read = read_record(campaign.file(record.test), channel or None)
-        (signal,) = read.data_vars.values()
-        sensor = laser_of(section_values(laser, "uncertainty"), campaign.raw)
-        values, quantity = in_base_units(signal.values, laser.units, str(signal.attrs["units"]))
-        swept = math.degrees(_swept_angle(values, quantity, sensor, block))
-    except (FreerockError, ValueError):
-        return  # the job of the record says why
+    read = read_record(campaign.file(record.test), channel or None)
+    (signal,) = read.data_vars.values()
+    sensor = laser_of(section_values(laser, "uncertainty"), campaign.raw)
+    values, quantity = in_base_units(signal.values, laser.units, str(signal.attrs["units"]))
+    swept_deg = partial(_swept_deg, quantity=quantity, sensor=sensor, block=block)
+    swept = swept_deg(values)
     if quantity == "voltage" and looks_like_current(values, sensor):
         seen = values[np.isfinite(values)]
         what = f"the signal, {seen.min():.3g} to {seen.max():.3g} V, looks like mA"
@@ -328,21 +359,34 @@ def _channel(
             what = f"the signal sweeps {swept:.3g}°, the block's release_angle_deg is {nominal:g}"
             found.append(FreerockError(where, what, "is that in degrees, and the unit of the channel right?"))
         if not (found or record.excluded or record.override):
-            found += _holdless(where, read["time"].values, values, runs.window_s)
+            found += _holds(where, read["time"].values, values, runs.window_s, swept_deg, critical)
     yield from found
 
 
-def _holdless(where: str, time_s: "Floats", values: "Floats", window_s: float) -> Iterator[FreerockError]:
-    """A doubt about a channel in which no hold is followed by free rocking to rest."""
+def _holds(
+    where: str,
+    time_s: "Floats",
+    values: "Floats",
+    window_s: float,
+    swept_deg: "Callable[[Floats], float]",
+    critical: float,
+) -> Iterator[FreerockError]:
+    """A doubt where no hold is followed by free rocking to rest, or one is beyond the critical angle [°]."""
+    import numpy as np
+
     from freerock.rotation.still import UNSTEADY, stationary_phases
 
-    phases = stationary_phases(time_s, values, window_s=window_s)
-    if any(phase.kind == "held" for phase in phases):
-        return
-    unsteady = stationary_phases(time_s, values, window_s=window_s, floor_fraction=UNSTEADY)
-    if any(phase.kind == "held" for phase in unsteady):
-        return
-    if phases and phases[0].start_s > time_s[0] + LEAD_S:
+    found = phases = stationary_phases(time_s, values, window_s=window_s)
+    if all(phase.kind != "held" for phase in phases):
+        found = stationary_phases(time_s, values, window_s=window_s, floor_fraction=UNSTEADY)
+    levels = [phase.level for phase in found if phase.kind == "held"]
+    if levels:
+        zero = next(phase.level for phase in found if phase.kind == "rest")
+        angle = max(swept_deg(np.array([zero, level])) for level in levels)
+        if angle > critical:
+            what = f"the block is held at {angle:.3g}°, beyond its critical angle of {critical:.3g}°"
+            yield FreerockError(where, what, HELD_BEYOND)
+    elif phases and phases[0].start_s > time_s[0] + LEAD_S:
         what = "begins in motion: nothing stands still before it rocks to rest"
         yield FreerockError(where, what, "set start: motion of the record, or name the channel that is meant")
     else:
@@ -379,10 +423,7 @@ def _by_hand(where: str, path: Path, record: Record) -> Iterator[FreerockError]:
 
     if not record.overrides and not record.stretches:
         return
-    read = attempt(read_record, path, record.channels[0] or None)
-    if isinstance(read, FreerockError):
-        return  # the job of the record says why
-    end_s = float(read["time"][-1])
+    end_s = float(read_record(path, record.channels[0] or None)["time"][-1])
     ends = [("override", f"run {number}", run_end_s) for number, _, run_end_s, *_ in record.overrides]
     ends += [("exclude", "it", to_s) for _, to_s, _ in record.stretches]
     for column, what, last_s in ends:
@@ -391,8 +432,8 @@ def _by_hand(where: str, path: Path, record: Record) -> Iterator[FreerockError]:
             yield FreerockError(f"{where}: {column}", what, "give times within the record")
 
 
-def _swept_angle(values: "Floats", quantity: str, sensor: "Laser", block: BlockSection) -> float:
-    """About what angle a signal sweeps [rad], but for a thousandth of its samples at either end."""
+def _swept_deg(values: "Floats", quantity: str, sensor: "Laser", block: BlockSection) -> float:
+    """About what angle a signal sweeps [°], but for a thousandth of its samples at either end."""
     import numpy as np
 
     from freerock.rotation.sensor import distance_from_output
@@ -405,7 +446,7 @@ def _swept_angle(values: "Floats", quantity: str, sensor: "Laser", block: BlockS
         return 0.0
     low, high = np.quantile(distance, [0.001, 0.999])
     if quantity == "rotation":
-        return float(high - low)
+        return math.degrees(high - low)
     half = block.width_m / 2
     lever = sensor.position if sensor.beam == "horizontal" else half + abs(sensor.position)
-    return math.atan((high - low) / lever)
+    return math.degrees(math.atan((high - low) / lever))
