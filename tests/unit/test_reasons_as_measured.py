@@ -104,6 +104,7 @@ def test_a_reason_names_its_number_its_threshold_and_the_key_that_sets_it():
 
 
 KEYS = ": check valid_low_v, valid_high_v (of a current valid_low_ma, valid_high_ma) of the laser"
+LONGER = ": record longer, or release at a larger angle"
 
 
 @pytest.mark.parametrize(
@@ -111,9 +112,9 @@ KEYS = ": check valid_low_v, valid_high_v (of a current valid_low_ma, valid_high
     [
         (2, 0.1, f"; in its record, 10% of the samples are invalid (out of range){KEYS}"),
         (16, 0.1, "; in its record, 10% of the samples are invalid (dropout)"),
-        (2, 0.01, ""),
-        (64, 0.1, ""),  # by hand
-        (0, 0.0, ""),
+        (2, 0.01, LONGER),
+        (64, 0.1, LONGER),  # by hand
+        (0, 0.0, LONGER),
     ],
 )
 def test_a_run_without_impacts_names_what_its_record_lost(flag, share, told):

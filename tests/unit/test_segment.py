@@ -326,7 +326,10 @@ def test_few_impacts():
     arguments, _ = record(one_run(r=0.5))
     (run,) = find_runs(*arguments, limits=RunLimits(min_impacts=run_impacts(0.5) + 1))
     assert run.verdict.level == "fail"
-    assert run.verdict.texts == (f"{run_impacts(0.5)} impacts, fewer than {run_impacts(0.5) + 1}",)
+    assert run.verdict.texts == (
+        f"{run_impacts(0.5)} impacts, fewer than {run_impacts(0.5) + 1}: record longer, or release at a "
+        "larger angle",
+    )
 
 
 def run_impacts(r):
@@ -338,7 +341,9 @@ def test_held_angle_beyond_the_critical_one():
     arguments, _ = record()
     (run,) = find_runs(*arguments[:4], Block(0.28, 0.04, 5.84))
     assert run.verdict.level == "fail"
-    assert run.verdict.texts == ("θ0 = 10.00° is beyond θ_cr = 8.13°",)
+    assert run.verdict.texts == (
+        "θ0 = 10.00° is beyond θ_cr = 8.13°: check range_m, position_m and the block's size",
+    )
 
 
 @pytest.mark.parametrize(("samples", "expected"), [(3, "warn"), (150, "fail")])
@@ -365,7 +370,7 @@ def test_record_that_ends_during_a_run():
     arguments[1:4:2] = [each[cut] for each in arguments[1:4:2]]
     (run,) = find_runs(arguments[0][cut], *arguments[1:])
     assert run.verdict.level == "warn"
-    assert run.verdict.texts == ("the record ends before the block is at rest",)
+    assert run.verdict.texts == ("the record ends before the block is at rest: record longer",)
     assert run.end_s == arguments[0][cut][-1]
     assert abs(run.release_s - release) < 1e-3
 
@@ -373,10 +378,17 @@ def test_record_that_ends_during_a_run():
 def test_no_release():
     quiet = record()[0]
     quiet[1] = SIGMA * np.random.default_rng(0).standard_normal(quiet[1].size)
+    swept = f"{math.degrees(np.ptp(quiet[1])):.2g}"
     with pytest.raises(
-        FreerockError, match=r"^record: no release found: after no hold does the block rock freely to rest"
+        FreerockError, match=rf"^record: nothing moves: the signal stays within {swept}°; chec"
     ):
         find_runs(*quiet)
+    lifted = [*quiet]
+    lifted[1] = quiet[1] + np.where(quiet[0] > 3, 0.1, 0)
+    with pytest.raises(
+        FreerockError, match=r"^record: no release found: nowhere is the block held, let go and left to rock"
+    ):
+        find_runs(*lifted)
     restless = [*quiet]
     restless[1] = np.cumsum(quiet[1] * 100)
     with pytest.raises(FreerockError, match=r"^record: no release found: the signal never stands still"):

@@ -10,10 +10,12 @@ from types import SimpleNamespace
 
 import pytest
 
+from freerock.cli.verify_command import refusal
 from freerock.errors import DamagedProduct, FreerockError
 from freerock.jobs import contents, ledger, whole_or_rerun
 from freerock.jobs.code_identity import code_checksum
 from freerock.jobs.contents import LOOKS, checksum, look, look_settled
+from freerock.jobs.finish_campaign import complete
 from freerock.jobs.ledger import at_work, entry_path, read_entry
 from freerock.jobs.whole_or_rerun import (
     PlannedJob,
@@ -327,6 +329,58 @@ def test_verification_names_each_product_and_each_foreign_file(lab):
         "results/lab: 0 whole, 1 missing, 1 damaged, 1 stale, 1 foreign",
     ]
     assert left_over(Path("results/lab"), {"results/lab/x.nc"}) == ["figures/old.pdf", "y.nc", "z.csv"]
+
+
+RUNS = """\
+test,run,verdict,excluded,reasons
+a,1,fail,False,few
+a,2,fail,True,slid
+b,,fail,,nothing moves; check the channel
+c,1,ok,False,
+c,2,fail,False,few
+"""
+
+
+def test_verification_names_records_that_failed_while_the_table_that_says_so_is_whole(lab):
+    table, ended = "results/lab/tables/runs.csv", "results/lab/complete.txt"
+    step = PlannedJob("results/lab/logs/tables.log", [], [table], {})
+    steps = [MADE, READ, step, PlannedJob("results/lab/logs/complete.log", [table], [ended], {})]
+    Path(table).parent.mkdir()
+    with at_work(SimpleNamespace(log=[step.log], input=[], output=[table], params={})):
+        Path(table).write_text(RUNS)
+    lines, whole = verified(compare(steps), Path("results/lab"))
+    assert not whole
+    assert lines == [
+        f"missing: {ended}",
+        "failed: record a: few",
+        "failed: record b: nothing moves; check the channel",
+        "results/lab: 4 whole, 1 missing, 0 damaged, 0 stale, 0 foreign",
+    ]
+    with pytest.raises(SystemExit):
+        complete("lab", table, ended)
+    Path(table).write_text(RUNS.replace("fail", "ok"))
+    told, _ = verified(compare(steps), Path("results/lab"))
+    assert "failed" not in "".join(told)
+    Path(table).write_text("\n".join([*RUNS.splitlines()[:1], "c,1,ok,False,", ""]))
+    complete("lab", table, ended)
+    assert Path(ended).read_text() == "1 record, 1 run\n"
+
+
+@pytest.mark.parametrize(
+    ("told", "campaigns", "remedy"),
+    [
+        ("missing: x\n", [], "run snakemake"),
+        ("stale: x\nforeign: y\n", ["a", "b"], "run snakemake --config campaigns=[a,b], and delete what is "),
+        (
+            "failed: record a: few\n",
+            ["a"],
+            "correct or exclude each record that failed, and run snakemake --config campaigns=a",
+        ),
+    ],
+)
+def test_the_remedy_is_for_what_a_verification_tells(told, campaigns, remedy):
+    found = refusal("results", campaigns, told).remedy
+    assert found.removesuffix("foreign") == remedy
 
 
 def test_many_products_in_doubt_are_counted(lab):

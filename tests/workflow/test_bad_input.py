@@ -36,8 +36,8 @@ BAD = {
     "saturated": f"laser signal: no sample within -0.1 to 10.1 V (100% error_level); {CHECK}",
     "overturned": "record: no release found: held at 29.09°, beyond the block's critical angle 26.57°, it "
     "overturns; check the block's height and width and the laser's position",
-    "no_release": "record: no release found: after no hold does the block rock freely to rest; check that "
-    "the channel, the sign and the laser are those of this record",
+    "no_release": "record: nothing moves: the signal stays within 0.081°; check that the channel, the sign "
+    "and the laser are those of this record",
     "replaced": "has the sha256 {found}, raw/bad/manifest.csv lists {listed}; restore the file; if the "
     "change is meant: python -m freerock.files raw/bad",
 }

@@ -14,7 +14,7 @@ from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable
 from pathlib import Path
 
-from freerock.cli.verify_command import verification
+from freerock.cli.verify_command import refusal, verification
 from freerock.config.campaign import load_config
 from freerock.errors import FreerockError, printable
 from freerock.files import sha256
@@ -43,8 +43,7 @@ def run(chosen: Namespace) -> None:
     told, whole = verification([name])
     if not whole:
         print(told, end="")
-        remedy = f"run snakemake --config campaigns={name}, and delete what is foreign"
-        raise FreerockError(f"results/{name}", "some products are not as a run would make them", remedy)
+        raise refusal(f"results/{name}", [name], told)
     n_files = pack(campaign, HOME, path, Metadata(chosen.paper or "", chosen.year))
     print(printable(f"{path}: {n_files} files, {path.stat().st_size / 1e6:.1f} MB"))
     print(f"sha256 {sha256(path)}")

@@ -8,6 +8,7 @@ Reads every record and product, compares checksums with results/NAME/ledger, and
   damaged   changed since it was written
   stale     made from other records, settings or code than the present ones
   foreign   not a product
+Records that failed are listed with what to do.
 Products of other software versions are listed, but count as whole.
 Exit code 0: all products are whole. Nothing is made or changed.
 """
@@ -35,12 +36,18 @@ def run(chosen: Namespace) -> None:
     told, whole = verification(names)
     print(told, end="")
     if not whole:
-        listed = ",".join(chosen.campaign)
-        if len(chosen.campaign) > 1:
-            listed = f"[{listed}]"
-        of_names = f" --config campaigns={listed}" if listed else ""
-        remedy = f"run snakemake{of_names}, and delete what is foreign"
-        raise FreerockError("results", "some products are not as a run would make them", remedy)
+        raise refusal("results", chosen.campaign, told)
+
+
+def refusal(where: str, campaigns: Sequence[str], told: str) -> FreerockError:
+    """The error of products that are not whole, with the remedy for what a verification tells."""
+    listed = ",".join(campaigns)
+    listed = f"[{listed}]" if len(campaigns) > 1 else listed
+    states = {line.partition(":")[0] for line in told.splitlines()}
+    steps = ["correct or exclude each record that failed"] * ("failed" in states)
+    steps += [f"run snakemake --config campaigns={listed}" if listed else "run snakemake"]
+    steps += ["delete what is foreign"] * ("foreign" in states)
+    return FreerockError(where, "some products are not as a run would make them", ", and ".join(steps))
 
 
 def verification(names: Sequence[str]) -> tuple[str, bool]:

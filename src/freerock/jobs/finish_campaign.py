@@ -22,19 +22,29 @@ def complete(campaign: str, runs: str | Path, output: str | Path) -> None:
     output : path
         File to write, in the folder of the campaign's products.
     """
-    with open(runs, newline="", encoding="utf-8") as table:
-        rows = list(csv.DictReader(table))
-    records: dict[str, list[dict[str, str]]] = {}
-    for row in rows:
-        records.setdefault(row["test"], []).append(row)
-    why_failed = {test: _failed(own) for test, own in records.items()}
-    failed = [f"{campaign}: record {test} failed: {why}" for test, why in why_failed.items() if why]
+    records = _rows_by_record(runs)
+    failed = [f"{campaign}: record {test} failed: {why}" for test, why in failed_records(runs).items()]
     if failed:
         report = f"{Path(output).with_name('report.html')}: the report, with the reasons"
         log.error("\n".join([report, *failed]))
         sys.exit(1)
-    number = sum(row["run"] != "" for row in rows)
-    write_text(output, f"{len(records)} records, {number} runs\n")
+    numbers = {"record": len(records)}
+    numbers["run"] = sum(row["run"] != "" for rows in records.values() for row in rows)
+    write_text(output, ", ".join(f"{n} {what}{'s' * (n != 1)}" for what, n in numbers.items()) + "\n")
+
+
+def failed_records(runs: str | Path) -> dict[str, str]:
+    """Why records have no usable run, by test, from the table runs.csv of a campaign."""
+    found = {test: _failed(rows) for test, rows in _rows_by_record(runs).items()}
+    return {test: why for test, why in found.items() if why}
+
+
+def _rows_by_record(runs: str | Path) -> dict[str, list[dict[str, str]]]:
+    records: dict[str, list[dict[str, str]]] = {}
+    with open(runs, newline="", encoding="utf-8") as table:
+        for row in csv.DictReader(table):
+            records.setdefault(row["test"], []).append(row)
+    return records
 
 
 def _failed(rows: list[dict[str, str]]) -> str:

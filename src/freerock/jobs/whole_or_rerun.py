@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from freerock.jobs.contents import Checksums, Known, look, noted
+from freerock.jobs.finish_campaign import failed_records
 from freerock.jobs.ledger import LEDGER_FOLDER, Entry, as_json, entry_path, read_entry, software
 
 VERIFIED = "verified:"  # comes before what a verification found, below what Snakemake tells
@@ -244,7 +245,7 @@ def made_by_other_software(entries: Iterable[Entry | None]) -> str:
 
 
 def verified(found: PlanAgainstLedger, folder: Path) -> tuple[list[str], bool]:
-    """A line for each product of a campaign that is not what a run would make, and for each other file.
+    """A line for each product of a campaign that is not what a run would make, failed record and other file.
 
     Parameters
     ----------
@@ -256,7 +257,7 @@ def verified(found: PlanAgainstLedger, folder: Path) -> tuple[list[str], bool]:
     Returns
     -------
     lines : list of str
-        Each begins with missing, damaged, stale or foreign; the last says how many there are of each.
+        Each begins with missing, damaged, stale, failed or foreign; the last says how many products are so.
     whole : bool
         There is none.
     """
@@ -265,6 +266,9 @@ def verified(found: PlanAgainstLedger, folder: Path) -> tuple[list[str], bool]:
     doubts.sort(key=lambda each: each.path)
     lines = [f"{each.state}: {each.path}" for each in doubts if each.state != "stale"]
     lines += [f"stale: {each.path} {each.why}" for each in doubts if each.state == "stale"]
+    doubtful, runs = {each.path for each in doubts}, f"{folder}/tables/runs.csv"
+    if f"{folder}/complete.txt" in doubtful and runs in products - doubtful:
+        lines += [f"failed: record {test}: {why}" for test, why in failed_records(runs).items()]
     foreign = left_over(folder, products)
     lines += [f"foreign: {folder}/{path}" for path in foreign]
     if told := made_by_other_software(found.entries.values()):

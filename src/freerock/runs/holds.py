@@ -4,11 +4,15 @@ import math
 from bisect import bisect
 from collections.abc import Sequence
 
+import numpy as np
+
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.faults import Fault
 from freerock.rotation.still import UNSTEADY, Phase, stationary_phases
 from freerock.runs.signal import Signal, invalid_in
+
+MOVES = 0.02  # of the critical angle: a signal that sweeps less is of no release
 
 
 def find_holds(signal: Signal, steady: Sequence[Phase], window_s: float) -> list[Phase]:
@@ -33,13 +37,16 @@ def no_release(
         what, remedy = "no release found: the signal never stands still", "record a rest and a held phase"
     else:
         held = max((phase.level for phase in phases), key=abs)
-        what = "no release found: after no hold does the block rock freely to rest"
+        swept = float(np.nanmax(signal.theta) - np.nanmin(signal.theta))
+        what = "no release found: nowhere is the block held, let go and left to rock to rest"
         if block is not None and abs(held) >= block.theta_cr:
             what = (
                 f"no release found: held at {math.degrees(held):.2f}°, beyond the block's critical angle "
                 f"{math.degrees(block.theta_cr):.2f}°, it overturns"
             )
             remedy = "check the block's height and width and the laser's position"
+        elif block is not None and swept < MOVES * block.theta_cr:
+            what = f"nothing moves: the signal stays within {math.degrees(swept):.2g}°"
     invalid = invalid_in(signal, 0.02)
     lost = next((fault.note for fault in faults if fault.name == "target_lost"), "")
     if lost:

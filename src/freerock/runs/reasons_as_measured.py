@@ -133,7 +133,8 @@ def critical_angle(run: Facts) -> Iterator[Reason]:
     """The block is held below its critical angle."""
     if run.block is not None and abs(run.held.theta0) >= run.block.theta_cr:
         held, critical = math.degrees(run.held.theta0), math.degrees(run.block.theta_cr)
-        text = f"θ0 = {held:.2f}° is beyond θ_cr = {critical:.2f}°"
+        remedy = "check range_m, position_m and the block's size"
+        text = f"θ0 = {held:.2f}° is beyond θ_cr = {critical:.2f}°: {remedy}"
         yield Reason("fail", "beyond_critical_angle", text, held, critical, "degree")
 
 
@@ -142,7 +143,8 @@ def few_impacts(run: Facts) -> Iterator[Reason]:
     fewest = run.limits.min_impacts
     if run.n_impacts < fewest:
         lost = invalid_in(run.signal, run.limits.max_flagged_fraction)
-        text = f"{run.n_impacts} impacts, fewer than {fewest}{lost and f'; in its record, {lost}'}"
+        told = f"; in its record, {lost}" if lost else ": record longer, or release at a larger angle"
+        text = f"{run.n_impacts} impacts, fewer than {fewest}{told}"
         yield _beyond(run.limits, "min_impacts", run.n_impacts, "fail", "few_impacts", text)
 
 
@@ -195,7 +197,7 @@ def ends_at_rest(run: Facts) -> Iterator[Reason]:
     if run.rest is None and run.override is not None:
         return
     if run.rest is None:
-        yield Reason("warn", "cut_short", "the record ends before the block is at rest")
+        yield Reason("warn", "cut_short", "the record ends before the block is at rest: record longer")
     elif run.rest.kind != "rest":
         over = run.block is not None and abs(run.rest.level) >= run.block.theta_cr
         name, what = ("overturned", "it overturns and lies") if over else ("stopped", "it stops")
