@@ -252,6 +252,16 @@ def test_what_stands_in_the_root_is_read_without_the_runs(folder, tmp_path):
     assert start_of(tmp_path / "b.nc") == "2017-05-02T10:00:00"
 
 
+@pytest.mark.filterwarnings("error::UserWarning")
+@pytest.mark.parametrize("order", "<>")
+def test_samples_that_state_their_order_of_bytes_are_written_without_a_warning(tmp_path, order):
+    record = made_up_record()
+    theta = record["theta"].values.astype(np.dtype("f8").newbyteorder(order))
+    assert theta.dtype.byteorder == order
+    write_record(tmp_path / "a.nc", record.assign(theta=("time", theta)), [], [], ATTRS)
+    assert np.array_equal(open_record(tmp_path / "a.nc")["theta"].values, theta, equal_nan=True)
+
+
 def test_fits_come_back(folder):
     tree = open_fits(folder / "fits_a.nc")
     assert list(tree.children) == ["run_1", "run_2"]

@@ -145,6 +145,14 @@ def test_inspect_tells_what_the_reader_found_out_and_what_can_not_be_read(folder
     ]
 
 
+def test_inspect_of_what_can_not_be_read_fails_and_draws_nothing(folder, capsys):
+    Path("bad.csv").write_text("time [s],laser [V]\n" + "0.1,1\n" * 120 + "0.2,abc\n" + "0.3,1\n" * 5)
+    assert cli.main(["inspect", "bad.csv"]) == 1
+    told = "line 122, column 2: 'abc' is not a number; correct the line, or export the file again"
+    assert capsys.readouterr().err == f"bad.csv: laser: {told}\n"
+    assert not Path("results").exists()
+
+
 def test_a_new_campaign_lists_proposes_and_marks_what_is_to_be_filled_in(folder, capsys):
     assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
     printed = capsys.readouterr()

@@ -37,6 +37,7 @@ def run(chosen: Namespace) -> None:
     """Print what is in a record file, and draw it."""
     look = look_into(chosen.file)
     print(look_text(look))
+    check_readable(look)
     if not chosen.no_plot:
         name = look.path.name.encode("utf-8", "replace")[:200].decode("utf-8", "ignore")  # of a file
         picture = Path(chosen.into) / f"{name}.png"
@@ -134,11 +135,16 @@ def look_to_take(path: Path) -> RecordLook:
     except Invalid as error:
         raise FreerockError(path, error.what, error.remedy) from None
     look = look_into(path)
+    check_readable(look)
+    return look
+
+
+def check_readable(look: RecordLook) -> None:
+    """Refuse a record file none of whose channels can be read."""
     if not look.readable:
         channel = look.channels[0]
         what, _, remedy = channel.fault.rpartition("; ")
-        raise FreerockError(f"{path}: {channel.name}", what, remedy)
-    return look
+        raise FreerockError(f"{look.path}: {channel.name}", what, remedy)
 
 
 def looks_to_take(paths: Iterable[str | Path]) -> tuple[list[RecordLook], list[FreerockError]]:

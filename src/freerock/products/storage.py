@@ -58,7 +58,7 @@ def _define(
             group.createDimension(str(name), size)
     beside = {name: set(dataset[name].dims) for name in dataset.coords if name not in dataset.dims}
     for key, variable in dataset.variables.items():
-        name, dtype = str(key), variable.dtype
+        name, dtype = str(key), variable.dtype.newbyteorder("=")  # netCDF4 warns of another name of the same
         if dtype.kind == "U":
             dtype = str
         elif name in SINGLE_PRECISION and variable.dims:
