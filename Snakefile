@@ -43,6 +43,7 @@ rule all:
     default_target: True
     input:
         expand("results/{campaign}/complete.txt", campaign=CAMPAIGNS),
+        [path for name in CAMPAIGNS for path in made_by_name(name)],
 
 
 onstart:

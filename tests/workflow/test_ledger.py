@@ -239,6 +239,24 @@ def test_verify(checkout):
     assert "there is no campaign 'small'" in refused.stderr
 
 
+def test_a_figure_asked_for_by_its_path_is_a_product_until_its_pdf_is_deleted(checkout):
+    wanted = [f"results/small/figures/{path}.pdf" for path in ("energy", "slide/decay")]
+    assert checkout.snakemake(*wanted).returncode == 0
+    assert freerock(checkout, "verify").returncode == 0
+    drawn = (checkout / "results/small/figures/energy.csv").read_bytes()
+    (checkout / "results/small/figures/energy.csv").write_text("edited")
+    damaged = freerock(checkout, "verify")
+    assert "damaged: results/small/figures/energy.csv\n" in damaged.stdout
+    done = checkout.snakemake()
+    assert done.returncode == 0 and "delete them" not in done.stderr
+    assert (checkout / "results/small/figures/energy.csv").read_bytes() == drawn
+    told = checkout.snakemake("results/small/complete.txt")
+    assert told.returncode == 0 and "delete them" not in told.stderr
+    (checkout / "results/small/figures/energy.pdf").unlink()
+    names = ", ".join(f"figures/energy.{suffix}" for suffix in ("csv", "png", "txt"))
+    assert f"not of this configuration: {names}; delete them" in checkout.snakemake().stderr
+
+
 def test_other_software_is_named_and_reruns_nothing(checkout):
     for path in (checkout / "results/small/ledger").glob("*.json"):
         entry = json.loads(path.read_text())

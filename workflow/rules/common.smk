@@ -15,6 +15,7 @@ from freerock.figures.declared import declared
 from freerock.files import listed_checksums
 from freerock.jobs.guard import check_folder
 from freerock.jobs.home import PACKAGE
+from freerock.jobs.ledger import entry_path
 from freerock.jobs.log import in_utf8, why_failed
 from freerock.jobs.code_identity import code_checksum
 
@@ -22,6 +23,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads 
 logging.raiseExceptions = False  # no traceback for each line that Snakemake's log has no room for
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
 CONFIGURED = ("blocks", "set_ups", "debonding")  # what a figure reads of the configuration
+TARGETS = ("single_column", "double_column", "slide")  # styles of figures
 A_CAMPAIGN = "among the campaigns to analyse"
 
 
@@ -46,7 +48,7 @@ wildcard_constraints:
     campaign=r"\w+",
     test=r"\w+",
     block=r"\w+",
-    target="single_column|double_column|slide",
+    target="|".join(TARGETS),
 
 
 def code(script, *modules):
@@ -188,6 +190,19 @@ def for_targets(wildcards):
     """The figures of a campaign for each further target it names."""
     section, folder = campaign(wildcards), f"results/{wildcards.campaign}/figures"
     return expand(f"{folder}/{{target}}/{{name}}.pdf", target=section.figures_for, name=section.figures)
+
+
+def made_by_name(name):
+    """PDFs of the figures of a campaign that were asked for by their path, as long as these are there."""
+    folder = f"results/{name}"
+    places = {"": "", **{f"{target}/": f"_{target}" for target in TARGETS}}
+    return [
+        f"{folder}/figures/{place}{figure}.pdf"
+        for figure in FIGURES
+        for place, suffix in places.items()
+        if os.path.exists(f"{folder}/figures/{place}{figure}.pdf")
+        and os.path.exists(entry_path(f"{folder}/logs/figure_{figure}{suffix}.log"))
+    ]
 
 
 def csv_tables(*names):

@@ -11,7 +11,7 @@ from functools import cache, partial
 from freerock.cli.check_command import check_files, configuration_doubts
 from freerock.jobs.newer_input import newer_than
 from freerock.jobs.guard import NOTES_BYTES, check_clock, check_room, hold, job_runs, run_starts, watch_folder
-from freerock.jobs.ledger import entry_path, read_entry
+from freerock.jobs.ledger import read_entry
 from freerock.jobs.code_identity import note_meanings
 from freerock.jobs.whole_or_rerun import (
     VERIFIED,
@@ -126,6 +126,8 @@ def tell_plan():
         note_meanings()
     products = {path for step in found.steps for path in step.outputs}
     folders = [Path("results", name) for name in CAMPAIGNS if f"results/{name}/complete.txt" in products]
+    drawn = [Path(path) for folder in folders for path in made_by_name(folder.name)]
+    products |= {f"{path.with_suffix(suffix)}" for path in drawn for suffix in (".pdf", ".png", ".csv", ".txt")}
     if VERIFY and workflow.dryrun:
         told = [verified(found, folder) for folder in folders]
         print(VERIFIED, all(whole for _, whole in told))

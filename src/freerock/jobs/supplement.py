@@ -148,6 +148,8 @@ def _products(name: str) -> Iterator[tuple[str, Source]]:
         entry = read_entry(path)
         if entry is None:
             raise FreerockError(path, "can't be read", "run snakemake")
+        if not any(Path(product).exists() for product in entry.outputs):  # a figure no longer wanted
+            continue
         text = json.dumps(asdict(entry) | {"looks": {}}, ensure_ascii=False, indent=1) + "\n"
         yield path.as_posix(), text.encode()
         for product, listed in entry.outputs.items():
