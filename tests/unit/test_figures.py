@@ -37,8 +37,10 @@ from freerock.models.contact import Foundation
 from freerock.models.housner import housner_swings
 from freerock.populations.predict import PREDICTIONS
 from freerock.products.groups import runs_of
+from freerock.products.netcdf import open_record, write_failure
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View, sensor_attributes
+from freerock.runs.verdict import Reason
 from freerock.tables.number_text import quantity
 from freerock.tables.tidy_tables import choice_table, epsilon_table, restitution_table, runs_table
 from freerock_bench.figures.stability import ratio_axis_of
@@ -368,8 +370,24 @@ def test_quality_of_a_failed_record_tells_the_reason():
     broken = failed_record()
     (page,), data = quality.draw(broken, fits(broken))
     assert "fail" in texts(page)
-    assert any("truncated" in text for text in texts(page))
-    assert data.empty
+    assert any(text.startswith("Failed: b1_broken.tdms: the file is truncated") for text in texts(page))
+    assert data.empty and not page.axes
+
+
+def test_quality_of_a_record_without_runs_shows_its_signal(datasets, tmp_path):
+    """As of one in which nothing moves: θ(t) is known, and no run."""
+    whole = datasets[0][0]
+    attrs = {key: whole.attrs[key] for key in ("campaign", "test", "block", "foundation", "origin")}
+    still = Reason("fail", "not_processed", "nothing moves")
+    write_failure(tmp_path / "still.nc", still, attrs, whole.to_dataset().drop_attrs())
+    broken = open_record(tmp_path / "still.nc")
+    (page,), data = quality.draw(broken, fits(broken))
+    assert "Failed: nothing moves" in texts(page)
+    assert [ax.get_ylabel() for ax in page.axes] == ["θ / °", "laser / V"]
+    assert all(len(ax.lines[0].get_xdata()) > 100 for ax in page.axes)
+    assert {"voltage", "theta", "error_level"} == set(data["series"]) and data["run"].isna().all()
+    (named,), none = quality.failed(broken, None, "unforeseen")
+    assert none.empty and not named.axes
 
 
 @pytest.mark.parametrize(("origin", "said"), [("simulated", True), ("measured", False)])

@@ -106,6 +106,7 @@ def test_bad_record_is_told_in_one_line(bad, test):
     assert product.attrs["verdict"] == "fail"
     assert reasons_in(product.attrs) == (Reason("fail", "not_processed", line),)
     assert not product.children
+    assert ("theta" in product) == (test in ("overturned", "no_release"))
     log = checkout / f"results/bad/logs/record_{test}.log"
     assert log.read_text().endswith(f"{line}\n")
 

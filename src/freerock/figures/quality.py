@@ -27,6 +27,7 @@ Pages = tuple[list[Figure], pd.DataFrame]
 """Pages of a record, and the numbers drawn."""
 PAGE: Style = {"dpi": 110, "layout": "none"}
 WIDTH_IN, HEIGHT_IN = 7.0, 8.4
+SIDES = {"left": 0.6 / WIDTH_IN, "right": 1 - 0.12 / WIDTH_IN, "hspace": 0.45}  # of the panels
 OF_FITS = ("time", "residual", "parameter", "value", "stderr", "u_total", "unit", "epsilon_theta")  # shown
 COLUMNS = ["run", "series", "time_s", "value", "unit"]
 VERDICT_COLOURS = {"ok": "#00643c", "warn": "#8a5a00", "fail": "#b00020", "excluded": "#5a5a5a"}
@@ -54,7 +55,8 @@ def draw(record: xr.DataTree, fits: xr.DataTree, labels: Labels = None) -> Pages
     runs = runs_of(record)
     if not runs:
         reasons = in_one_line(reasons_in(record.attrs))
-        return failed(record, labels, reasons, record.attrs["verdict"])
+        drawn = "time" in record.dataset
+        return failed(record, labels, reasons, record.attrs["verdict"], drawn)
     title, fitted, whole = _title(record, labels), runs_of(fits), _record_series(record)
     pages, parts = [], [whole]
     for number, run in runs.items():
@@ -66,12 +68,24 @@ def draw(record: xr.DataTree, fits: xr.DataTree, labels: Labels = None) -> Pages
     return pages, pd.concat(parts, ignore_index=True)
 
 
-def failed(record: xr.DataTree, labels: Labels, reasons: str, verdict: str = "fail") -> Pages:
-    """The page of a record without runs, or one that can't be drawn: what and why; returns as `draw`."""
-    figure = Figure(figsize=(7.0, 2.0), **PAGE)
-    _header(figure, _title(record, labels), {"verdict": verdict, "reasons": reasons})
+def failed(
+    record: xr.DataTree, labels: Labels, reasons: str, verdict: str = "fail", signal: bool = False
+) -> Pages:
+    """The page of a record without runs, or one that can't be drawn: what, why and, if asked for, its signal.
+
+    Returns as `draw`.
+    """
+    height_in = 5.0 if signal else 2.0
+    figure = Figure(figsize=(WIDTH_IN, height_in), **PAGE)
+    band = _header(figure, _title(record, labels), {"verdict": verdict, "reasons": reasons})
+    data = _record_series(record) if signal else pd.DataFrame(columns=COLUMNS)
+    if signal:
+        angle, volts = figure.subplots(
+            2, gridspec_kw=SIDES | {"bottom": 0.11, "top": 0.95 - band / height_in}
+        )
+        _draw_record(volts, angle, record, data)
     style.footer(figure, record.attrs["origin"])
-    return [figure], pd.DataFrame(columns=COLUMNS)
+    return [figure], data
 
 
 def _title(record: xr.DataTree, labels: Labels) -> str:
@@ -131,8 +145,7 @@ def _page(
     sigma_deg = float(np.degrees(run.dataset["sigma_theta"].item()))
     figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN), **PAGE)
     band = _header(figure, title, attrs, _facts(run, sigma_deg), _faults(record))
-    sides = {"left": 0.6 / WIDTH_IN, "right": 1 - 0.12 / WIDTH_IN, "bottom": 0.55 / HEIGHT_IN, "hspace": 0.45}
-    sides["top"] = 1 - (band + 0.25) / HEIGHT_IN
+    sides = SIDES | {"bottom": 0.55 / HEIGHT_IN, "top": 1 - (band + 0.25) / HEIGHT_IN}
     motion, residual, angle, volts = figure.subplots(4, height_ratios=[1.5, 1.2, 1, 1], gridspec_kw=sides)
     for ax in (volts, angle, motion):
         ax.locator_params(axis="y", nbins=5)  # half of the time to draw a page goes into ticks
@@ -155,7 +168,11 @@ def _page(
 
 
 def _draw_record(
-    volts: Axes, angle: Axes, record: xr.DataTree, whole: pd.DataFrame, span: tuple[float, float]
+    volts: Axes,
+    angle: Axes,
+    record: xr.DataTree,
+    whole: pd.DataFrame,
+    span: tuple[float, float] | tuple[()] = (),
 ) -> None:
     """The channels as recorded with their flags, θ(t), and where the run lies in them."""
     channels = _recorded(record)
@@ -169,14 +186,15 @@ def _draw_record(
         elif len(part):
             volts.plot(part["time_s"], part["value"], "x", label=str(series).replace("_", " "), **flag)
     for ax in (volts, angle):
-        ax.axvspan(*span, color="#0a5bd3", alpha=0.12, linewidth=0)
+        if span:
+            ax.axvspan(*span, color="#0a5bd3", alpha=0.12, linewidth=0)
         ax.set_xlim(record.dataset["time"].values[[0, -1]])
     angle.tick_params(labelbottom=False)
     channel, unit = next(iter(channels.items()))
     sensor = "sensor" if channel == "rotation" else "laser"
     volts.set(xlabel="time of the record / s", ylabel=f"{sensor} / {unit}")
     angle.set_ylabel("θ / °")
-    for instant, text, align in zip(span, ("release ", " rest"), ("right", "left"), strict=True):
+    for instant, text, align in zip(span, ("release ", " rest"), ("right", "left"), strict=False):
         angle.axvline(instant, color="#0a5bd3", linewidth=0.8)
         above = {"transform": angle.get_xaxis_transform(), "va": "bottom", "fontsize": 7}
         angle.text(instant, 1.0, text, ha=align, **above)
@@ -258,7 +276,8 @@ def _header(figure: Figure, title: str, attrs: Mapping[Any, Any], facts: str = "
     """Title, verdict, what was found, what is doubtful, faults at the top of a page; their height [inch]."""
     verdict = attrs["verdict"] + (", excluded" if attrs.get("excluded") else "")
     colour = VERDICT_COLOURS["excluded" if attrs.get("excluded") else attrs["verdict"]]
-    doubtful = f"Doubtful: {attrs['reasons']}" if attrs["reasons"] else "No check found a doubt"
+    heading = "Failed" if attrs["verdict"] == "fail" else "Doubtful"
+    doubtful = f"{heading}: {attrs['reasons']}" if attrs["reasons"] else "No check found a doubt"
     told = ((attrs.get("found", ""), "black"), (facts, "black"), (doubtful, colour), (faults, "0.3"))
     lines = [(line, shade) for text, shade in told for line in textwrap.wrap(text, 115)]
     height = figure.get_figheight()

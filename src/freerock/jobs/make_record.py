@@ -65,7 +65,7 @@ def make_record(
     packed : bool
         Compress what runs over time.
     """
-    path = Path(settings["raw"], settings["file"])
+    path, record = Path(settings["raw"], settings["file"]), None
     attributes = settings["attributes"] | {"provenance": provenance([], settings)}
     try:
         attributes["provenance"] = provenance([file for file in _files(settings) if file.exists()], settings)
@@ -73,14 +73,16 @@ def make_record(
             excluded = Reason("ok", "excluded", f"excluded: {settings['excluded']}")
             write_failure(output, excluded, attributes)
             return
-        record, judged, totals = _process(settings, rotate or rotation_of)
+        by_hand = ByHand(settings["overrides"], settings["exclusions"], settings.get("stretches", ()))
+        record = _used((rotate or rotation_of)(settings), by_hand)
+        judged, totals = _judged(settings, record, by_hand)
     except FreerockError as error:
         if of_the_machine(error):
             raise
         where = str(error.where) if str(path) in str(error.where) else f"{path}: {error.where}"
         failure = FreerockError(where, error.what, error.remedy)
         log.error(failure)
-        write_failure(output, Reason("fail", "not_processed", str(failure)), attributes)
+        write_failure(output, Reason("fail", "not_processed", str(failure)), attributes, record, packed)
         return
     runs = [run for run, _ in judged]
     write_record(output, record, runs, [impacts for _, impacts in judged], attributes, packed, totals)
@@ -105,12 +107,11 @@ def _files(settings: Settings) -> list[Path]:
     return [Path(settings["raw"], file) for file in [settings["file"], *tables]]
 
 
-def _process(
-    settings: Settings, rotate: Callable[[Settings], xr.Dataset]
-) -> tuple[xr.Dataset, Sequence[tuple[Run, Impacts]], list[MeasuredTotal]]:
-    """Volts to impacts: θ(t) of the record, its runs with their impacts, the total uncertainties of each."""
-    by_hand = ByHand(settings["overrides"], settings["exclusions"], settings.get("stretches", ()))
-    block, record = Block(**settings["block"]), _used(rotate(settings), by_hand)
+def _judged(
+    settings: Settings, record: xr.Dataset, by_hand: ByHand
+) -> tuple[Sequence[tuple[Run, Impacts]], list[MeasuredTotal]]:
+    """Of θ(t) of a record its runs with their impacts, and the total uncertainties of each."""
+    block = Block(**settings["block"])
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
     of_runs = RunLimits(**settings["runs"], start=settings.get("start", "hold"))
     limits = of_runs, ImpactLimits(**settings["impacts"])
@@ -118,7 +119,7 @@ def _process(
     judged = runs_with_impacts(signal, block, signal_quality(record), by_hand, *limits, where)
     laboratory = Laboratory.of(settings["laboratory"])
     totals = [measured_total(run.theta0, run.theta0_stderr, found, laboratory) for run, found in judged]
-    return record, judged, totals
+    return judged, totals
 
 
 def _used(record: xr.Dataset, by_hand: ByHand) -> xr.Dataset:

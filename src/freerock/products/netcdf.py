@@ -70,21 +70,7 @@ def write_record(
     FreerockError
         The file can't be written.
     """
-    verdict, reasons = _record_verdict(runs)
-    attrs = {**record.attrs, **attrs}
-    start_time = attrs.pop("start_time", None)
-    own = ("flag_masks", "flag_meanings")  # more of them where samples are left out by hand
-    root = xr.Dataset(
-        {
-            str(name): (_dims(each), each.values, {key: each.attrs[key] for key in own if key in each.attrs})
-            for name, each in record.data_vars.items()
-        },
-        {"time": ("sample", record["time"].values, FROM_START)}
-        | {name: (_dims(record[name]), record[name].values) for name in record.coords if name != "time"},
-        root_attributes("record", "volts to rotation, runs and impacts", attrs)
-        | {"verdict": verdict, "reasons": reasons, "time_coverage_start": start_time},
-    )
-    groups = {"/": root}
+    groups = {"/": _root(record, "volts to rotation, runs and impacts", attrs, *_record_verdict(runs))}
     for run, found, total in zip(runs, impacts, totals or [None] * len(runs), strict=True):
         groups[f"run_{run.number}"] = xr.Dataset(
             {name: ((), getattr(run, field)) for field, name in RUN_VARIABLES.items()}
@@ -101,10 +87,36 @@ def write_record(
     write_groups(path, groups, packed)
 
 
-def write_failure(path: str | Path, reason: Reason, attrs: Attrs) -> None:
-    """Write the dataset of a record without runs: why it could not be processed, or was left out by hand."""
-    outcome = {"verdict": reason.verdict, "reasons": [reason]}
-    write_groups(path, {"/": xr.Dataset(attrs=root_attributes("record", "not processed", attrs) | outcome)})
+def write_failure(
+    path: str | Path, reason: Reason, attrs: Attrs, record: xr.Dataset | None = None, packed: bool = True
+) -> None:
+    """Write the dataset of a record without runs: why it could not be processed, or was left out by hand.
+
+    `record` is θ(t), as `write_record` takes it, where that much is known.
+    """
+    known = xr.Dataset() if record is None else record
+    write_groups(path, {"/": _root(known, "not processed", attrs, reason.verdict, [reason])}, packed)
+
+
+def _root(
+    record: xr.Dataset, done: str, attrs: Attrs, verdict: Level, reasons: Sequence[Reason]
+) -> xr.Dataset:
+    """What stands in the root of a record's file."""
+    attrs = {**record.attrs, **attrs}
+    start_time = attrs.pop("start_time", None)
+    own = ("flag_masks", "flag_meanings")  # more of them where samples are left out by hand
+    return xr.Dataset(
+        {
+            str(name): (_dims(each), each.values, {key: each.attrs[key] for key in own if key in each.attrs})
+            for name, each in record.data_vars.items()
+        },
+        {
+            name: (_dims(each), each.values, FROM_START if name == "time" else {})
+            for name, each in record.coords.items()
+        },
+        root_attributes("record", done, attrs)
+        | {"verdict": verdict, "reasons": reasons, "time_coverage_start": start_time},
+    )
 
 
 def write_fits(
