@@ -6,8 +6,8 @@ import os
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.jobs import make_record
 from freerock.jobs.each_record import make_each, of_the_machine
+from freerock.jobs.make_record import make_record
 
 
 def error(number):
@@ -63,19 +63,20 @@ def test_the_machine_stops_the_job(failure):
 
 
 @pytest.mark.parametrize("failure", MACHINE, ids=str)
-def test_what_the_machine_lacks_is_no_verdict_on_a_record(tmp_path, monkeypatch, failure):
-    def process(settings, path):
+def test_what_the_machine_lacks_is_no_verdict_on_a_record(tmp_path, failure):
+    def rotate(settings):
         raise caused_by(failure)
 
-    monkeypatch.setattr(make_record, "_process", process)
     attributes = {"campaign": "lab", "test": "a", "origin": "measured"}
     settings = {
         "raw": str(tmp_path),
         "file": "a.tdms",
         "lasers": [],
         "excluded": "",
+        "overrides": [],
+        "exclusions": [],
         "attributes": attributes,
     }
     with pytest.raises(FreerockError, match="can't be read"):
-        make_record.make_record(settings, tmp_path / "a.nc")
+        make_record(settings, tmp_path / "a.nc", rotate)
     assert not list(tmp_path.iterdir())

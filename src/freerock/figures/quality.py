@@ -71,7 +71,7 @@ def draw(record: xr.DataTree, fits: xr.DataTree, labels: Labels = None) -> Pages
 def failed(
     record: xr.DataTree, labels: Labels, reasons: str, verdict: str = "fail", signal: bool = False
 ) -> Pages:
-    """The page of a record without runs, or one that can't be drawn: what, why and, if asked for, its signal.
+    """The page of a record without runs, or one that can't be drawn: what and why, perhaps its signal.
 
     Returns as `draw`.
     """
