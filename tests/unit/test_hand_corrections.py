@@ -1,6 +1,7 @@
 """Runs set by hand and what is left out: cells read and written again, what they do, what can't be done."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,10 +17,12 @@ from freerock.config.hand_corrections import (
     written_exclusions,
     written_overrides,
 )
+from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.flags import BY_HAND
+from freerock.runs import impacts_left_out
 from freerock.runs.by_hand import ByHand
-from freerock.runs.impacts import IMPACT_COLUMNS
+from freerock.runs.impacts import IMPACT_COLUMNS, Impacts
 from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.runs.segment import find_runs
 
@@ -364,3 +367,17 @@ def test_what_is_left_out_in_vain_is_told_in_a_line():
     )
     assert {run.verdict.texts for run, _ in runs} == {told}
     assert {run.verdict.names for run, _ in runs} == {("by_hand", "by_hand")}
+
+
+@pytest.mark.parametrize(("r", "peaks"), [(1.0, (0.06, 0.05)), (0.9, (0.05, 0.06))])
+def test_a_gap_over_which_no_energy_is_lost_hides_as_few_impacts_as_its_sides_allow(r, peaks):
+    def part(peak):
+        columns = {name: np.array([0.1]) for name in IMPACT_COLUMNS}
+        return Impacts(
+            **columns | {"restitution": np.array([r]), "peak_after_rad": np.array([peak])}, theta_uplift=0.0
+        )
+
+    before, after = map(part, peaks)
+    assert impacts_left_out._hidden(before, after, SimpleNamespace(theta0=0.1), Block(0.28, 0.07, 5.84)) == 1
+    other = part(-peaks[1])
+    assert impacts_left_out._hidden(before, other, SimpleNamespace(theta0=0.1), Block(0.28, 0.07, 5.84)) == 0
