@@ -4,6 +4,7 @@ import pandas as pd
 
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import CANDIDATES, MODELS, law_of
+from freerock.selection.allowed_hypotheses import NOT_TRIED
 from freerock.tables.columns import CHOICE_COLUMNS, PARAMETERS_COLUMNS
 
 NAMED, POSSIBLE, REJECTED, NOT_FITTED = "selected", "also_possible", "rejected", "not_fitted"
@@ -13,11 +14,17 @@ ON_ANY_RUN = [model for model in CANDIDATES if not law_of(model).bounces]
 WHERE = {"campaign": "made_up", "test": "t1", "block": "b1", "foundation": "marble"}
 
 
+def n_freed(model):
+    return len(MODELS[model]) + CANDIDATES[model].width + 2
+
+
 def scene(*runs, explained=True, epsilon=1e-5, **changed):
-    """Tables of the statuses of each run by candidate; others were not fitted. Values may be changed by
-    name, or by name and candidate as k_winkler_pivoting."""
+    """Tables of the statuses of each run by candidate; others were not fitted, those that free more than one
+    that explains the run not tried. Values may be changed by name, or by name and candidate as
+    k_winkler_pivoting."""
     choice, parameters = [], []
     for number, statuses in enumerate(runs, 1):
+        enough = min((n_freed(m) for m in statuses if explained and statuses[m] == NAMED), default=99)
         for rank, model in enumerate(ON_ANY_RUN):
             status = statuses.get(model, NOT_FITTED)
             fitted, named = status != NOT_FITTED, status in (NAMED, POSSIBLE)
@@ -25,9 +32,11 @@ def scene(*runs, explained=True, epsilon=1e-5, **changed):
                 "run": number,
                 "model": model,
                 "status": status,
-                "n_freed": len(MODELS[model]) + CANDIDATES[model].width + 2,
+                "n_freed": n_freed(model),
             }
             row |= {"explains": named and explained, "reason": f"{status} {model}"}
+            if status == NOT_FITTED and n_freed(model) > enough:
+                row |= {"reason": f"{NOT_TRIED}a smaller candidate explains the run"}
             if fitted:
                 row |= {"epsilon_theta": epsilon, "epsilon_holdout": 2 * epsilon, "bic": 10.0 * rank}
                 row |= {"noise_p": 0.5 if named else 1e-8, "noise_ratio": 0.9 if named else 30.0}

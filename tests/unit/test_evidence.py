@@ -5,6 +5,7 @@ from evidence import NAMED, PIVOTING, POSSIBLE, REJECTED, paper, scene
 from freerock.models.block import Block
 from freerock.report.scene_choices import unexplained
 from freerock.report.scene_evidence import explained, scenes_of, together
+from freerock.selection.allowed_hypotheses import NOT_TRIED
 from freerock.selection.choice import Evidence
 from freerock.tables.candidates import candidates_table
 
@@ -70,9 +71,9 @@ def test_a_guided_foundation_where_pivoting_was_asked():
         f"{GUIDED}. A block that turns about the corner that stays down (pivoting) does not explain as "
         "much with as few parameters.",
     ]
-    left_out = "Not fitted, as a smaller candidate explains the runs: General; "
-    assert found["left_out"].startswith(left_out)
-    assert "pivoting," in found["left_out"]
+    (left_out,) = found["left_out"]
+    assert left_out.startswith("Not tried because a smaller candidate explains the run: General; ")
+    assert "pivoting," in left_out
 
 
 def test_worn_corners_that_the_data_tell_apart():
@@ -100,6 +101,21 @@ def test_a_quick_fit_is_asked_too():
     found = told(paper() | {"hunt_crossley": NAMED})
     assert "Winkler, pivoting" in [row[0].text for row in found["rows"]]
     assert found["sentences"][-1].endswith("(pivoting) does not explain as much with as few parameters.")
+
+
+def test_a_candidate_that_was_never_tried_is_not_ruled_out_by_a_quick_fit():
+    """It frees as many numbers as the one that explains the run, but the search never came to it."""
+    choice, parameters = scene(paper() | {"hunt_crossley": NAMED})
+    why = f"{NOT_TRIED}no candidate that it extends has a good enough fit"
+    choice.loc[choice["model"] == "winkler_pivoting", "reason"] = why
+    scenes = scenes_of(choice, candidates_table(choice, parameters), BLOCKS, {})
+    quick, first, other = (note for _, note in together(scenes)["notes"])
+    assert quick == "A quick fit, to fewer samples, rules out: Hunt–Crossley, pivoting; Housner, width free."
+    assert first == "Not tried because no candidate that it extends has a good enough fit: Winkler, pivoting."
+    assert other.startswith("Not tried because a smaller candidate explains the run: General; ")
+    choice.loc[choice["model"] == "hunt_crossley_pivoting", "reason"] = why
+    (found,) = scenes_of(choice, candidates_table(choice, parameters), BLOCKS, {})
+    assert found["sentences"][-1].endswith("(pivoting) was not fitted; its k would be another.")
 
 
 def test_a_pivoting_foundation_is_not_that_of_table_2():
@@ -141,7 +157,7 @@ def test_no_candidate_explains_any_run():
     assert statuses["Hunt–Crossley"] == "nearest in 2"
     assert statuses["Housner, width free"] == statuses["Winkler"] == "rejected in 2"
     assert [row[0].text for row in found["rows"] if row[0].kind == "warn"] == ["Hunt–Crossley"]
-    assert found["left_out"] == ""
+    assert found["left_out"] == []
     assert unexplained(scene(run, run, explained=False)[0]) == "No candidate explains both runs."
 
 
@@ -195,10 +211,10 @@ def test_what_scenes_share_is_told_once():
     assert not any(row[1].text.startswith("not fitted") for rows in whole["rows"] for row in rows)
     assert [note.partition(":")[0] for _, note in whole["notes"]] == [
         "A quick fit, to fewer samples, rules out",
-        "Not fitted, as a smaller candidate explains the runs",
+        "Not tried because a smaller candidate explains the run",
     ]
     apart = together(
-        [found, found | {"name": "Squat on marble", "sentences": ["Otherwise."], "left_out": ""}]
+        [found, found | {"name": "Squat on marble", "sentences": ["Otherwise."], "left_out": []}]
     )
     assert [names for names, _ in apart["told"]] == ["Slender on marble", "Squat on marble"]
     assert apart["notes"][-1][0] == "Slender on marble"

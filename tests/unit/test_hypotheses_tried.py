@@ -1,6 +1,7 @@
 """Which candidates a run is fitted with, and which of them is named."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from freerock.identification.fit import fit_record
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.selection import hypotheses_tried
-from freerock.selection.allowed_hypotheses import BY_DEFAULT
+from freerock.selection.allowed_hypotheses import BY_DEFAULT, NOT_TRIED
 from freerock.selection.choice import evidence
 from freerock.selection.hypotheses_tried import identify_run, identify_runs
 from freerock_bench.virtual_run import Truth, virtual_motion
@@ -46,6 +47,8 @@ def test_beds_that_have_become_rigid_are_not_extended():
     assert found.fits["hunt_crossley"].values["k"] > 1e10
     foundations = {model for model in (*found.fits, *found.ruled_out) if law_of(model).is_foundation}
     assert foundations == {"winkler", "hunt_crossley"}
+    left = {each.reason for each in found.choice(BY_DEFAULT).judged if each.status == "not_fitted"}
+    assert left == {f"{NOT_TRIED}no candidate that it extends has a good enough fit"}
 
 
 def test_a_small_candidate_that_a_law_of_the_paper_surpasses_does_not_end_the_search():
@@ -186,3 +189,14 @@ def test_a_widened_prior_with_a_number_at_a_bound_is_not_named(monkeypatch):
     monkeypatch.setattr(hypotheses_tried, "fit_record", bounded)
     found = identify_run(BLOCK, motion, hypotheses)
     assert "release" not in found.widened
+
+
+def test_a_candidate_that_was_never_tried_says_why():
+    """Winkler's law leaves so much that its rival with pivoting corners is not tried."""
+    found = identify_run(BLOCK, motion_of(released("hunt_crossley", BLOCK, MARBLE, 8)), BY_DEFAULT)
+    why = {each.evidence.model: each.reason for each in found.choice(BY_DEFAULT).judged}
+    assert not {"winkler_pivoting", "general"} & {*found.fits, *found.ruled_out, *found.errors}
+    assert why["winkler_pivoting"] == "not tried because no candidate that it extends has a good enough fit"
+    assert why["general"] == "not tried because a smaller candidate explains the run"
+    times = re.search(r"a quick fit leaves ([\d.]+) times the mean square of the best", why["housner_width"])
+    assert float(times[1]) > hypotheses_tried.EFFORT.contends

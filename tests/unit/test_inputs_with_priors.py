@@ -295,6 +295,8 @@ def test_an_input_beyond_its_prior_counts_as_one_number_in_the_search():
         return search.worth_trying()
 
     assert next_after_in_vain() == []
+    why = "a smaller candidate explains the run with an input beyond its prior"
+    assert search._why_untried(Hypothesis("general_width")) == why
     fit, search.quick = search.fits[law], {}
     no_input = {"pulls_p": 1.0, "noise_p": 1e-6}  # is the cause
     search.fits[law] = replace(fit, diagnostics=fit.diagnostics | no_input)

@@ -4,6 +4,7 @@ import pandas as pd
 
 from freerock.models.laws import CANDIDATES, law_of
 from freerock.report.numbers import Sentence, Tables
+from freerock.report.scene_choices import tried
 from freerock.tables.candidates import answers
 
 MOST = 3  # the weightiest come first
@@ -61,7 +62,7 @@ def limits(known: Tables, quoted: set[str]) -> list[Sentence]:
 def _sideways_open(choice: pd.DataFrame, model: str) -> bool:
     """Whether the same law with another motion of the base sideways is left open in a run that it explains.
 
-    It is ruled out where it was rejected, or where a quick fit of no more numbers was not worth a full one.
+    It is ruled out where it was rejected, or where a quick fit was not worth a full one.
     """
     mine = CANDIDATES[model]
     twins = [
@@ -73,7 +74,7 @@ def _sideways_open(choice: pd.DataFrame, model: str) -> bool:
     named = of_run[(of_run["model"] == model) & (of_run["status"] == "selected") & of_run["explains"]]
     for twin in twins:
         beside = of_run[of_run["model"] == twin].reindex(named.index)
-        screened = (beside["status"] == "not_fitted") & (beside["n_freed"] <= named["n_freed"])
-        if not ((beside["status"] == "rejected") | screened.fillna(False)).all():
+        screened = (beside["status"] == "not_fitted") & tried(beside)
+        if not ((beside["status"] == "rejected") | screened).all():
             return True
     return False

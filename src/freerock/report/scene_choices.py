@@ -13,6 +13,7 @@ from freerock.identification.significance_levels import NEAR, TELLS
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of
+from freerock.selection.allowed_hypotheses import NOT_TRIED
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.columns import MEDIANS
 from freerock.tables.number_text import in_words, quantity, value_text
@@ -52,11 +53,8 @@ class SceneChoices:
 
     @cached_property
     def asked(self) -> frozenset[str]:
-        """Candidates that were fitted to any run, if only by a quick fit: no smaller one explained it."""
-        rows = self.choice.set_index(["test", "run"])
-        enough = rows["n_freed"][(rows["status"] == "selected") & rows["explains"]].reindex(rows.index)
-        larger = (rows["n_freed"] > enough).fillna(False)
-        return frozenset(rows["model"][(rows["status"] != "not_fitted") | ~larger])
+        """Candidates that were fitted to any run, if only by a quick fit."""
+        return frozenset(self.choice["model"][tried(self.choice)])
 
     def frees_width(self, model: str) -> bool:
         """Whether a candidate's contact width was fitted in runs for which it is possible."""
@@ -72,6 +70,11 @@ class SceneChoices:
                 if parameter == "width":
                     told[-1] += f", {100 * row[column] / self.block.width_m:.0f} % of the block's"
         return ", ".join(told)
+
+
+def tried(choice: pd.DataFrame) -> "pd.Series[bool]":
+    """Which rows of the tidy table are of a candidate that was fitted, if only by a quick fit."""
+    return ~choice["reason"].astype(str).str.startswith(NOT_TRIED)
 
 
 def unexplained(choice: pd.DataFrame) -> str:

@@ -21,7 +21,6 @@ EXPLAINED = ["Block, foundation", "Runs explained", "Selected", "Medians", "As g
 IN_BRACKETS = "In brackets: in how many of the runs. "
 EXPLAINED_NOTE = "Medians are over the runs that the model explains. Each row leads to its evidence."
 AS_GOOD_NOTE = " As good: the data can't tell it from the selected one."
-LEFT_OUT = "Not fitted, as a smaller candidate explains the runs"
 CLAUSES, DIGIT = re.compile(r"[:;,] "), re.compile(r"\d")  # of a reason
 QUICK = f"{STATUS_WORDS['not_fitted']} in"  # begins the status of one that was fitted to no run
 QUICK_FIT = "A quick fit, to fewer samples, rules out: {}."
@@ -46,7 +45,7 @@ def scenes_of(
     list of dict
         name; explained, cells of the scene in the table of all scenes, see `EXPLAINED`; sentences, a list;
         rows of the table of candidates, one row per candidate that was fitted, if only by a quick fit;
-        left_out, a sentence on those that were not.
+        left_out, a sentence per reason on those that were not.
     """
     found = []
     for (block, foundation), own in choice.groupby(["block", "foundation"], sort=False):
@@ -54,14 +53,18 @@ def scenes_of(
         summary = {row["model"]: row for row in here.to_dict("records")}
         scene = SceneChoices(own, answers(own), summary, blocks[block])
         asked = [model for model in summary if model in scene.asked]
-        left_out = [MODEL_LABELS[model] for model in summary if model not in asked]
+        left_out = dict[str, list[str]]()
+        for model in summary:
+            if model not in asked:
+                why = _reason(own[own["model"] == model]).capitalize()
+                left_out.setdefault(why, []).append(MODEL_LABELS[model])
         found.append(
             {
                 "name": f"{labels.get(block, block)} on {labels.get(foundation, foundation)}",
                 "explained": _explained(scene),
                 "sentences": sentences(scene),
                 "rows": [_row(scene, model) for model in asked],
-                "left_out": f"{LEFT_OUT}: {'; '.join(left_out)}." if left_out else "",
+                "left_out": [f"{why}: {'; '.join(names)}." for why, names in left_out.items()],
             }
         )
     return found
@@ -93,7 +96,7 @@ def together(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         told.setdefault("\n".join(scene["sentences"]), []).append(scene["name"])
         quick = [row[0].text for row in scene["rows"] if row[1].text.startswith(QUICK)]
         rows.append([row for row in scene["rows"] if not row[1].text.startswith(QUICK)])
-        for note in filter(None, (QUICK_FIT.format("; ".join(quick)) if quick else "", scene["left_out"])):
+        for note in [QUICK_FIT.format("; ".join(quick))] * bool(quick) + scene["left_out"]:
             notes.setdefault(note, []).append(scene["name"])
     used = [i for i in range(len(HEADS)) if any(row[i].text != "–" for own in rows for row in own)]
 

@@ -11,6 +11,7 @@ from freerock.models.free_parameters import PER_RUN
 from freerock.models.laws import CANDIDATES, LAWS, MODELS, Candidate, law_of
 from freerock.runs.motion import Motion
 
+NOT_TRIED = "not tried because "  # begins the reason of a candidate that the search never came to
 WIDENED = ("release", "tilt", "edge_radius")  # priors that a hypothesis may widen, beside the contact width
 
 

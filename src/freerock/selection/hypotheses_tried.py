@@ -33,7 +33,7 @@ from freerock.selection.added_uncertainty import (
     beside_all_usable,
     beside_causes,
 )
-from freerock.selection.allowed_hypotheses import Hypotheses, Hypothesis
+from freerock.selection.allowed_hypotheses import NOT_TRIED, Hypotheses, Hypothesis
 from freerock.selection.causes import Cause, ranked, required_effect
 from freerock.selection.choice import Choice, Evidence, choose, evidence, plainly
 from freerock.selection.holdout import of_other_runs
@@ -115,6 +115,8 @@ class Identified:
         Candidates of which a quick fit says that a full one is of no use.
     errors : dict of str to FreerockError
         Candidates to which the data allow no fit.
+    untried : dict of str to str
+        Candidates that the search never came to, and why.
     widened : tuple of str
         Priors that these fits widen (`allowed_hypotheses.WIDENED`).
     alternatives : dict of Hypothesis to Fit
@@ -132,6 +134,7 @@ class Identified:
     fits: dict[str, Fit] = field(default_factory=dict)
     ruled_out: dict[str, RuledOut] = field(default_factory=dict)
     errors: dict[str, FreerockError] = field(default_factory=dict)
+    untried: dict[str, str] = field(default_factory=dict)
     widened: tuple[str, ...] = ()
     alternatives: dict[Hypothesis, Fit] = field(default_factory=dict)
     before: Fit | None = None
@@ -162,7 +165,8 @@ class Identified:
         if model in self.errors:
             quick = RuledOut(str(self.errors[model]), math.nan)
         else:
-            quick = self.ruled_out.get(model, RuledOut("a smaller candidate explains the run", math.nan))
+            untried = RuledOut(NOT_TRIED + self.untried.get(model, "the search did not come to it"), math.nan)
+            quick = self.ruled_out.get(model, untried)
         n = hypotheses.n_freed(model, self.widened)
         return Evidence(model, n, fitted=False, message=quick.reason, epsilon_theta=quick.epsilon_theta)
 
@@ -531,7 +535,11 @@ class _Search:
         def told(of: Mapping[Hypothesis, Any]) -> dict[str, Any]:
             return {model: of[each] for model, each in alike.items() if each in of}
 
-        found = Identified(told(self.fits), told(self.ruled_out), told(self.errors), best.widened)
+        found = Identified(told(self.fits), told(self.ruled_out), told(self.errors), widened=best.widened)
+        tried = {*found.fits, *found.ruled_out, *found.errors}
+        found.untried = {
+            model: self._why_untried(each) for model, each in alike.items() if model not in tried
+        }
         bar = self._bic(best) + TELLS if explaining else -math.inf
         for each, fit in (*explaining.items(), *self.others):
             named = found.fits.get(each.model)
@@ -558,6 +566,15 @@ class _Search:
                 found.effects[selected] = effect
                 found.fits[selected] = beside_causes(found.fits[selected], [effect], [1.0])
         return found
+
+    def _why_untried(self, each: Hypothesis) -> str:
+        """Why the search ended before it came to a hypothesis."""
+        possible = [self.rank(other) for other in self.possible]
+        if self.rank(each) > min(possible, default=math.inf):
+            return "a smaller candidate explains the run"
+        if not possible and self.rank(each) > self._with_inputs:
+            return "a smaller candidate explains the run with an input beyond its prior"
+        return "no candidate that it extends has a good enough fit"
 
     def _nearest(self) -> Hypothesis:
         """Where nothing explains a run: of the fits that leave about the least, one that widens least. A
@@ -635,9 +652,10 @@ def _beyond(fit: Fit) -> int:
 
 
 def _ruled_out(end: Screening, motion: Motion, least: float) -> RuledOut:
-    """What a quick fit leaves, beside the least mean square of its round."""
-    times = plainly(math.sqrt(end.mean_square / least))
-    reason = f"a quick fit leaves {times} times the residual of the best"
+    """What a quick fit leaves: times the least mean square of its round, or the noise if all leave much."""
+    is_near = end.mean_square <= EFFORT.contends * least
+    of, square = ("the noise", least_mean_square(motion)) if is_near else ("the best", least)
+    reason = f"a quick fit leaves {plainly(end.mean_square / square)} times the mean square of {of}"
     if end.given_up:
         return RuledOut(reason, math.nan)
     return RuledOut(reason, float(np.mean(end.residual**2) / np.nanmean(motion.theta**2)))
