@@ -12,7 +12,7 @@ from freerock.tables.candidates import candidates_table
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84)}
 SMALLEST = "its residual is the noise of the sensor at rest, and no smaller law does as well."
 TABLE2 = "These runs give no reason to quote k and λ of the other laws."
-ALONE = "No other candidate that was fitted explains as much with as few parameters."
+ALONE = "No other candidate that was fitted explains a run."
 GUIDED = "k of Hunt–Crossley holds for a base whose centre moves up and down only (guided)"
 HUNT = "Hunt–Crossley, k = 6.88·10⁶ N m⁻², λ = 1.30·10⁸ N s m⁻³"
 
@@ -80,6 +80,8 @@ def test_worn_corners_that_the_data_tell_apart():
     choice, parameters = scene(paper(housner_width=REJECTED) | {"hunt_crossley": NAMED})
     choice.loc[choice["model"] == "housner_width", "explains"] = True
     (found,) = scenes_of(choice, candidates_table(choice, parameters), BLOCKS, {})
+    larger = "No other candidate that was fitted explains as much with as few parameters."
+    assert found["sentences"][1] == larger
     assert found["sentences"][2] == (
         "A rigid block with worn corners would leave no more than noise in the run as well, but the data "
         "tell it apart: its BIC is higher by more than 10."

@@ -2,6 +2,7 @@
 
 import re
 
+import pandas as pd
 import pytest
 from fabricated import campaign, failed_record, fits, record
 from found_again import found_again
@@ -56,6 +57,34 @@ def test_a_campaign_with_failures(tmp_path):
     assert "Not tested" not in text["Shared by blocks"]
     assert "2 blocks" in text["Shared by blocks"]
     assert "simulated" in text["Not to be concluded"]
+
+
+def test_laws_that_were_fitted_and_rejected_are_listed(tmp_path):
+    names = tables_of(tmp_path, campaign())
+    frames = {name: read_csv(tmp_path / f"{name}.csv") for name in names}
+    choice, candidates = frames["choice"], frames["candidates"]
+    own = candidates["model"] == "hunt_crossley"
+    rival = candidates[own].assign(model="hunt_crossley_pivoting", n_selected=0, n_explains=0)
+    rival = rival.assign(n_rejected=[1, *[0] * (own.sum() - 1)], n_not_fitted=rival["n_runs"])
+    rival["n_not_fitted"] -= rival["n_rejected"]
+    frames["candidates"] = pd.concat([candidates, rival], ignore_index=True)
+    beside = choice[choice["model"] == "hunt_crossley"].assign(
+        model="hunt_crossley_pivoting", status="not_fitted", explains=False
+    )
+    beside.loc[beside.index[0], "status"] = "rejected"
+    frames["choice"] = pd.concat([choice, beside], ignore_index=True)
+    write_csv(frames["choice"], tmp_path / "choice.csv")
+    found = findings(frames, LABELS)
+    found_again(found, tmp_path, LABELS)
+
+    def explained():
+        (own,) = (each for each in findings(frames, LABELS) if each.head == "Explained by")
+        return " ".join(map(plain, own.sentences))
+
+    assert explained().endswith(" and Hunt–Crossley, pivoting (in 1 run).")
+    assert "No other law that was fitted explains a run. Rejected, " in explained()
+    frames["choice"].loc[frames["choice"]["status"] == "rejected", "explains"] = True
+    assert "Of the other laws that were fitted, none does as well with as few parameters." in explained()
 
 
 def test_a_single_run(tmp_path):

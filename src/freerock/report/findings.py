@@ -169,7 +169,10 @@ def _explained(known: Tables) -> list[Sentence]:
     if lost := [each for each in found if not each.explained]:
         told += _unexplained(lost, n)
     elif rejected := list(_rejected(known)):
-        told.append(("Rejected, with the median ε_θ of each record: ", *listed(rejected), "."))
+        more = "; further laws: appendix" if len(rejected) > MOST else ""
+        told.append(
+            said("Rejected, with the median ε_θ of each record: {}{}.", listed(rejected[:MOST]), more)
+        )
     return told
 
 
@@ -177,7 +180,10 @@ def _as_possible(known: Tables, found: Sequence[Answer]) -> Sentence:
     """What else could explain the runs that are explained."""
     counted = Counter(model for each in found if each.explained for model in each.others)
     if not counted:
-        return ("Of the other laws that were tried, none does so with as few parameters.",)
+        fitted = known.rows("choice", {"status": "rejected", "explains": True})
+        if fitted.empty:
+            return ("No other law that was fitted explains a run.",)
+        return ("Of the other laws that were fitted, none does as well with as few parameters.",)
     others: list[Sentence] = []
     for model, times in counted.most_common(MOST):
         n = known.count("choice", {"model": model, "status": "also_possible"})
@@ -199,10 +205,15 @@ def _unexplained(lost: Sequence[Answer], n: Number) -> Iterator[Sentence]:
 
 
 def _rejected(known: Tables) -> Iterator[Sentence]:
-    """Discrepancy of the paper's laws that are rejected on all runs, from record to record."""
-    for model in PAPER_MODELS:
+    """The laws that are rejected on all runs that they were fitted to; of the paper's the discrepancy, from
+    record to record."""
+    for model in CANDIDATES:
         own = known.rows("candidates", {"model": model})
-        if own.empty or (own["n_rejected"] < own["n_runs"]).any():
+        if not own["n_rejected"].sum() or (own["n_rejected"] + own["n_not_fitted"] < own["n_runs"]).any():
+            continue
+        if model not in PAPER_MODELS:
+            n = known.count("choice", {"model": model, "status": "rejected"})
+            yield said("{} (in {} run{})", MODEL_LABELS[model], n, _s(n))
             continue
         usable: Where = {"model": model, "success": True}
         n = len(known.rows("table3", usable))

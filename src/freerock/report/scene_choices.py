@@ -136,7 +136,9 @@ def _others(scene: SceneChoices) -> list[str]:
     names = [f"{MODEL_LABELS[model]}{_in(counted[model], n)}" for model in CANDIDATES if counted[model]]
     if names:
         return [f"The data can't tell it from {in_words(names, 'or')}."]
-    return ["No other candidate that was fitted explains as much with as few parameters."]
+    if (scene.choice["explains"] & (scene.choice["status"] == "rejected")).any():
+        return ["No other candidate that was fitted explains as much with as few parameters."]
+    return ["No other candidate that was fitted explains a run."]
 
 
 def _rigid_or_compliant(scene: SceneChoices) -> list[str]:
