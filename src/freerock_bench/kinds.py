@@ -60,7 +60,7 @@ ADVICE = re.compile(
 )
 COLUMNS = [*NUMBERS, "run", "law", "block", "foundation", "known", "verdict", "candidate", "explained"]
 COLUMNS += ["causes", "names", "first", "among", "error", "z", "z_u", "advice", "advised", "advised_z_u"]
-MISFIT = re.compile(r"may explain the misfit of [^:]*: ")
+CAUSE = re.compile(r",? \(\d\) ")  # before each cause of a misfit
 OWN = ("incline", "volts", "lost", "bits", "slow")  # what differs beside the scene
 Draw = Any
 
@@ -293,8 +293,7 @@ def advice(result: Analysed) -> Iterator[Advice]:
     """What warnings advise on inputs of the laboratory."""
     for reason in result.verdict.reasons:
         if reason.verdict == "warn":
-            text = MISFIT.split(reason.text)[-1]
-            for found in ADVICE.finditer(text):
+            for found in ADVICE.finditer(reason.text.replace("−", "-")):
                 again, owner, by, name, off, of, slow_ms = found.groups()
                 if again == "response_ms":
                     continue  # what it truly is, no record of a kind states
@@ -355,8 +354,8 @@ def causes_of(result: Analysed) -> list[str]:
         elif reason.name == "unmodelled_effect":
             found += re.findall(r"requires (\w+),", reason.text)
         elif reason.name == "unexplained":
-            for causes in MISFIT.split(reason.text)[1:]:
-                found += ["/".join(re.findall(r"(?:^| or )(\w+),", cause)) for cause in causes.split("; ")]
+            causes = CAUSE.split(reason.text)[1:]
+            found += ["/".join(re.findall(r"(?:^| or )(\w+),", cause)) for cause in causes]
         else:
             found.append(reason.name)
     return [*dict.fromkeys(found)]

@@ -112,13 +112,15 @@ def test_a_mat_that_hardens_is_named_and_gives_its_law():
 def test_advice_is_read_from_the_warnings_and_followed():
     texts = ["width_m of config3 fitted -0.001 m off, a pull of -3.4: measure it again"]
     texts += [
-        "no candidate explains the run; measure, before you set it, what may explain the misfit of Winkler: "
-        "height_m, +0.002 m of config3 "
-        "or sampling_rate_fraction, -0.003 of laser (40 %); friction, a moment of 0.007 N m, as of a cable"
+        "no candidate explains the run. With one further cause, Winkler, width free would come nearest. "
+        "Measure, before you set it, what may explain this share of its misfit: "
+        "(1) height_m, +0.002 m of config3, "
+        "or sampling_rate_fraction, −0.003 of laser (40 %), (2) friction, a moment of 0.007 N m, as of a "
+        "cable (9 %)"
     ]
     texts += ["blurred as by a sensor that averages over 6.1 ms, beside the 0 ms stated: find out"]
     texts[1] = texts[1].replace(
-        "height_m, +0.002 m", "response_ms, 3.5 ms of laser (40 %); height_m, +0.002 m"
+        "height_m, +0.002 m", "response_ms, 3.5 ms of laser (40 %), (2) height_m, +0.002 m"
     )
     verdict = Verdict(tuple(Reason("warn", "any", text) for text in texts))
     found = [*advice(Analysed(verdict, Identified(), None))]

@@ -20,6 +20,7 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Verdict
+from freerock.selection import causes as selection_causes
 from freerock.selection import hypotheses_tried, reasons_after_fits, unmodelled
 from freerock.selection.added_uncertainty import beside_causes
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
@@ -89,6 +90,12 @@ def test_a_sensor_bent_by_more_than_any_is_no_cause(bent, is_named):
     known = {"r": 0.93, "theta0": motion.theta0, "t0": 0.0}
     names = [cause.name for cause in ranked(at_end(problem, known, None))]
     assert ("sensor" in names) is is_named
+
+
+def test_amounts_have_a_true_minus_sign_and_a_space_before_the_unit():
+    bent = unmodelled.Effect("sensor", np.empty(0), "bent by {:+.2%} of the range of laser-1".format)
+    tried = selection_causes._Tried(bent, 0.2, 1.0, -0.0029, np.empty(0), np.empty(0))
+    assert tried.text == "bent by −0.29 % of the range of laser-1"
 
 
 def test_a_contact_wider_than_the_block_is_a_warning():
@@ -162,7 +169,7 @@ def _seen(besides, lost, incline, base):
         ("friction", {"besides": {"rub_nm": 3e-3}}, 3e-3),
         ("hardening", {"besides": {"thickness_m": 20e-3}}, 50.0),
         ("relaxation", {"besides": {"relaxing": 0.05, "relaxes_s": 0.02}}, 0.05),
-        ("two_beds", {"besides": {"two_beds": 0.01}}, 0.02),
+        ("beds", {"besides": {"two_beds": 0.01}}, 0.02),
         ("base", {"base": {"hollow_m": 1e-5}}, 1e-5),
         ("samples", {"lost": 3}, 3e-3),
         ("beam", {"incline": 0.02}, 0.02),

@@ -11,8 +11,10 @@ import pytest
 from freerock.config.fit_settings import FitSettings
 from freerock.identification.start import tops_of
 from freerock.runs.motion import Motion
-from freerock.runs.verdict import Reason, Verdict
+from freerock.runs.verdict import Reason, Verdict, in_one_line
+from freerock.selection import reasons_after_fits
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
+from freerock.selection.causes import Cause
 from freerock.selection.hypotheses_tried import Identified, identify_run
 from freerock.selection.reasons_after_fits import UNEXPLAINED, find_disturbance, reasons_of_fits
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
@@ -89,11 +91,12 @@ def test_what_acts_all_the_time_is_no_disturbance(mishap):
     assert found(run(mishap)) is None
 
 
-def doubts(motion, *measured):
+def doubts(motion, *measured, causes=None):
     def chosen(_):
         return SimpleNamespace(selected="")
 
-    whole = SimpleNamespace(fits=fitted("aerstop"), explained=False, causes={}, widened=(), choice=chosen)
+    known = {"fits": fitted("aerstop"), "causes": causes or {}, "widened": ("edge_radius",)}
+    whole = SimpleNamespace(**known, explained=False, choice=chosen)
     return reasons_of_fits(Verdict(measured), BLOCK, motion, whole, BY_DEFAULT)
 
 
@@ -104,6 +107,19 @@ def test_the_doubts_are_named_and_say_when():
     unexplained, released = doubts(run("pushed"))
     assert (unexplained.name, released.name) == ("unexplained", "disturbed_release")
     assert "free rocking may begin only 0.5" in released.text
+
+
+def test_causes_are_numbered_and_shares_of_the_misfit_of_a_named_law(monkeypatch):
+    told = [Cause("beds", "the right one stiffer by −1.0 %", 0.19, 1.0, 1.0, {})]
+    told.append(Cause("samples", "0.9 lost at 0.87 s", 0.1, 2.0, 1.0, {}))
+    monkeypatch.setattr(reasons_after_fits, "odd_contact", lambda *_: [])
+    (alone,) = doubts(run("off level"), causes={"winkler": told[1:], "hunt_crossley": told})
+    assert alone.text == (
+        f"{UNEXPLAINED}. With one further cause, Hunt–Crossley with free edge radius would come nearest. "
+        "Measure, before you set it, what may explain this share of its misfit: "
+        "(1) beds, the right one stiffer by −1.0 % (19 %), (2) samples, 0.9 lost at 0.87 s (10 %)"
+    )
+    assert in_one_line([alone, alone]).count(";") == 1
 
 
 def test_without_causes_none_is_told():

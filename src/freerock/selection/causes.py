@@ -7,6 +7,7 @@ derivatives are alike are named together.
 """
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -84,8 +85,8 @@ class _Tried(NamedTuple):
 
     @property
     def text(self) -> str:
-        """What it would have to be."""
-        return self.effect.text(self.amount)
+        """What it would have to be, with a true minus sign and a space before a per cent sign."""
+        return re.sub(r"(?<!\w)-(?=\d)", "−", re.sub(r"(?<=\d)%", " %", self.effect.text(self.amount)))
 
     def cause(self, best: Posterior, what: str, deviations: float = math.nan) -> Cause:
         """The same in words, where the fit ended."""
@@ -200,7 +201,7 @@ def _named(end: Posterior, tried: list[_Tried]) -> list[Cause]:
                 twins.setdefault(other.name, other)
         told |= {*twins}
         among = [*twins.values()][: TWINS - 1]
-        what = " or ".join([each.text, *(f"{other.name}, {other.text}" for other in among)])
+        what = ", or ".join([each.text, *(f"{other.name}, {other.text}" for other in among)])
         cause = each.cause(end, what)
         changes = [cause.shifts, *(other.cause(end, "").shifts for other in among)]
         most = {name: max((shifts[name] for shifts in changes), key=abs) for name in cause.shifts}

@@ -107,14 +107,15 @@ def _nearest(found: Identified) -> str:
 
 
 def _causes_of(found: Identified) -> str:
-    """The causes of a misfit of the nearest candidate; none where no laboratory is known."""
+    """The numbered causes of a misfit of the nearest candidate; none where no laboratory is known."""
     best = _nearest(found)
     if not best:
         return ""
-    told = "; ".join(cause.text for cause in found.causes[best])
+    told = ", ".join(f"({i}) {cause.text}" for i, cause in enumerate(found.causes[best], 1))
     beside = f" with free {' and '.join(found.widened).replace('_', ' ')}" if found.widened else ""
     return (
-        f"; measure, before you set it, what may explain the misfit of {MODEL_LABELS[best]}{beside}: {told}"
+        f". With one further cause, {MODEL_LABELS[best]}{beside} would come nearest. Measure, before you set "
+        f"it, what may explain this share of its misfit: {told}"
     )
 
 

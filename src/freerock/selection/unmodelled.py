@@ -396,7 +396,7 @@ def _of_base(path: _Path) -> Iterator[Effect]:
         return
     k, depth, b = path.values["k"], np.maximum(path.depths, 0.0), path.block.b
     sides = path.on_base(k * depth * np.sign(path.points)[:, None] / 2)
-    yield from _acting("two_beds", sides, "the right one stiffer by {:+.1%}".format, EITHER)
+    yield from _acting("beds", sides, "the right one stiffer by {:+.1%}".format, EITHER)
     if law_of(path.law).relaxes:  # what its bed remembers presses, too
         return
     hollow = TRIES.hollow_m * (1 - (path.points[:, None] / b) ** 2)
