@@ -114,6 +114,15 @@ def test_foundation_effect_leaves_out_failed_and_excluded_runs():
     assert foundation_effect.draw([tree], "simulated")[1].empty
 
 
+def test_the_limits_of_noise_lie_above_a_residual_that_hides_what_is_behind_it(datasets):
+    figure, _ = models.draw(datasets[1][:1], runs_table(datasets[0]), "simulated", LABELS)
+    lines = figure.axes[1].get_lines()
+    edges = [line for line in lines if abs(np.asarray(line.get_ydata())[0]) == style.NOISE]
+    assert len(edges) == 2 and len(lines) > 2
+    assert min(each.zorder for each in edges) > max(each.zorder for each in lines if each not in edges)
+    assert "yellow lines" in models.FIGURE["caption"]
+
+
 def test_models_shows_all_runs_their_named_law_and_the_residuals(datasets):
     figure, data = models.draw(datasets[1][:2], runs_table(datasets[0]), "simulated", LABELS)
     assert len(figure.axes) == 4
@@ -126,7 +135,8 @@ def test_models_shows_all_runs_their_named_law_and_the_residuals(datasets):
     np.testing.assert_allclose(law["residual_deg"], difference, atol=1e-9)
     np.testing.assert_allclose(law["residual_over_sigma"], difference / 0.01, atol=1e-6)
     (legend,) = figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == ["simulated record", "Hunt–Crossley"]
+    names = ["simulated record", "Hunt–Crossley", "noise: 95 %"]
+    assert [text.get_text() for text in legend.get_texts()] == names
     assert any(text.startswith("$ε_θ$ = ") for text in texts(figure))
     runs = runs_of(datasets[1][0].copy(deep=True))
     for run, epsilon in zip(runs.values(), (9.7e-6, 1.17e-5), strict=True):

@@ -185,16 +185,30 @@ def test_the_phase_portrait_has_the_rate_of_the_motion(tables):
     np.testing.assert_allclose(own["rate_deg_s"], rate, atol=0.3)
 
 
-def test_the_spectrum_of_a_residual_of_white_noise_is_its_variance_over_the_band():
+def test_the_spectrum_of_a_residual_of_white_noise_is_that_of_its_variance():
     tree = record("b1_mat", "b1", "mat")
     figure, data = residuals.draw([fits(tree)], [tree], "simulated", LABELS)
     own = data[data["source"] == "hunt_crossley"]
-    density = own[own["run"] == 1]
-    assert np.trapezoid(density["density_deg2_hz"], density["frequency_hz"]) == pytest.approx(
-        0.01**2, rel=0.15
-    )
-    assert density["frequency_hz"].max() == pytest.approx(RATE_HZ / 2, rel=0.1)
+    highest = own[own["run"] == 1].iloc[-1]
+    assert highest["density_deg2_hz"] == pytest.approx(0.01**2 / (RATE_HZ / 2), rel=0.15)
+    assert RATE_HZ / 4 < highest["frequency_hz"] < RATE_HZ / 2
     assert figure.axes[0].get_title(loc="left") == "Slender block, mat"
+
+
+def test_a_law_that_is_rejected_leaves_the_band_of_chance_and_one_that_explains_does_not():
+    tree, own = record("b1_mat", "b1", "mat"), {}
+    for case in ("noise", "zero off", "law off"):
+        fitted = fits(tree)
+        residual = fitted["run_1/hunt_crossley"]["residual"].values
+        time_s = fitted["run_1"]["time"].values
+        residual += {"noise": 0, "zero off": 1e-3, "law off": 1e-3 * np.sin(40 * time_s)}[case]
+        figure, data = residuals.draw([fitted], [tree], "simulated", LABELS)
+        data = data[data["run"] == 1].pivot(index="frequency_hz", columns="source", values="over_rest")
+        own[case] = (data["hunt_crossley"] / data[residuals.CHANCE]).max()
+        low, high = figure.axes[0].get_ylim()
+        assert low < 1 and high > 10  # both have a number
+    assert own["noise"] < 1 < own["law off"]
+    assert own["zero off"] == pytest.approx(own["noise"])
 
 
 def test_evidence_shows_each_fitted_candidate_of_each_run(tables):

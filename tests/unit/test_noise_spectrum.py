@@ -8,12 +8,13 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from freerock.identification.against_noise import against_rest, noise_of
+from freerock.identification.against_noise import against_rest, limits, noise_of
 from freerock.identification.likelihood import Whitened
 from freerock.identification.significance_levels import RESIDUAL
 from freerock.rotation.lattice import converter_step
+from freerock.rotation.tapers import frequencies, tapered_power
 from freerock.runs.motion import Motion
-from freerock.runs.noise_spectrum import averaged, noise_at_rest, slow_and_white, white_noise
+from freerock.runs.noise_spectrum import averaged, expected_power, noise_at_rest, slow_and_white, white_noise
 from freerock.runs.quiet import quiet_stretches
 
 RATE_HZ = 2000.0
@@ -103,6 +104,25 @@ def test_a_louder_residual_does_not_pass_but_within_a_tenth():
     assert against_rest(1.1 * residual, jacobian, [len(residual)], [at_rest]).is_noise
     assert not against_rest(1.4 * residual, jacobian, [len(residual)], [at_rest]).is_noise
     assert against_rest(0.5 * residual, jacobian, [len(residual)], [at_rest]).is_noise
+
+
+@pytest.mark.parametrize("band", [0, 4, -1])
+def test_a_residual_is_rejected_where_an_octave_is_louder_than_its_limit(band):
+    """Noise of which a fit has taken nothing, with one octave scaled to either side of the limit."""
+    stretches, residual, _, _ = run("white", 1)
+    at_rest, n = noise_at_rest(stretches, RATE_HZ), len(residual)
+    means = averaged(residual, at_rest.averaged)
+    at = frequencies(len(means))
+    mine = at_rest.band(at) == np.unique(at_rest.band(at))[band]
+    own = (tapered_power(means - means.mean()) / expected_power(at_rest, len(means)))[mine].mean()
+    low, high = at[mine][0] - 0.5 / len(means), at[mine][-1] + 0.5 / len(means)
+    lines = np.fft.rfft(residual - residual.mean())
+    inside = np.arange(len(lines)) / n * at_rest.averaged
+    inside = (inside >= low) & (inside <= high)
+    limit = limits(at_rest, len(means))[at_rest.band(at)][mine][0]
+    for by, agrees in ((0.8, True), (1.25, False)):
+        louder = np.fft.irfft(np.where(inside, math.sqrt(by * limit / own), 1.0) * lines, n)
+        assert against_rest(louder, np.zeros((n, 1)), [n], [at_rest]).is_noise is agrees
 
 
 @pytest.mark.parametrize("kind", ["correlated 20 ms", "correlated 200 ms"])

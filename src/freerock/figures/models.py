@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from freerock.figures import looks, style
-from freerock.figures.style import NOISE, Axes, Drawing, Labels, printed
+from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.choices import explained_in, named_in
 from freerock.products.groups import runs_of
@@ -17,12 +17,12 @@ FIGURE = {
     "title": "{Measured} rotation and the law selected for it",
     "caption": "Rotation θ of all runs of a record and the law selected for each, as in figure 3 of Spanos "
     "et al. 2017; below, modelled minus recorded rotation Δθ over σ, the standard deviation of one "
-    "sample of θ at rest. The grey band is ±1.96 σ: it holds 95 % of the "
+    "sample of θ at rest. The yellow lines are ±1.96 σ: between them lie 95 % of the "
     "samples if the residual is white noise. The scale is linear up to ±3 σ and logarithmic beyond. "
     "Of each run, at most about 1000 evenly spaced samples are drawn.",
     "reading": "The black line hides in the grey record if the law follows the motion. Look at the lower "
-    "panel: a law that explains a run stays in the band from release to rest. A wave there that "
-    "grows or keeps time with the impacts shows what the law lacks.",
+    "panel: of a law that explains a run, all but one sample in 20 lie between the lines, from release "
+    "to rest. A wave there that grows or keeps time with the impacts shows what the law lacks.",
     "reads": ["fits", "runs"],
 }
 
@@ -72,7 +72,6 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
             _plot(motion, residual, own, named_in(fitted[number]), origin)
         right = {"transform": motion.transAxes, "ha": "right", "va": "top", "fontsize": "small"}
         motion.text(0.99, 0.99, "\n".join(_laws(fitted)), **right)
-        residual.axhspan(-NOISE, NOISE, color="0.85", linewidth=0)
         furthest = max(own["residual_over_sigma"].abs().max() for own in curves.values())
         style.scale_by_noise(residual, furthest)
         motion.set_xlim(left=0)

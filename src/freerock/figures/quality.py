@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from freerock.arrays import Floats, extremes
 from freerock.figures import looks, style
-from freerock.figures.style import NOISE, Axes, Labels, Style, styled
+from freerock.figures.style import Axes, Labels, Style, styled
 from freerock.models.free_parameters import OF_RECORD, SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.products.choices import explained_in, named_in
@@ -226,10 +226,6 @@ def _draw_noise(residual: Axes, sigma_deg: float) -> None:
         return
     residual.set_ylabel("residual / σ")
     style.scale_by_noise(residual, float(np.abs(residual.dataLim.intervaly).max()))
-    noise: Style = {"facecolor": "0.85", "edgecolor": "#f0c000", "linewidth": 0.8, "label": "noise: 95 %"}
-    residual.axhspan(-NOISE, NOISE, **noise)
-    for edge in (-NOISE, NOISE):  # on top: a residual that is noise hides the band
-        residual.axhline(edge, color="#f0c000", linewidth=0.8, zorder=3)
 
 
 def _found(run: xr.DataTree | None) -> str:

@@ -9,65 +9,74 @@ import xarray as xr
 from freerock.arrays import Floats
 from freerock.figures import looks, style
 from freerock.figures.style import Drawing, Labels, Style, printed
+from freerock.identification.against_noise import limits, noise_of
 from freerock.products.choices import named_in
 from freerock.products.groups import runs_of
 from freerock.products.runs import OVER_TIME, measured_in
 from freerock.rotation.tapers import frequencies, tapered_power
-from freerock.runs.noise_spectrum import averaged, expected_power, samples_averaged
+from freerock.runs.motion import Motion
+from freerock.runs.noise_spectrum import Noise, averaged, expected_power
 
 FIGURE = {
     "title": "Residuals against the noise at rest",
-    "caption": "Power spectral density of modelled minus recorded rotation, of the law selected for each "
-    "run, with sine tapers, means over a sixth of an octave; grey, that of the noise at rest of the "
-    "same record. A law explains a run if its residual exceeds the noise in no octave by more than chance. "
-    "At frequencies lower than a rest resolves, the noise is extrapolated.",
-    "reading": "Follow each line from left to right against the grey one. A law is rejected where its line "
-    "stands well above the noise, most often near the rocking frequency. Lines that scatter "
-    "about the grey one, at low frequencies by a factor of several, are noise.",
+    "caption": "Power of modelled minus recorded rotation, of the law selected for each run, over that of "
+    "the noise at rest of the same record: means over octaves. Noise that no parameter absorbs leaves "
+    "the grey band in one of 1000 runs. A law explains a run if no octave, nor all together, lies above "
+    "it. The band is highest in the lowest octaves, of which rest and run hold few values. "
+    "Each residual is drawn about its own mean, as the noise is: the zero of the sensor is no noise.",
+    "reading": "Look for marks above the grey band: they reject the law, most often near the rocking "
+    "frequency. Marks in the band scatter about 1, the more the lower their octave. The lowest ones lie "
+    "below 1 where the fitted parameters absorb noise.",
     "reads": ["fits", "records"],
 }
 
-PER_OCTAVE = 6  # means of the spectrum
-COLUMNS = ["test", "run", "source", "frequency_hz", "density_deg2_hz"]
-REST = "noise at rest"
+COLUMNS = ["test", "run", "source", "frequency_hz", "density_deg2_hz", "over_rest"]
+REST, CHANCE = "noise at rest", "within chance"
 OF_FITS = ("time", "theta", "residual")  # shown
-OF_REST: Style = {"color": "0.72", "linewidth": 2.6, "linestyle": "-", "label": REST, "zorder": 1}
+OF_REST: Style = {"color": "0.55", "linewidth": 1.2, "linestyle": "-", "label": REST, "zorder": 1}
+LEAST, MOST = 0.5, 20.0  # that an axis shows: two powers of ten have their numbers
 
 
 @printed
 def draw(
     fits: Sequence[xr.DataTree], records: Sequence[xr.DataTree], origin: str, labels: Labels = None
 ) -> Drawing:
-    """Spectrum of the residual of all fitted runs of each dataset, and of the noise at rest.
+    """Power of the residual of all fitted runs of each dataset over that of the noise at rest, by octave.
 
     Parameters
     ----------
     fits, records : sequence of xarray.DataTree
-        Datasets; a panel for each of the former, with the noise at rest where its record is there.
+        Datasets; a panel for each of the former, empty where its record is not there.
 
     Returns
     -------
     figure, data : Figure, pandas.DataFrame
-        Columns `COLUMNS`: source is a model or "noise at rest", the density is of one side.
+        Columns `COLUMNS`: source is a model, "noise at rest" or "within chance", the limit of which is that
+        of the first run; the density is of one side, over_rest is it over that at rest.
     """
     by_test = {tree.attrs["test"]: tree for tree in records}
     scenes = [(tree.attrs["block"], tree.attrs["foundation"]) for tree in fits]
     figure, panels = style.panel_per_scene(scenes, labels, 1.9, sharex=True)
     parts = []
     for scene, tree in zip(scenes, fits, strict=True):
-        ax, runs = panels[scene], runs_of(tree)
-        if not runs:
+        ax, record = panels[scene], by_test.get(tree.attrs["test"])
+        own = _of_record(record, runs_of(tree)) if record is not None else pd.DataFrame()
+        if own.empty:
             ax.text(0.5, 0.5, "no fitted run", transform=ax.transAxes, ha="center")
             continue
-        own = _of_record(by_test.get(tree.attrs["test"]), runs).assign(test=tree.attrs["test"])
-        parts.append(own)
+        parts.append(own.assign(test=tree.attrs["test"]))
+        ends = min(LEAST, 0.8 * own["over_rest"].min()), max(MOST, 1.25 * own["over_rest"].max())
         for (source, _), rows in own.groupby(["source", "run"], sort=False):
-            of_law = {"linewidth": 0.8, "linestyle": "-"}
-            look = OF_REST if source == REST else looks.MODEL_STYLES[source] | of_law
-            ax.plot(rows["frequency_hz"], rows["density_deg2_hz"], **style.sized(look))
-        ax.set(xscale="log", yscale="log")
+            drawn = rows["frequency_hz"], rows["over_rest"]
+            if source == CHANCE:
+                ax.fill_between(*drawn, ends[0], color="0.9", linewidth=0, label=CHANCE)
+            else:
+                look = looks.MODEL_STYLES.get(source, {}) | {"linewidth": 0.6, "linestyle": "-"}
+                look |= {"marker": ".", "markersize": 4}
+                ax.plot(*drawn, **style.sized(OF_REST if source == REST else look))
+        ax.set(xscale="log", yscale="log", ylim=ends, xmargin=0.03)
         style.whole_decades(ax.yaxis)
-    style.outer_labels(panels, "frequency / Hz", "density / (deg²/Hz)")
+    style.outer_labels(panels, "frequency / Hz", "power / noise")
     style.finish(figure, origin)
     return figure, style.gathered(parts, COLUMNS)[COLUMNS]
 
@@ -75,25 +84,23 @@ def draw(
 caption = style.drawn_runs
 
 
-def _of_record(record: xr.DataTree | None, runs: dict[int, xr.DataTree]) -> pd.DataFrame:
-    """Spectra of the residuals of all runs, and of the noise at rest of the first."""
-    motions = {}
-    if record is not None:
-        samples = {name: record.dataset[name].values for name in OVER_TIME if name in record.dataset}
-        motions = measured_in(record, samples).with_noise()
+def _of_record(record: xr.DataTree, runs: dict[int, xr.DataTree]) -> pd.DataFrame:
+    """Residuals of all runs by octave; the noise at rest, and the limit of chance, of the first."""
+    samples = {name: record.dataset[name].values for name in OVER_TIME if name in record.dataset}
+    motions: dict[int, Motion] = measured_in(record, samples).with_noise()
     parts: list[pd.DataFrame] = []
     for number, run in runs.items():
-        motion, rate_hz = motions.get(number), _rate_hz(run)
-        noise = motion.noise if motion else None
-        m = noise.averaged if noise else samples_averaged(rate_hz)
-        n = len(averaged(np.asarray(run.dataset["theta"].values), m))
-        if noise and not parts:
-            at, power = frequencies(n) * noise.rate_hz, expected_power(noise, n)
-            parts.append(_spectrum(REST, number, at, power, rate_hz))
-        if model := named_in(run):
-            residual = averaged(_residual(run, model), m)
-            at = frequencies(len(residual)) * rate_hz / m
-            parts.append(_spectrum(model, number, at, tapered_power(residual), rate_hz))
+        model = named_in(run)
+        if not model or number not in motions:
+            continue
+        noise = noise_of(motions[number])
+        residual = averaged(_residual(run, model), noise.averaged)
+        at, at_rest = frequencies(len(residual)), expected_power(noise, len(residual))
+        own = {model: tapered_power(residual - residual.mean()) / at_rest}
+        if not parts:
+            own[CHANCE], own[REST] = limits(noise, len(residual))[noise.band(at)], np.ones(len(at))
+        for source, over_rest in own.items():
+            parts.append(_by_octave(over_rest, noise, at, at_rest).assign(source=source, run=number))
     return style.gathered(parts, COLUMNS[1:])
 
 
@@ -105,20 +112,16 @@ def _residual(run: xr.DataTree, model: str) -> Floats:
     return np.asarray(np.interp(places, places[found], residual[found]))
 
 
-def _rate_hz(run: xr.DataTree) -> float:
-    time_s = run.dataset["time"].values
-    return (len(time_s) - 1) / float(np.ptp(time_s))
-
-
-def _spectrum(source: str, run: int, at: Floats, power: Floats, rate_hz: float) -> pd.DataFrame:
-    """Density of one side of the power of samples [rad²], whose sum is their variance; means over parts of
-    an octave."""
-    density = 2 * np.degrees(1.0) ** 2 * power / rate_hz
-    part = np.floor(PER_OCTAVE * np.log2(at / at[0])).astype(int)
-    count = np.bincount(part)
+def _by_octave(over_rest: Floats, noise: Noise, at: Floats, at_rest: Floats) -> pd.DataFrame:
+    """Means over each octave of a power over that at rest; the density of one side is in proportion."""
+    octave = noise.band(at)
+    count = np.bincount(octave)
     some = count > 0
-    means = {
-        name: np.bincount(part, values)[some] / count[some]
-        for name, values in (("frequency_hz", at), ("density_deg2_hz", density))
-    }
-    return pd.DataFrame({"source": source, "run": run, **means})
+    frequency, power, over = (
+        np.bincount(octave, values)[some] / count[some] for values in (at, at_rest, over_rest)
+    )
+    rate_hz = noise.rate_hz * noise.averaged
+    density = 2 * np.degrees(1.0) ** 2 * power / rate_hz
+    return pd.DataFrame(
+        {"frequency_hz": frequency * noise.rate_hz, "density_deg2_hz": over * density, "over_rest": over}
+    )

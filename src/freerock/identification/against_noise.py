@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.special import fdtrc
+from scipy.special import fdtrc, fdtri
 
 from freerock.arrays import Complexes, Floats, Indices
 from freerock.identification.significance_levels import RESIDUAL
@@ -303,6 +303,17 @@ def _bands(seen: _Seen) -> list[AgainstRest]:
     chance = 0.0 if every > LOUDNESS.loudest else chance
     all_of_them = chance, every, float(ends_hz[0, 0]), float(ends_hz[1, -1])
     return [AgainstRest(*each) for each in (*found, all_of_them)]
+
+
+def limits(noise: Noise, n: int) -> Floats:
+    """Times the power at rest, from which a residual that no fit has taken of is no noise, shape (n_bands,).
+
+    `n` are its samples, averaged as those of the noise are.
+    """
+    band = noise.band(frequencies(n))
+    dof = degrees_of_freedom(band, np.zeros(len(band)), n, len(noise.ratio))
+    tests = len(np.unique(band)) + 1  # one of all bands together
+    return np.asarray(LOUDNESS.louder**2 * fdtri(np.maximum(dof, 1.0), noise.dof, 1 - RESIDUAL / tests))
 
 
 def _together(seen: _Seen) -> Noise:

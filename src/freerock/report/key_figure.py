@@ -114,7 +114,6 @@ def _drawing(fitted: xr.DataTree, models: Sequence[str], sigma: float) -> Markup
     draw(motion, np.degrees(measured), MEASURED)
     for model, fit in own.items():
         draw(motion, np.degrees(fit["theta_model"].values), MODEL_STYLES[model])
-    residual.axhspan(-style.NOISE, style.NOISE, color="#fbeec2", linewidth=0)
     for model in sorted(models, key=furthest.__getitem__):  # what is noise lies below
         draw(residual, over_noise[model], MODEL_STYLES[model])
     style.scale_by_noise(residual, max(furthest.values(), default=0.0))
