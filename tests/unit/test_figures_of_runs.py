@@ -107,6 +107,7 @@ def test_a_spread_that_is_nothing_was_not_seen(tables):
     populations = tables["populations"].assign(tau=0.0, tau_high=0.0, scatter_p=1.0)
     figure, data = parameters.draw(tables["parameters"], populations, tables["choice"], "simulated", LABELS)
     assert set(data["tau_text"].dropna()) <= {"", "not seen"} and "not seen" in texts(figure)
+    assert "not seen where noise explains all of it" in parameters.FIGURE["caption"]
 
 
 def test_parameters_of_a_rejected_law_are_open(tables):

@@ -298,6 +298,11 @@ def test_report_of_a_campaign_in_which_every_record_failed(tmp_path):
     page = make(tmp_path, ([broken], [fits(broken)]))
     assert "1 record with 0 free-rocking runs; verdicts: 1 fail." in page.text
     assert not re.search(r"\bnan\b", page.text)
+    assert (
+        "Table 2. Identified parameters, record by record, of the model selected for it: none." in page.text
+    )
+    assert "Uncertainty budget: none." in page.text
+    assert not re.search(r"<tbody>\s*</tbody>", page.html)
 
 
 def test_same_report_same_bytes_and_nothing_half_written(tmp_path):

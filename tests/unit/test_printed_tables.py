@@ -125,6 +125,32 @@ def test_table2_prints_value_and_published_side_by_side(datasets):
     ]
 
 
+def test_a_value_below_its_uncertainty_is_not_printed(datasets):
+    table = second(parameters_table(datasets[1]), PUBLISHED)
+    row = table.index[table["parameter"] == "k"][0]
+
+    def printed(u_total):
+        table.loc[row, "u_total"] = u_total
+        frames = {"table2": table, "table3": table3(epsilon_table(datasets[1]))}
+        blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
+        frames["table1"] = table1(datasets[0], blocks)
+        found = printed_tables(frames, "measured")["table2"]
+        return found.text["Identified"].tolist(), found.notes
+
+    for times, is_told in ((1.01, True), (0.99, False)):
+        texts, notes = printed(times * table.loc[row, "mean"])
+        assert texts.count("not determined") == is_told
+        assert ("Not determined: the standard uncertainty exceeds the value." in notes) is is_told
+
+
+def test_a_rigid_block_that_stops_too_soon_has_the_value_in_phase_beside(datasets):
+    table = second(parameters_table(datasets[1]))
+    row = table.index[table["parameter"] == "r"][0]
+    table.loc[row, ["success", "mean", "u_total", "tau", "in_phase"]] = [False, 0.0, np.nan, np.nan, 0.95]
+    texts = table2_text(table)["Identified"].tolist()
+    assert [each for each in texts if "stops" in each] == ["0.00 (stops; in phase 0.950)"]
+
+
 def second(parameters, *others):
     return table2(populations_table(parameters), parameters, *others)
 

@@ -216,11 +216,11 @@ def _rejected(known: Tables) -> Iterator[Sentence]:
             yield said("{} (in {} run{})", MODEL_LABELS[model], n, _s(n))
             continue
         usable: Where = {"model": model, "success": True}
-        n = len(known.rows("table3", usable))
-        if not n:
+        usable_fits = len(known.rows("table3", usable))
+        if not usable_fits:
             yield (f"{MODEL_LABELS[model]} (all fits failed)",)
             continue
-        some = "; some fits failed" if n < len(known.rows("table3", {"model": model})) else ""
+        some = "; some fits failed" if usable_fits < len(known.rows("table3", {"model": model})) else ""
         ends = known.ends("table3", "epsilon_theta", usable, 100)
         yield said("{} ({} %{})", MODEL_LABELS[model], ends, some)
 

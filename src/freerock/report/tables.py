@@ -21,6 +21,7 @@ from freerock.tables.printed_tables import (
     Labels,
     Printed,
     decimals,
+    identified,
     number,
     numbers,
     with_error,
@@ -243,7 +244,7 @@ def budget(frame: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortabl
                 Cell(labels.get(foundation, foundation) + of, anchor=anchor),
                 Cell(MODEL_LABELS[model]),
                 Cell(with_unit(SYMBOLS[parameter], unit)),
-                number(quantity(first["mean"], first["u_total"]), first["mean"]),
+                number(identified(first["mean"], first["u_total"]), first["mean"]),
                 number(quantity(share, digits=2), share),
                 Cell(_largest(parts, labels)),
             ]

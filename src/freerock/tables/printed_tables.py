@@ -20,8 +20,9 @@ U_NOTE = "±: total standard uncertainty (one standard deviation) of"
 RUNS_NOTE = (
     "Identified: mean of the runs that the law explains; of all fitted runs if it explains none. "
     f"{U_NOTE} their scatter, noise, block, sensor, clock and law. τ: spread between the runs beyond their "
-    "noise; < where noise alone may explain it. Next run: its 95 % interval at the estimated τ, which is "
-    "small or zero where < stands. Neither is shown for a law that is rejected."
+    "noise; < where noise alone may explain it, not seen where noise explains all of it. Next run: its 95 % "
+    "interval at the estimated τ, which is small or zero where < stands. Neither is shown for a law that is "
+    "rejected."
 )
 ONE_RUN_NOTE = (
     f"Identified: from one run, which does not show the scatter between runs. {U_NOTE} noise, block, "
@@ -38,8 +39,8 @@ SELECTED_NOTE = (
     "explains them."
 )
 STOPS_NOTE = (
-    "Stops: at the minimum of ε_θ the rigid block comes to rest too soon; then the local minimum at which it "
-    "rocks for at least half the time. Neither is used further."
+    "Stops: at the minimum of ε_θ the rigid block comes to rest too soon. In phase: the best value with "
+    "which it rocks for at least half the time. Neither is used further."
 )
 EPSILON_NOTE = (
     "ε_θ: median of the fits that may be used, of all where none may. The choice counts a failed fit as "
@@ -49,6 +50,8 @@ GIVEN_NOTE = "Fixed and tied parameters are stated in the configuration (fits.pa
 UNDETERMINED_NOTE = (
     "An undetermined parameter was held: the run hardly depends on it, or the motion jumps there."
 )
+UNKNOWN = "not determined"
+UNKNOWN_NOTE = "Not determined: the standard uncertainty exceeds the value."
 NO_U_NOTE = "Without ±: the law does not explain the run, and the error of the parameter is not known."
 PUBLISHED_NOTE = "Published values: doi:{doi}, from the laboratory's own records."
 
@@ -119,6 +122,11 @@ def with_error(head: str, name: str, error: str) -> Column:
     return Column(head, cell)
 
 
+def identified(mean: float, u: float) -> str:
+    """A mean with its total standard uncertainty; in words where that exceeds it."""
+    return UNKNOWN if u > abs(mean) else quantity(mean, u)
+
+
 def decimals(n: int) -> Callable[[float], str]:
     """What writes a number with so many decimals."""
     return partial(fixed, decimals=n)
@@ -134,7 +142,7 @@ _FOUR_DIGITS = partial(quantity, digits=4)
 def _failed(row: Any, times: float = 1.0) -> str:
     """What is printed after a number of a fit that may not be used, or that was given."""
     if not row.success and math.isfinite(row.in_phase):
-        return f" (stops; {quantity(times * row.in_phase)})"
+        return f" (stops; in phase {quantity(times * row.in_phase)})"
     if not row.success:
         return " (failed fit)"
     given = getattr(row, "given", "")  # empty cells of a file are NaN
@@ -191,7 +199,7 @@ _PUBLISHED = "Published"
 TABLE2 = (
     _MODEL,
     PARAMETER,
-    Column("Identified", lambda row: number(quantity(row.mean, row.u_total) + _failed(row), row.mean)),
+    Column("Identified", lambda row: number(identified(row.mean, row.u_total) + _failed(row), row.mean)),
     *_BETWEEN_RUNS,
     _RUNS,
     numbers(_PUBLISHED, "published", quantity),
@@ -414,7 +422,8 @@ def _notes_on_rows(frame: pd.DataFrame) -> list[str]:
     without &= frame["given"].isna() | frame["given"].eq("")
     notes = [*_marked_notes(frame), *_given_notes(frame)]
     notes += [RUNS_NOTE] * any(n > 1 for n in numbers) + [ONE_RUN_NOTE] * (1 in numbers)
-    return notes + [NO_U_NOTE] * bool(without.any())
+    unknown = (frame["u_total"] > frame["mean"].abs()).any()
+    return notes + [NO_U_NOTE] * bool(without.any()) + [UNKNOWN_NOTE] * bool(unknown)
 
 
 def _grouped(frame: pd.DataFrame, labels: Labels | None, columns: Sequence[Column]) -> pd.DataFrame:
