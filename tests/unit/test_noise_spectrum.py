@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from freerock.identification.against_noise import against_rest, limits, noise_of
+from freerock.identification.against_noise import against_rest, noise_of, octave_limits
 from freerock.identification.likelihood import Whitened
 from freerock.identification.significance_levels import RESIDUAL
 from freerock.rotation.lattice import converter_step
@@ -119,7 +119,7 @@ def test_a_residual_is_rejected_where_an_octave_is_louder_than_its_limit(band):
     lines = np.fft.rfft(residual - residual.mean())
     inside = np.arange(len(lines)) / n * at_rest.averaged
     inside = (inside >= low) & (inside <= high)
-    limit = limits(at_rest, len(means))[at_rest.band(at)][mine][0]
+    limit = octave_limits(at_rest, len(means))[at_rest.band(at)][mine][0]
     for by, agrees in ((0.8, True), (1.25, False)):
         louder = np.fft.irfft(np.where(inside, math.sqrt(by * limit / own), 1.0) * lines, n)
         assert against_rest(louder, np.zeros((n, 1)), [n], [at_rest]).is_noise is agrees

@@ -9,7 +9,7 @@ import xarray as xr
 from freerock.arrays import Floats
 from freerock.figures import looks, style
 from freerock.figures.style import Drawing, Labels, Style, printed
-from freerock.identification.against_noise import limits, noise_of
+from freerock.identification.against_noise import noise_of, octave_limits
 from freerock.products.choices import named_in
 from freerock.products.groups import runs_of
 from freerock.products.runs import OVER_TIME, measured_in
@@ -98,7 +98,7 @@ def _of_record(record: xr.DataTree, runs: dict[int, xr.DataTree]) -> pd.DataFram
         at, at_rest = frequencies(len(residual)), expected_power(noise, len(residual))
         own = {model: tapered_power(residual - residual.mean()) / at_rest}
         if not parts:
-            own[CHANCE], own[REST] = limits(noise, len(residual))[noise.band(at)], np.ones(len(at))
+            own[CHANCE], own[REST] = octave_limits(noise, len(residual))[noise.band(at)], np.ones(len(at))
         for source, over_rest in own.items():
             parts.append(_by_octave(over_rest, noise, at, at_rest).assign(source=source, run=number))
     return style.gathered(parts, COLUMNS[1:])

@@ -305,7 +305,7 @@ def _bands(seen: _Seen) -> list[AgainstRest]:
     return [AgainstRest(*each) for each in (*found, all_of_them)]
 
 
-def limits(noise: Noise, n: int) -> Floats:
+def octave_limits(noise: Noise, n: int) -> Floats:
     """Times the power at rest, from which a residual that no fit has taken of is no noise, shape (n_bands,).
 
     `n` are its samples, averaged as those of the noise are.
