@@ -21,8 +21,8 @@ FIGURE = {
     "title": "Residuals against the noise at rest",
     "caption": "Power of modelled minus recorded rotation, of the law selected for each run, over that of "
     "the noise at rest of the same record: means over octaves. Noise that no parameter absorbs leaves "
-    "the grey band in one of 1000 runs. A law explains a run if no octave, nor all together, lies above "
-    "it. The band is highest in the lowest octaves, of which rest and run hold few values. "
+    "the grey band in at most one of 1000 runs. A law explains a run if no octave, nor all together, lies "
+    "above it. The band is highest in the lowest octaves, of which rest and run hold few values. "
     "Each residual is drawn about its own mean, as the noise is: the zero of the sensor is no noise.",
     "reading": "Look for marks above the grey band: they reject the law, most often near the rocking "
     "frequency. Marks in the band scatter about 1, the more the lower their octave. The lowest ones lie "
