@@ -1,6 +1,7 @@
 """The five lines of findings, of made-up campaigns: true sentences, and every number found again."""
 
 import re
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
@@ -8,9 +9,9 @@ from fabricated import campaign, failed_record, fits, record
 from found_again import found_again
 from reported import make, tables_of
 
-from freerock.report.findings import findings
+from freerock.report.findings import _unexplained, findings
 from freerock.report.limitations import limits
-from freerock.report.numbers import KNOWN, Tables, listed, plain
+from freerock.report.numbers import KNOWN, Number, Tables, listed, plain
 from freerock.tables.csvfile import read_csv, write_csv
 
 LAW = {"hunt_crossley"}
@@ -224,3 +225,9 @@ def test_a_number_knows_its_rows(tmp_path):
     known = Tables({"runs": read_csv(tmp_path / "runs.csv")})
     assert known.count("runs", {"run": KNOWN}).text == "9"
     assert known.count("runs", {}, "test").source == "tables/runs.csv: distinct of test"
+
+
+def test_the_two_laws_that_come_nearest_most_often_are_named():
+    lost = [SimpleNamespace(model=model) for model in ("winkler", "housner", "winkler", "housner", "general")]
+    text = plain([each for sentence in _unexplained(lost, Number("5", "runs", {})) for each in sentence])
+    assert "Winkler and Housner come nearest" in text and "any of the 5 runs" in text
