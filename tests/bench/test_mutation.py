@@ -61,12 +61,20 @@ def test_related_tests_a_module_import_it_or_one_that_does():
     assert related_tests(ROOT / "src/freerock/runs/impact_kernel.py")
 
 
-def test_a_bug_is_caught_and_the_copy_mended(tmp_path):
+def test_a_bug_is_caught_in_a_copy(tmp_path):
     checkout, file = Path(tmp_path), ROOT / "src/freerock/runs/verdict.py"
-    for name in ("src", "tests"):
-        mutation.shutil.copytree(ROOT / name, checkout / name)
+    mutation.shutil.copytree(ROOT / "tests", checkout / "tests")
     mutation.shutil.copy(ROOT / "pyproject.toml", checkout)
     worse = next(each for each in mutants_of(file) if "1" in each.before)
     row = mutation.tried(worse, checkout)
     assert row["caught"] and row["room"] == "runs" and "test_verdict.py::" in row["by"]
-    assert (checkout / "src/freerock/runs/verdict.py").read_bytes() == file.read_bytes()
+    assert (checkout / "src/freerock/runs/verdict.py").read_text(encoding="utf-8") == worse.text()
+
+
+def test_what_related_tests_miss_the_kept_numbers_catch(monkeypatch, tmp_path):
+    asked = []
+    monkeypatch.setattr(
+        mutation, "caught_by", lambda tests, _: asked.append(tests) or "kept" * (len(asked) - 1)
+    )
+    row = mutation.tried(next(mutants_of(ROOT / "src/freerock/runs/verdict.py")), tmp_path)
+    assert row["by"] == "kept" and asked[1] == mutation.KEPT and len(asked) == 2

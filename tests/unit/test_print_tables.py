@@ -5,7 +5,7 @@ from fabricated import campaign, tidy_tables
 
 from freerock.jobs.print_tables import print_recovered, print_tables
 from freerock.models.block import Block
-from freerock.tables.csvfile import write_csv
+from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.latex import numbers_tex
 from freerock.tables.markdown import markdown
 from freerock.tables.printed_tables import printed_recovered, printed_tables
@@ -33,7 +33,8 @@ def test_printed_tables_are_those_of_the_datasets(tables, tmp_path):
         expected = markdown(table.text, table.caption, table.notes)
         assert (tmp_path / f"{name}.md").read_text(encoding="utf-8") == expected
         assert "Soft mat" in expected or name == "table1"
-    assert (tmp_path / "numbers.tex").read_text(encoding="utf-8") == numbers_tex(tables)
+    read = tables | {name: read_csv(file) for name, file in files.items()}  # a digit may lie at one half
+    assert (tmp_path / "numbers.tex").read_text(encoding="utf-8") == numbers_tex(read)
 
 
 def test_recovered_values_are_written_in_three_forms(tables, tmp_path):
