@@ -9,7 +9,7 @@ from freerock.config.campaign import Campaign
 from freerock.config.step_settings import laboratory
 from freerock.errors import FreerockError
 from freerock.planning.plan import Choices, Setup, plan, plan_rivals
-from freerock.planning.plan_total import plan_budget, plan_totals
+from freerock.planning.plan_total import plan_budget, plan_known, plan_totals
 from freerock.rotation.laboratory import Laboratory
 
 
@@ -60,6 +60,6 @@ def plan_campaign(campaign: Campaign) -> Plan:
         {law: [name for name in names if name != "r_per_impact"] for law, names in fits.freed.items()},
         fits.debonding,
     )
-    errors, budget = plan(setups, choices), plan_budget(setups, choices)
-    totals = plan_totals(errors, budget, section.n_runs, section.spread_fraction)
-    return Plan(errors, plan_rivals(setups, choices), budget, totals)
+    errors, known = plan(setups, choices), plan_known(setups, choices)
+    totals = plan_totals(errors, known, section.n_runs, section.spread_fraction)
+    return Plan(errors, plan_rivals(setups, choices), plan_budget(known), totals)

@@ -30,58 +30,67 @@ from freerock.models.simulate import Solver
 from freerock.planning.plan import CASE_COLUMNS, Choices, Setup, cases_of, expected_of, with_each_sensor
 from freerock.populations.random_effects import LEVEL
 from freerock.rotation.as_measured import as_measured
+from freerock.rotation.laboratory import Input
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 
 ALL = "all blocks"  # in place of a block, of the mean over blocks
 OVER_BLOCKS = {"block": ALL, "laser": "", "release_angle_deg": math.nan}  # columns of such a mean
+NOISE = "noise"  # in place of an input
 BUDGET = [*CASE_COLUMNS, "parameter", "input", "input_owner", "input_u", "input_unit", "input_stated"]
-BUDGET += ["contribution_fraction", "noise_fraction"]
+BUDGET += ["contribution_fraction"]
 TOTALS = [*CASE_COLUMNS, "parameter", "value", "unit", "spread_fraction", "n_runs", "runs_fraction"]
 TOTALS += ["inputs_fraction", "u_total", "half95"]
 TOTALS += ["first_input", "first_owner", "first_share", "u_total_without_first"]
 
 Spread = Mapping[str, Mapping[str, float]]
 """Foundation: parameter: standard deviation between runs over the mean."""
+Key = tuple[str, str]
+"""Owner and name of an input."""
 
 
-def plan_budget(setups: Iterable[Setup], choices: Choices) -> pd.DataFrame:
-    """What the laboratory's inputs and the noise will contribute to the uncertainty of each parameter.
+class Known(NamedTuple):
+    """What one run of a case will tell of a parameter.
 
     Parameters
     ----------
-    setups, choices
-        As for `plan.plan`.
-
-    Returns
-    -------
-    pandas.DataFrame
-        A row per case of `plan.plan`, parameter and input: input, input_owner, input_u, input_unit,
-        input_stated, contribution_fraction (shift of the parameter for one standard uncertainty of the input,
-        over its value), noise_fraction (standard error of the parameter by the noise of one run, over its
-        value). Both are NaN where the block overturns or the like.
+    case : tuple
+        As `CASE_COLUMNS` has it.
+    parameter : str
+    inputs : tuple of Input
+        Of the laboratory.
+    parts : ndarray, shape (1 + n_inputs, n_inputs + 1)
+        Over the value: shift by one standard uncertainty of each input; last, the standard error by noise.
+        The first row has the inputs as stated; of the others each has one of the inputs exact. NaN where the
+        block overturns, the sensor can't follow it or the run does not determine the parameter.
     """
-    rows: list[tuple[Any, ...]] = []
+
+    case: tuple[Any, ...]
+    parameter: str
+    inputs: tuple[Input, ...]
+    parts: Floats
+
+
+def plan_known(setups: Iterable[Setup], choices: Choices) -> list[Known]:
+    """What one run of each case of `plan.plan` will tell of each parameter; arguments as there."""
+    found = list[Known]()
     for setup, model, duration, angle in cases_of(setups, choices):
         inputs, names = setup.laboratory.inputs, CANDIDATES[model].parameters
         motion = expected_of(setup, model, duration, angle, choices)
         seen = [
-            (case[:-1], sigma / math.sqrt(rate))
+            (case[:-1], math.nan if off else sigma / math.sqrt(rate))
             for rate in choices.sampling_rates_hz
-            for case, sigma, _ in with_each_sensor(setup, model, duration, angle, rate, choices)
+            for case, sigma, off in with_each_sensor(setup, model, duration, angle, rate, choices)
         ]
         best, levels = None, [level for _, level in seen if math.isfinite(level)]
         if levels and not isinstance(motion, FreerockError):
             best = _expected_fit(motion, model, setup, min(levels), choices.settings_of(model))
         for case, level in seen:
-            known = np.full((len(names), len(inputs) + 1), np.nan)
+            parts = np.full((len(names), len(inputs) + 1, len(inputs) + 1), np.nan)
             if best and math.isfinite(level):
-                known = _known(best, names, level)
-            for name, own in zip(names, known, strict=True):
-                for source, shift in zip(inputs, own, strict=False):
-                    of = source.name, source.owner, source.u, source.unit, source.stated
-                    rows.append((*case, name, *of, shift, own[-1]))
-    return pd.DataFrame(rows, columns=BUDGET)
+                parts = _parts(best, names, level)
+            found += [Known(case, *each) for each in zip(names, [inputs] * len(names), parts, strict=True)]
+    return found
 
 
 def _expected_fit(motion: Motion, model: str, setup: Setup, level: float, settings: FitSettings) -> Posterior:
@@ -93,36 +102,80 @@ def _expected_fit(motion: Motion, model: str, setup: Setup, level: float, settin
     theta = as_measured(
         candidate.law, laboratory.block, values, motion.time_s, view, rules=rules, solver=solver
     )
-    sigma = level / math.sqrt(float(motion.time_s[1] - motion.time_s[0]))
+    sigma = level * math.sqrt(_rate_hz(motion.time_s))
     seen = replace(motion, theta=theta, view=view, laboratory=laboratory, sigma_theta=sigma)
     problem = replace(posed(model, (laboratory.block,), (seen,), settings), rtol=RTOL_RESIDUAL).rough()
     nuisances = Nuisances.of(problem)
     return at(nuisances, problem.start_at(values), np.zeros(len(nuisances.sources)), problem.samples())
 
 
-def _known(best: Posterior, names: Sequence[str], level: float) -> Floats:
-    """Shifts by each input and, last, the standard error by noise, both over the value; a row a parameter.
+def _rate_hz(time_s: Floats) -> float:
+    return float(1 / (time_s[1] - time_s[0]))
 
-    The estimate is linear in noise and priors (`identification.intervals.uncertainty`).
+
+def _parts(best: Posterior, names: Sequence[str], level: float) -> Floats:
+    """The parts of `Known` of each parameter, shape (n_names, 1 + n_inputs, n_inputs + 1).
+
+    The estimate is linear in noise and priors: what the centre of a prior shifts is a column of S, the
+    covariance of numbers and inputs. An exact input j leaves S - S_j S_jᵀ / S_jj (conditional normal).
     """
-    n, n_z, problem = int(best.free.sum()), len(best.z), best.problem
-    sigma = level / math.sqrt(float(best.samples.time_s[1] - best.samples.time_s[0]))
-    rows, prior = best.columns / sigma, best.prior[1]
-    information = rows.T @ rows + prior.T @ prior
-    scale = np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
-    spread = np.linalg.pinv(information / np.outer(scale, scale), hermitian=True) / np.outer(scale, scale)
-    release = prior[: len(prior) - n_z]
-    of_noise = spread @ (rows.T @ rows + release.T @ release) @ spread
-    of_inputs, gradient = np.zeros((len(best.x), n_z)), problem.gradient(best.x)[:, best.free]
-    of_inputs[best.free] = spread[:n, n:]
-    shifts = contributed(best.nuisances, best.x, of_inputs).values
-    errors = np.sqrt(np.diag(gradient @ of_noise[:n, :n] @ gradient.T))
+    n, problem, motion = int(best.free.sum()), best.problem, best.problem.motions[0]
+    sigma, gradient = level * math.sqrt(_rate_hz(best.samples.time_s)), problem.gradient(best.x)[:, best.free]
+    rows = np.vstack([best.columns / sigma, best.prior[1]])
+    scale = np.linalg.norm(rows, axis=0)
+    scale[scale == 0] = 1.0  # what the run does not tell
+    spread = np.linalg.pinv((rows / scale).T @ (rows / scale), hermitian=True) / np.outer(scale, scale)
+    inputs = motion.laboratory.inputs if motion.laboratory else ()
     wanted, value = [problem.names.index(name) for name in names], problem.physical(best.x)
-    return np.column_stack([shifts, errors])[wanted] / value[wanted, None]
+    told = np.any(best.columns[:, :n], axis=0)
+    told_of = np.isin(wanted, np.flatnonzero(best.free)[told])
+
+    def parts(covariance: Floats) -> Floats:
+        of_inputs = np.zeros((len(best.x), len(best.z)))
+        of_inputs[best.free] = covariance[:n, n:]
+        of_noise = covariance[:n, :n] - covariance[:n, n:] @ covariance[n:, :n]
+        errors = np.sqrt(np.maximum(np.diag(gradient @ of_noise @ gradient.T), 0.0))
+        shifts = contributed(best.nuisances, best.x, of_inputs).values
+        of_value = np.column_stack([shifts, errors])[wanted] / value[wanted, None]
+        return np.where(told_of[:, None], of_value, np.nan)
+
+    found = [stated := parts(spread)]
+    for j, source in enumerate(inputs):
+        exact = np.array(stated)
+        if source in best.nuisances.sources:
+            k = n + best.nuisances.sources.index(source)
+            exact = parts(spread - np.outer(spread[:, k], spread[k]) / spread[k, k])
+        exact[:, j] = np.where(told_of, 0.0, np.nan)
+        found.append(exact)
+    return np.stack(found, axis=1)
+
+
+def plan_budget(known: Iterable[Known]) -> pd.DataFrame:
+    """What the laboratory's inputs and the noise will contribute to the uncertainty of each parameter.
+
+    Parameters
+    ----------
+    known : iterable of Known
+        From `plan_known`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row per case of `plan.plan`, parameter and input: input, input_owner, input_u, input_unit,
+        input_stated, contribution_fraction (shift of the parameter for one standard uncertainty of the input,
+        over its value); and a row of the input "noise" (standard error by that of one run, over the value).
+    """
+    rows: list[tuple[Any, ...]] = []
+    for each in known:
+        for source, shift in zip(each.inputs, each.parts[0], strict=False):
+            of = source.name, source.owner, source.u, source.unit, source.stated
+            rows.append((*each.case, each.parameter, *of, shift))
+        rows.append((*each.case, each.parameter, NOISE, "", math.nan, "", None, each.parts[0, -1]))
+    return pd.DataFrame(rows, columns=BUDGET)
 
 
 def plan_totals(
-    errors: pd.DataFrame, budget: pd.DataFrame, n_runs: Sequence[int], spread: Spread
+    errors: pd.DataFrame, known: Iterable[Known], n_runs: Sequence[int], spread: Spread
 ) -> pd.DataFrame:
     """Total uncertainty of a mean over n runs of a block, and over as many of each block of a foundation.
 
@@ -133,8 +186,8 @@ def plan_totals(
     ----------
     errors : pandas.DataFrame
         From `plan.plan`.
-    budget : pandas.DataFrame
-        From `plan_budget`.
+    known : iterable of Known
+        From `plan_known`.
     n_runs : sequence of int
         Numbers of runs.
     spread : mapping of str to mapping of str to float
@@ -148,58 +201,65 @@ def plan_totals(
         n_runs (of each block), runs_fraction and inputs_fraction (the two parts of u over the value), u_total
         and half95 (half the 95 % interval, by Student's t with the degrees of freedom of Welch and
         Satterthwaite; NaN of a single run, which does not tell its spread), unit; first_input, first_owner
-        (the input that contributes most), first_share (its share of u², as a fraction), u_total_without_first
-        (without its contribution).
+        (the input without whose uncertainty u is least; "" where there is none), u_total_without_first (u
+        were it exact), first_share (the share of u² that goes with it, as a fraction).
     """
-    of_parameter = [*CASE_COLUMNS, "parameter"]
-    inputs = {
-        case: {(row.input_owner, row.input): row.contribution_fraction for row in rows.itertuples()}
-        for case, rows in budget.groupby(of_parameter, sort=False)
-    }
-    noise = budget.groupby(of_parameter)["noise_fraction"].first().to_dict()
-    known = list[_Known]()
+    parts = {(*each.case, each.parameter): (each.inputs, each.parts) for each in known}
+    members = list[_Member]()
     for row in errors.to_dict("records"):
+        inputs, own = parts[*(row[name] for name in CASE_COLUMNS), row["parameter"]]
         between = spread.get(row["foundation"], {}).get(row["parameter"], 0.0)
-        case = tuple(row[name] for name in of_parameter)
-        own, shifts = math.hypot(between, noise.get(case, math.nan)), inputs.get(case, {})
-        if math.isfinite(own) and math.isfinite(row["stderr"]) and shifts:
-            known.append(_Known(row | {"spread_fraction": between}, own, shifts))
-    rows = [_mean([each], n) for each in known for n in n_runs]
-    together: dict[tuple[Any, ...], dict[str, list[_Known]]] = {}
+        if math.isfinite(row["stderr"]) and np.isfinite(own).all():
+            keys = [(each.owner, each.name) for each in inputs]
+            members.append(_Member(row | {"spread_fraction": between}, between, keys, own))
+    rows = [_mean([each], n) for each in members for n in n_runs]
+    together: dict[tuple[Any, ...], dict[str, list[_Member]]] = {}
     alike = [name for name in [*CASE_COLUMNS, "parameter"] if name not in OVER_BLOCKS]
-    for each in known:
+    for each in members:
         blocks = together.setdefault(tuple(each.row[name] for name in alike), {})
         blocks.setdefault(each.row["block"], []).append(each)
     for blocks in together.values():
-        members = [
+        best = [
             min(own, key=lambda each: _mean([each], n_runs[-1])["u_total"] / each.row["value"])
             for own in blocks.values()
         ]
-        if len(members) > 1:
-            rows += [_mean(members, n) for n in n_runs]
+        if len(best) > 1:
+            rows += [_mean(best, n) for n in n_runs]
     return pd.DataFrame(rows, columns=TOTALS)
 
 
-class _Known(NamedTuple):
-    """What one run of a case knows of a parameter: its row, and over its value the standard uncertainty by
-    noise and spread and the shifts by the inputs."""
+class _Member(NamedTuple):
+    """A case of `plan.plan`: its row, the spread between its runs, its inputs and the parts of `Known`."""
 
     row: Mapping[str, Any]
-    own: float
-    shifts: Mapping[tuple[str, str], float]
+    between: float
+    keys: Sequence[Key]
+    parts: Floats
+
+    def at(self, exact: Key | None) -> tuple[float, Mapping[Key, float]]:
+        """Standard uncertainty of a run by noise and spread, and the shifts, were an input exact."""
+        *shifts, noise = self.parts[1 + self.keys.index(exact) if exact in self.keys else 0].tolist()
+        return math.hypot(self.between, noise), dict(zip(self.keys, shifts, strict=True))
 
 
-def _mean(members: Sequence[_Known], n: int) -> dict[str, Any]:
+def _mean(members: Sequence[_Member], n: int) -> dict[str, Any]:
     """Of the mean of n runs of each member."""
     blocks, row = len(members), members[0].row
-    runs = math.sqrt(sum(each.own**2 for each in members) / n) / blocks
-    shifts: dict[tuple[str, str], float] = {}
-    for each in members:
-        for key, shift in each.shifts.items():
-            shifts[key] = shifts.get(key, 0.0) + shift / blocks
-    of_inputs = sum(shift**2 for shift in shifts.values())
-    u = math.sqrt(runs**2 + of_inputs)
-    owner, first = max(shifts, key=lambda key: abs(shifts[key]))
+
+    def total(exact: Key | None) -> tuple[float, float]:
+        """Its uncertainty by runs and by inputs, were an input exact."""
+        of_runs, shifts = 0.0, dict[Key, float]()
+        for own, by in (each.at(exact) for each in members):
+            of_runs += own**2 / n / blocks**2
+            for key, shift in by.items():
+                shifts[key] = shifts.get(key, 0.0) + shift / blocks
+        return math.sqrt(of_runs), math.sqrt(sum(shift**2 for shift in shifts.values()))
+
+    runs, inputs = total(None)
+    u = math.hypot(runs, inputs)
+    known = {key: math.hypot(*total(key)) for each in members for key in each.keys}
+    owner, first = min(known, key=lambda key: known[key], default=("", ""))
+    least = known.get((owner, first), u)
     dof = blocks * (n - 1) * (u / runs) ** 4 if runs > 0 else math.inf
     half = t.ppf((1 + LEVEL) / 2, dof) * u if dof > 0 else math.nan
     return {
@@ -207,11 +267,11 @@ def _mean(members: Sequence[_Known], n: int) -> dict[str, Any]:
         **(OVER_BLOCKS if blocks > 1 else {}),
         "n_runs": n,
         "runs_fraction": runs,
-        "inputs_fraction": math.sqrt(of_inputs),
+        "inputs_fraction": inputs,
         "u_total": u * row["value"],
         "half95": half * row["value"],
         "first_input": first,
         "first_owner": owner,
-        "first_share": shifts[owner, first] ** 2 / u**2,
-        "u_total_without_first": math.sqrt(u**2 - shifts[owner, first] ** 2) * row["value"],
+        "first_share": 1 - (least / u) ** 2 if u else 0.0,
+        "u_total_without_first": least * row["value"],
     }

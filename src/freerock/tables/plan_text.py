@@ -100,7 +100,8 @@ def totals_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) ->
     -------
     str
         A line per parameter and block, in the case that knows it best (`best_known`): u in per cent of the
-        value by the number of runs; the input that contributes most to the least u, and u without it.
+        value by the number of runs; of the most runs their share in u², the input to measure first, and u
+        were it exact.
     """
     best = _named(best_known(frame), labels)
     keys = ["foundation", "", "block"]
@@ -111,9 +112,10 @@ def totals_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) ->
         by_n = {f"n = {row.n_runs}": _percent(row.u_total, row.value) for row in own.itertuples()}
         last = own.iloc[-1]
         case = (
-            f"{last.sensor}, {last.sampling_rate_hz:g} Hz, {last.release_angle_deg:g}°" if last.laser else ""
+            f"{last.sensor}, {last.duration_s:g} s, {last.sampling_rate_hz:g} Hz, {last.release_angle_deg:g}°"
         )
-        rows.append({**dict(zip(keys, key, strict=True)), **by_n, **_first(last), "best case": case})
+        row = {**dict(zip(keys, key, strict=True)), **by_n, **_first(last)}
+        rows.append(row | {"best case": case if last.laser else ""})
     table = pd.DataFrame(rows).set_index(keys)
     lines = ["Total uncertainty u (k = 1) of the mean of n runs of each block in %", table.to_string()]
     if (best["spread_fraction"] == 0).any():
@@ -122,12 +124,15 @@ def totals_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) ->
 
 
 def _first(row: pd.Series) -> dict[str, str]:
-    """What contributes most to the uncertainty, and that without it."""
+    """The share of the runs in u², the input to measure first, and u were it exact; "–" if no less."""
     of_runs = (row["runs_fraction"] * row["value"] / row["u_total"]) ** 2
-    if of_runs > row["first_share"]:
-        return {"largest part": f"runs, {100 * of_runs:.0f} %", "without it": "–"}
-    known = f"{INPUT_LABELS[row['first_input']]}, {100 * row['first_share']:.0f} %"
-    return {"largest part": known, "without it": _percent(row["u_total_without_first"], row["value"])}
+    u, exact = (_percent(row[name], row["value"]) for name in ("u_total", "u_total_without_first"))
+    first = "–" if exact == u else f"{INPUT_LABELS[row['first_input']]} of {row['first_owner']}"
+    return {
+        "runs": f"{100 * of_runs:.0f} %",
+        "measure first": first,
+        "if exact": "–" if exact == u else exact,
+    }
 
 
 def best_known(frame: pd.DataFrame) -> pd.DataFrame:
