@@ -112,8 +112,8 @@ def test_a_mat_that_hardens_is_named_and_gives_its_law():
 def test_advice_is_read_from_the_warnings_and_followed():
     texts = ["width_m of config3 fitted -0.001 m off, a pull of -3.4: measure it again"]
     texts += [
-        "no candidate explains the run. With one further cause, Winkler, width free would come nearest. "
-        "Measure, before you set it, what may explain this share of its misfit: "
+        "no candidate explains the run. Winkler, width free comes nearest if one further cause acts. "
+        "Possible causes, with their share of its misfit (measure a cause before you change its setting): "
         "(1) height_m, +0.002 m of config3, "
         "or sampling_rate_fraction, −0.003 of laser (40 %), (2) friction, a moment of 0.007 N m, as of a "
         "cable (9 %)"

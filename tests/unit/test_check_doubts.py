@@ -125,8 +125,8 @@ def test_a_hold_beyond_the_critical_angle(doubts, wrong):
     (doubt,) = doubts((right, wrong), ("release_angle_deg: 7", "release_angle_deg: 10"))
     angle = math.degrees(math.atan(2 * math.tan(math.radians(7))))
     assert doubt == (
-        f"config/campaigns/lab.csv:2: a: the block is held at {angle:.3g}°, beyond its critical angle of "
-        "11.8°; check range_m and position_m of the laser, and the block's size"
+        f"config/campaigns/lab.csv:2: a: the block is held at about {angle:.3g}°, beyond its critical "
+        "angle of 11.8°; check the settings of the laser and the block's size"
     )
 
 

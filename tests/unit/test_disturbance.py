@@ -115,8 +115,8 @@ def test_causes_are_numbered_and_shares_of_the_misfit_of_a_named_law(monkeypatch
     monkeypatch.setattr(reasons_after_fits, "odd_contact", lambda *_: [])
     (alone,) = doubts(run("off level"), causes={"winkler": told[1:], "hunt_crossley": told})
     assert alone.text == (
-        f"{UNEXPLAINED}. With one further cause, Hunt–Crossley with free edge radius would come nearest. "
-        "Measure, before you set it, what may explain this share of its misfit: "
+        f"{UNEXPLAINED}. Hunt–Crossley with free edge radius comes nearest if one further cause acts. "
+        "Possible causes, with their share of its misfit (measure a cause before you change its setting): "
         "(1) beds, the right one stiffer by −1.0 % (19 %), (2) samples, 0.9 lost at 0.87 s (10 %)"
     )
     assert in_one_line([alone, alone]).count(";") == 1

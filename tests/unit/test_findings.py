@@ -83,7 +83,7 @@ def test_laws_that_were_fitted_and_rejected_are_listed(tmp_path):
         return " ".join(map(plain, own.sentences))
 
     assert explained().endswith(" and Hunt–Crossley, pivoting (in 1 run).")
-    assert "No other law that was fitted explains a run. Rejected, " in explained()
+    assert "No other law that was fitted explains a run. Rejected (" in explained()
     frames["choice"].loc[frames["choice"]["status"] == "rejected", "explains"] = True
     assert "Of the other laws that were fitted, none does as well with as few parameters." in explained()
 

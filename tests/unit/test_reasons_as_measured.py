@@ -104,7 +104,7 @@ def test_a_reason_names_its_number_its_threshold_and_the_key_that_sets_it():
 
 
 KEYS = ": check valid_low_v, valid_high_v (of a current valid_low_ma, valid_high_ma) of the laser"
-LONGER = ": record longer, or release at a larger angle"
+ANGLE = ": release at a larger angle"
 
 
 @pytest.mark.parametrize(
@@ -112,9 +112,9 @@ LONGER = ": record longer, or release at a larger angle"
     [
         (2, 0.1, f"; in its record, 10% of the samples are invalid (out of range){KEYS}"),
         (16, 0.1, "; in its record, 10% of the samples are invalid (dropout)"),
-        (2, 0.01, LONGER),
-        (64, 0.1, LONGER),  # by hand
-        (0, 0.0, LONGER),
+        (2, 0.01, ANGLE),
+        (64, 0.1, ANGLE),  # by hand
+        (0, 0.0, ANGLE),
     ],
 )
 def test_a_run_without_impacts_names_what_its_record_lost(flag, share, told):
@@ -122,6 +122,11 @@ def test_a_run_without_impacts_names_what_its_record_lost(flag, share, told):
     lossy = signal_of(TIME, GOOD.signal.theta, 1e-5, flags)
     (reason,) = verdict_on(replace(GOOD, n_impacts=2, signal=lossy)).reasons
     assert reason.text == f"2 impacts, fewer than 3{told}"
+
+
+def test_a_run_without_impacts_that_is_cut_short_needs_a_longer_record():
+    few, _ = verdict_on(replace(GOOD, n_impacts=2, rest=None)).reasons
+    assert few.text == "2 impacts, fewer than 3: record longer, or release at a larger angle"
 
 
 def test_every_key_of_a_reason_is_one_of_the_configuration():

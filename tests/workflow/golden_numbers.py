@@ -2,9 +2,10 @@
 
     FREEROCK_WRITE=1 python -m pytest tests/workflow -k as_kept
 
-writes the digests anew. Of a column of numbers a digest holds count, logarithm of the size, and a mean whose
-weights differ from row to row; both of each parameter in its own unit. Of texts it holds a checksum without
-their digits: the last of a rounded number may differ from machine to machine.
+writes the digests anew. Of a column of numbers a digest holds, for each parameter of each law, their count,
+the logarithm of their mean size, and a mean whose weights differ from row to row: a change of 2 % of one of
+them shows. Of texts it holds a checksum without their digits: the last of a rounded number may differ from
+machine to machine.
 """
 
 import json
@@ -20,24 +21,22 @@ import pandas as pd
 from freerock.tables.csvfile import read_csv
 
 GOLDEN = Path(__file__).parent / "golden"
-TOLERANCE = 3e-3  # of the size: without AVX the shipped campaign differs by up to 1.3e-3
+TOLERANCE = 2e-2  # without AVX, a p-value of the shipped campaign differs by 1e-2, all else by up to 5e-3
 DIGITS = re.compile(r"[-+]?(\d[\d.,]*(e[-+]?\d+)?|nan|inf)")
-KINDS = ("parameter", "quantity", "input")  # columns whose values differ in unit
+KINDS = ("model", "parameter", "quantity", "input", "source")  # columns whose values differ in unit or size
 
 
 def digest_of(column, kinds):
-    """Of numbers count, size and weighted mean, averaged over kinds of row; of texts a checksum."""
+    """Of numbers count, size and weighted mean for each kind of row, in order; of texts a checksum."""
     if column.dtype == bool or not pd.api.types.is_numeric_dtype(column):
         return f"{zlib.crc32(DIGITS.sub('#', chr(10).join(map(str, column))).encode()):08x}"
-    values = column.to_numpy(float)
-    there, weights = np.isfinite(values), np.cos(np.arange(len(values)))
-    sizes, means = [], []
-    for kind in np.unique(kinds[there]):
-        own = there & (kinds == kind)
-        if size := np.abs(values[own]).mean():
-            sizes.append(math.log(size))
-            means.append((weights * values)[own].mean() / size)
-    return [int(there.sum()), *(round(float(np.mean(each)), 6) if each else 0.0 for each in (sizes, means))]
+    values, weights, found = column.to_numpy(float), np.cos(np.arange(len(column))), []
+    for kind in sorted({*kinds}):
+        own = np.isfinite(values) & (kinds == kind)
+        size = float(np.abs(values[own]).mean()) if own.any() else 0.0
+        mean = float((weights * values)[own].mean()) / size if size else 0.0
+        found += [int(own.sum()), round(math.log(size), 3) if size else 0.0, round(mean, 3)]
+    return found
 
 
 def digest(results):
@@ -55,9 +54,9 @@ def digest(results):
 
 def close(kept, found):
     """Whether two digests of a column agree."""
-    if isinstance(kept, str) or isinstance(found, str):
+    if isinstance(kept, str) or isinstance(found, str) or len(kept) != len(found):
         return kept == found
-    return kept[0] == found[0] and np.allclose(kept[1:], found[1:], rtol=0, atol=TOLERANCE)
+    return kept[::3] == found[::3] and np.allclose(kept, found, rtol=0, atol=TOLERANCE)
 
 
 def differences(results, name):

@@ -52,7 +52,7 @@ MOST_WORK = 1e9  # bytes of record files that a check reads: some seconds
 SLOWER = {".xlsx": 100, ".xlsm": 100, ".csv": 10, ".tsv": 10, ".txt": 10, ".lvm": 10}  # to read, by the byte
 SIMULATED, HEAD = re.compile(rb"\bsimulated\b", re.IGNORECASE), 1 << 16  # of a file's title; its first bytes
 LEAD_S = 0.5  # of motion before the first phase of stillness: a record that begins in motion
-HELD_BEYOND = "check range_m and position_m of the laser, and the block's size"
+HELD_BEYOND = "check the settings of the laser and the block's size"
 NAME_IT = "name one in the channel column of the campaign's CSV"
 
 
@@ -256,7 +256,7 @@ def signal_doubts(source: Source, problems: list[FreerockError]) -> Iterator[Fre
 
 
 def _heads(csv: Path, source: Source, campaign: Campaign) -> Iterator[FreerockError]:
-    """Records that have no file, and those of a measured campaign whose file begins with "simulated"."""
+    """Records that have no file, and those of a measured campaign whose file says at its head "simulated"."""
     for line, record in source.records:
         path, where = Path(source.raw, record.file), f"{csv}:{line}: {record.test}"
         if not path.exists():
@@ -384,7 +384,7 @@ def _holds(
         zero = next(phase.level for phase in found if phase.kind == "rest")
         angle = max(swept_deg(np.array([zero, level])) for level in levels)
         if angle > critical:
-            what = f"the block is held at {angle:.3g}°, beyond its critical angle of {critical:.3g}°"
+            what = f"the block is held at about {angle:.3g}°, beyond its critical angle of {critical:.3g}°"
             yield FreerockError(where, what, HELD_BEYOND)
     elif phases and phases[0].start_s > time_s[0] + LEAD_S:
         what = "begins in motion: nothing stands still before it rocks to rest"

@@ -21,8 +21,9 @@ FIGURE = {
     "title": "Residuals against the noise at rest",
     "caption": "Power of modelled minus recorded rotation, of the law selected for each run, over that of "
     "the noise at rest of the same record: means over octaves. Noise that no parameter absorbs leaves "
-    "the grey band in at most one of 1000 runs. A law explains a run if no octave, nor all together, lies "
-    "above it. The band is highest in the lowest octaves, of which rest and run hold few values. "
+    "the grey band, that of the first run, in at most one of 1000 runs. Marks above it reject the law; the "
+    "test also looks at all octaves together and allows for what the fit absorbs. The band is highest in "
+    "the lowest octaves, of which rest and run hold few values. "
     "Each residual is drawn about its own mean, as the noise is: the zero of the sensor is no noise.",
     "reading": "Look for marks above the grey band: they reject the law, most often near the rocking "
     "frequency. Marks in the band scatter about 1, the more the lower their octave. The lowest ones lie "
@@ -65,7 +66,8 @@ def draw(
             ax.text(0.5, 0.5, "no fitted run", transform=ax.transAxes, ha="center")
             continue
         parts.append(own.assign(test=tree.attrs["test"]))
-        ends = min(LEAST, 0.8 * own["over_rest"].min()), max(MOST, 1.25 * own["over_rest"].max())
+        seen = own["over_rest"][np.isfinite(own["over_rest"])]
+        ends = min(LEAST, 0.8 * seen[seen > 0].min()), max(MOST, 1.25 * seen.max())
         for (source, _), rows in own.groupby(["source", "run"], sort=False):
             drawn = rows["frequency_hz"], rows["over_rest"]
             if source == CHANCE:

@@ -306,9 +306,9 @@ def _bands(seen: _Seen) -> list[AgainstRest]:
 
 
 def octave_limits(noise: Noise, n: int) -> Floats:
-    """Times the power at rest, from which a residual that no fit has taken of is no noise, shape (n_bands,).
+    """Largest ratio to the power at rest that chance allows in each octave, shape (n_bands,).
 
-    `n` are its samples, averaged as those of the noise are.
+    Of a residual of `n` samples, averaged as those of the noise are, of which no fit absorbs any.
     """
     band = noise.band(frequencies(n))
     dof = degrees_of_freedom(band, np.zeros(len(band)), n, len(noise.ratio))

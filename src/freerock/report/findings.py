@@ -171,7 +171,11 @@ def _explained(known: Tables) -> list[Sentence]:
     elif rejected := list(_rejected(known)):
         more = "; further laws: appendix" if len(rejected) > MOST else ""
         told.append(
-            said("Rejected, with the median ε_θ of each record: {}{}.", listed(rejected[:MOST]), more)
+            said(
+                "Rejected (in brackets the median ε_θ of each record, or the runs): {}{}.",
+                listed(rejected[:MOST]),
+                more,
+            )
         )
     return told
 

@@ -16,6 +16,8 @@ from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.number_text import INPUT_LABELS, SEEN_NOTE, fixed, quantity, with_unit
 from freerock.tables.printed_tables import (
+    UNKNOWN,
+    UNKNOWN_NOTE,
     Cell,
     Column,
     Labels,
@@ -255,7 +257,8 @@ def budget(frame: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortabl
         "and between records. Law: misfit of the law; see docs/uncertainty.md. (d): a default, "
         "as the laboratory stated none; see config/README.md. Every share: tables/budget.csv."
     )
-    return Sortable(heads, rows, "Uncertainty budget", [note])
+    unknown = any(row[3].text == UNKNOWN for row in rows)
+    return Sortable(heads, rows, "Uncertainty budget", [note] + [UNKNOWN_NOTE] * unknown)
 
 
 def _largest(parts: pd.DataFrame, labels: Labels) -> str:

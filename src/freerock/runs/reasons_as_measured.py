@@ -133,7 +133,7 @@ def critical_angle(run: Facts) -> Iterator[Reason]:
     """The block is held below its critical angle."""
     if run.block is not None and abs(run.held.theta0) >= run.block.theta_cr:
         held, critical = math.degrees(run.held.theta0), math.degrees(run.block.theta_cr)
-        remedy = "check range_m, position_m and the block's size"
+        remedy = "check the settings of the laser and the block's size"
         text = f"θ0 = {held:.2f}° is beyond θ_cr = {critical:.2f}°: {remedy}"
         yield Reason("fail", "beyond_critical_angle", text, held, critical, "degree")
 
@@ -143,7 +143,8 @@ def few_impacts(run: Facts) -> Iterator[Reason]:
     fewest = run.limits.min_impacts
     if run.n_impacts < fewest:
         lost = invalid_in(run.signal, run.limits.max_flagged_fraction)
-        told = f"; in its record, {lost}" if lost else ": record longer, or release at a larger angle"
+        longer = "record longer, or " * (run.rest is None)
+        told = f"; in its record, {lost}" if lost else f": {longer}release at a larger angle"
         text = f"{run.n_impacts} impacts, fewer than {fewest}{told}"
         yield _beyond(run.limits, "min_impacts", run.n_impacts, "fail", "few_impacts", text)
 

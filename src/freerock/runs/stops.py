@@ -61,7 +61,8 @@ def find_stop(signal: Signal, hold: Phase, end_s: float) -> Stop | None:
     if not spans:
         return None
     first, last = spans[-1]
-    return _stop(t, means, falls, size, first, last, STANDS * fastest[first] + SURE / 2 * noise)
+    stop = _stop(t, means, falls, size, first, last, STANDS * fastest[first] + SURE / 2 * noise)
+    return stop._replace(fallen=abs(stop.fallen - hold.level))
 
 
 def _stderr_of_rate(signal: Signal, size: int) -> float:
@@ -73,12 +74,13 @@ def _stderr_of_rate(signal: Signal, size: int) -> float:
 
 
 def _stop(t: Floats, means: Floats, falls: Floats, size: int, first: int, last: int, slow: float) -> Stop:
-    """A stop among means of `size` samples, where they fall by less than `slow` from one to the next."""
+    """A stop among means of `size` samples, where they fall by less than `slow` from one to the next; its
+    `fallen` is the angle at which it begins."""
     lowest = first + int(np.argmin(falls[first : last + 1]))
     stands = [span for span in stretches(np.abs(falls) < slow) if first <= span[0] and span[0] <= last]
     start, end = stands[-1] if stands else (lowest, lowest)
     start_s, end_s = float(t[start * size]), float(t[(end + 2) * size - 1])
-    fallen = abs(float(means[start] - means[0]))
+    fallen = float(means[start])
     if not stands or end_s - start_s < SHORTEST_S:
         return Stop(start_s, end_s, fallen, None)
     level = means[start : max(end, start + 2)]  # without those in which it may be free again

@@ -73,6 +73,6 @@ class Verdict:
 
 
 def in_one_line(reasons: Iterable[Reason]) -> str:
-    """Reasons as text for a reader, separated by "; "; of several, none holds it."""
+    """Reasons as text for a reader, separated by "; "; within one of several it becomes ", "."""
     texts = [reason.text for reason in reasons]
     return texts[0] if len(texts) == 1 else "; ".join(text.replace("; ", ", ") for text in texts)

@@ -652,7 +652,7 @@ def _beyond(fit: Fit) -> int:
 
 
 def _ruled_out(end: Screening, motion: Motion, least: float) -> RuledOut:
-    """What a quick fit leaves: times the least mean square of its round, or the noise if all leave much."""
+    """Mean square of a quick fit over the best of its round; if it is near that, over the noise."""
     is_near = end.mean_square <= EFFORT.contends * least
     of, square = ("the noise", least_mean_square(motion)) if is_near else ("the best", least)
     reason = f"a quick fit leaves {plainly(end.mean_square / square)} times the mean square of {of}"

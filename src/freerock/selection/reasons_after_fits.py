@@ -114,8 +114,8 @@ def _causes_of(found: Identified) -> str:
     told = ", ".join(f"({i}) {cause.text}" for i, cause in enumerate(found.causes[best], 1))
     beside = f" with free {' and '.join(found.widened).replace('_', ' ')}" if found.widened else ""
     return (
-        f". With one further cause, {MODEL_LABELS[best]}{beside} would come nearest. Measure, before you set "
-        f"it, what may explain this share of its misfit: {told}"
+        f". {MODEL_LABELS[best]}{beside} comes nearest if one further cause acts. Possible causes, with "
+        f"their share of its misfit (measure a cause before you change its setting): {told}"
     )
 
 
