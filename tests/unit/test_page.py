@@ -290,7 +290,7 @@ def test_a_fitted_release_angle_is_printed_in_degrees_as_elsewhere(page):
 
 def test_the_page_says_which_tables_have_numbers(page):
     assert re.findall(r"<figcaption>Table (\d)\.", page.html) == ["1", "2", "3"]
-    assert "other tables have no number" in page.text
+    assert "Table numbers are those of" in page.text
 
 
 def test_report_of_a_campaign_in_which_every_record_failed(tmp_path):

@@ -17,9 +17,8 @@ FIGURE = {
     "title": "{Measured} rotation and the law selected for it",
     "caption": "Rotation θ of all runs of a record and the law selected for each, as in figure 3 of Spanos "
     "et al. 2017; below, modelled minus recorded rotation Δθ over σ, the standard deviation of one "
-    "sample of θ at rest. The yellow lines are ±1.96 σ: between them lie 95 % of the "
-    "samples if the residual is white noise. The scale is linear up to ±3 σ and logarithmic beyond. "
-    "Of each run, at most about 1000 evenly spaced samples are drawn.",
+    "sample of θ at rest. 95 % of white noise lies between the yellow lines, ±1.96 σ. "
+    "The scale is linear up to ±3 σ and logarithmic beyond. Of each run, about 1000 samples are drawn.",
     "reading": "The black line hides in the grey record if the law follows the motion. Look at the lower "
     "panel: of a law that explains a run, all but one sample in 20 lie between the lines, from release "
     "to rest. A wave there that grows or keeps time with the impacts shows what the law lacks.",

@@ -20,14 +20,14 @@ from freerock.runs.noise_spectrum import Noise, averaged, expected_power
 FIGURE = {
     "title": "Residuals against the noise at rest",
     "caption": "Power of modelled minus recorded rotation, of the law selected for each run, over that of "
-    "the noise at rest of the same record: means over octaves. Noise that no parameter absorbs leaves "
-    "the grey band, that of the first run, in at most one of 1000 runs. Marks above it reject the law; the "
-    "test also looks at all octaves together and allows for what the fit absorbs. The band is highest in "
-    "the lowest octaves, of which rest and run hold few values. "
-    "Each residual is drawn about its own mean, as the noise is: the zero of the sensor is no noise.",
+    "the noise at rest: means over octaves. Noise that no parameter absorbs leaves the grey band (of the "
+    "first run) in at most one of 1000 runs. Marks above it reject the law; the test also combines all "
+    "octaves and allows for what the fit absorbs.",
     "reading": "Look for marks above the grey band: they reject the law, most often near the rocking "
     "frequency. Marks in the band scatter about 1, the more the lower their octave. The lowest ones lie "
-    "below 1 where the fitted parameters absorb noise.",
+    "below 1 where the fitted parameters absorb noise. The band is highest in the lowest octaves, of which "
+    "rest and run hold few values. Each residual is drawn about its own mean: the zero of the sensor is no "
+    "noise.",
     "reads": ["fits", "records"],
 }
 
