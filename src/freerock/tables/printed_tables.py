@@ -20,9 +20,8 @@ U_NOTE = "±: total standard uncertainty (one standard deviation) of"
 RUNS_NOTE = (
     "Identified: mean of the runs that the law explains; of all fitted runs if it explains none. "
     f"{U_NOTE} their scatter, noise, block, sensor, clock and law. τ: spread between the runs beyond their "
-    "noise; < where noise alone may explain it, not seen where noise explains all of it. Next run: its 95 % "
-    "interval at the estimated τ, which is small or zero where < stands. Neither is shown for a law that is "
-    "rejected."
+    "noise; < where noise may explain it, not seen where noise explains all. Next run: its 95 % interval at "
+    "the estimated τ. Neither is shown for a rejected law."
 )
 ONE_RUN_NOTE = (
     f"Identified: from one run, which does not show the scatter between runs. {U_NOTE} noise, block, "
@@ -31,7 +30,7 @@ ONE_RUN_NOTE = (
 REJECTED = " †"
 REJECTED_NOTE = (
     "† Rejected by most of the runs: the residual exceeds the noise or an input would have to be wrong. "
-    "The parameters describe the fit, not the foundation. The evidence of the candidates shows why."
+    "The parameters describe the fit, not the foundation."
 )
 SELECTED = " ‡"
 SELECTED_NOTE = (
