@@ -23,11 +23,9 @@ FIGURE = {
     "the noise at rest: means over octaves. Noise that no parameter absorbs leaves the grey band (of the "
     "first run) in at most one of 1000 runs. Marks above it reject the law; the test also combines all "
     "octaves and allows for what the fit absorbs.",
-    "reading": "Look for marks above the grey band: they reject the law, most often near the rocking "
-    "frequency. Marks in the band scatter about 1, the more the lower their octave. The lowest ones lie "
-    "below 1 where the fitted parameters absorb noise. The band is highest in the lowest octaves, of which "
-    "rest and run hold few values. Each residual is drawn about its own mean: the zero of the sensor is no "
-    "noise.",
+    "reading": "Look for marks above the grey band, which is highest in the lowest octaves: they reject the "
+    "law, most often near the rocking frequency. Marks in the band scatter about 1, the more the lower their "
+    "octave. The lowest ones lie below 1 where the fitted parameters absorb noise.",
     "reads": ["fits", "records"],
 }
 

@@ -16,7 +16,6 @@ from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.number_text import INPUT_LABELS, SEEN_NOTE, fixed, quantity, with_unit
 from freerock.tables.printed_tables import (
-    UNKNOWN,
     UNKNOWN_NOTE,
     Cell,
     Column,
@@ -228,7 +227,7 @@ def budget(frame: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortabl
     """
     selected = choice[choice["status"] == "selected"]
     named_on = set(selected[["foundation", "model"]].itertuples(index=False, name=None))
-    rows = []
+    rows, unknown = [], False
     several = set(frame[frame["level"] == "foundation"]["foundation"])
     named = ["level", "test", "foundation", "model", "parameter", "unit"]
     for key, parts in frame.groupby(named, sort=False, dropna=False):
@@ -239,6 +238,7 @@ def budget(frame: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortabl
             continue
         first = parts.iloc[0]
         share = 100 * first["u_total"] / abs(first["mean"])
+        unknown = unknown or bool(share > 100)
         of = f", {test}" if level == "record" else ""
         anchor = f"record-{test}" if level == "record" else f"config-foundations-{foundation}"
         rows.append(
@@ -257,7 +257,6 @@ def budget(frame: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortabl
         "and between records. Law: misfit of the law; see docs/uncertainty.md. (d): a default, "
         "as the laboratory stated none; see config/README.md. Every share: tables/budget.csv."
     )
-    unknown = any(row[3].text == UNKNOWN for row in rows)
     return Sortable(heads, rows, "Uncertainty budget", [note] + [UNKNOWN_NOTE] * unknown)
 
 
