@@ -23,7 +23,7 @@ def complete(campaign: str, runs: str | Path, output: str | Path) -> None:
         File to write, in the folder of the campaign's products.
     """
     records = _rows_by_record(runs)
-    failed = [f"{campaign}: record {test} failed: {why}" for test, why in failed_records(runs).items()]
+    failed = [f"{campaign}: record {test} failed: {why}" for test, why in _why_failed(records).items()]
     if failed:
         report = f"{Path(output).with_name('report.html')}: the report, with the reasons"
         log.error("\n".join([report, *failed]))
@@ -35,8 +35,11 @@ def complete(campaign: str, runs: str | Path, output: str | Path) -> None:
 
 def failed_records(runs: str | Path) -> dict[str, str]:
     """Why records have no usable run, by test, from the table runs.csv of a campaign."""
-    found = {test: _failed(rows) for test, rows in _rows_by_record(runs).items()}
-    return {test: why for test, why in found.items() if why}
+    return _why_failed(_rows_by_record(runs))
+
+
+def _why_failed(records: dict[str, list[dict[str, str]]]) -> dict[str, str]:
+    return {test: why for test, rows in records.items() if (why := _failed(rows))}
 
 
 def _rows_by_record(runs: str | Path) -> dict[str, list[dict[str, str]]]:

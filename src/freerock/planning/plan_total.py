@@ -28,6 +28,7 @@ from freerock.identification.start import posed
 from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import Solver
 from freerock.planning.plan import CASE_COLUMNS, Choices, Setup, cases_of, expected_of, with_each_sensor
+from freerock.populations.means import Key
 from freerock.populations.random_effects import LEVEL
 from freerock.rotation.as_measured import as_measured
 from freerock.rotation.laboratory import Input
@@ -45,8 +46,6 @@ TOTALS += ["first_input", "first_owner", "first_share", "u_total_without_first"]
 
 Spread = Mapping[str, Mapping[str, float]]
 """Foundation: parameter: standard deviation between runs over the mean."""
-Key = tuple[str, str]
-"""Owner and name of an input."""
 
 
 class Known(NamedTuple):

@@ -23,6 +23,7 @@ from freerock.tables.printed_tables import (
     Printed,
     decimals,
     identified,
+    is_unknown,
     number,
     numbers,
     with_error,
@@ -238,7 +239,7 @@ def budget(frame: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortabl
             continue
         first = parts.iloc[0]
         share = 100 * first["u_total"] / abs(first["mean"])
-        unknown = unknown or bool(share > 100)
+        unknown = unknown or bool(is_unknown(first["mean"], first["u_total"]))
         of = f", {test}" if level == "record" else ""
         anchor = f"record-{test}" if level == "record" else f"config-foundations-{foundation}"
         rows.append(

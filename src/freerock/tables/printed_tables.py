@@ -123,7 +123,12 @@ def with_error(head: str, name: str, error: str) -> Column:
 
 def identified(mean: float, u: float) -> str:
     """A mean with its total standard uncertainty; in words where that exceeds it."""
-    return UNKNOWN if u > abs(mean) else quantity(mean, u)
+    return UNKNOWN if is_unknown(mean, u) else quantity(mean, u)
+
+
+def is_unknown(mean: Any, u: Any) -> Any:
+    """Whether the total standard uncertainty exceeds a mean; of numbers or of columns."""
+    return u > abs(mean)
 
 
 def decimals(n: int) -> Callable[[float], str]:
@@ -421,7 +426,7 @@ def _notes_on_rows(frame: pd.DataFrame) -> list[str]:
     without &= frame["given"].isna() | frame["given"].eq("")
     notes = [*_marked_notes(frame), *_given_notes(frame)]
     notes += [RUNS_NOTE] * any(n > 1 for n in numbers) + [ONE_RUN_NOTE] * (1 in numbers)
-    unknown = (frame["u_total"] > frame["mean"].abs()).any()
+    unknown = is_unknown(frame["mean"], frame["u_total"]).any()
     return notes + [NO_U_NOTE] * bool(without.any()) + [UNKNOWN_NOTE] * bool(unknown)
 
 
