@@ -127,7 +127,9 @@ def tell_plan():
     products = {path for step in found.steps for path in step.outputs}
     folders = [Path("results", name) for name in CAMPAIGNS if f"results/{name}/complete.txt" in products]
     drawn = [Path(path) for folder in folders for path in made_by_name(folder.name)]
-    products |= {f"{path.with_suffix(suffix)}" for path in drawn for suffix in (".pdf", ".png", ".csv", ".txt")}
+    products |= {
+        f"{path.with_suffix(suffix)}" for path in drawn for suffix in (".pdf", ".png", ".csv", ".txt")
+    }
     if VERIFY and workflow.dryrun:
         told = [verified(found, folder) for folder in folders]
         print(VERIFIED, all(whole for _, whole in told))
