@@ -6,7 +6,7 @@ takes the number of mutants and the seed; 60 take two hours on one core. Each mu
 operation, number, truth value or negation of one function of `freerock`, in a copy of the checkout. The tests
 run that import the module; where none does, those that import a module that imports it, or one of its room.
 What they miss, the campaigns in `tests/workflow` whose numbers are kept may catch; without a bug these must
-pass. A mutant is caught when a test fails or does not end. The rooms are drawn in turn, so that a large one
+pass. Last run tests of Snakemake and the browser that import the module. A mutant is caught when a test fails or does not end. The rooms are drawn in turn, so that a large one
 has no more mutants than a small one. Survivors are printed with their line; some change nothing that can be
 seen: a reader judges.
 """
@@ -35,6 +35,7 @@ FILES = ("pyproject.toml", "Snakefile", "CONTRIBUTING.md", "README.md")
 COLUMNS = ["room", "file", "line", "function", "before", "after", "tests", "caught", "by"]
 LIMIT_S = 900  # of the tests of one mutant; a loop without end is caught
 FAILED = (1, 2, 3)  # pytest's: a test, the collection, pytest itself
+QUICK, SLOW = ("unit", "physics", "bench"), ("workflow", "browser")  # folders of tests
 KEPT = ["tests/workflow", "-k", "as_kept"]  # campaigns whose numbers are kept
 MOST_TESTS = 6  # files, those first that are named as the module
 PAIRS: list[tuple[Any, Any]] = [(ast.Lt, ast.LtE), (ast.Gt, ast.GtE), (ast.Eq, ast.NotEq)]
@@ -125,11 +126,15 @@ def drawn_mutants(n: int, seed: int) -> list[Mutant]:
     return [draw.choice(rooms[order[i % len(order)]]) for i in range(n)]
 
 
+def tests_in(folders: Sequence[str]) -> dict[Path, set[str]]:
+    """Test files of some folders, and what each imports."""
+    paths = [path for name in folders for path in sorted((ROOT / "tests" / name).glob("test_*.py"))]
+    return {path: imported(path) for path in paths}
+
+
 def related_tests(file: Path) -> list[Path]:
     """Test files that import a module; where none does, one that imports it, or one of its room."""
-    folders = [ROOT / "tests" / name for name in ("unit", "physics", "bench")]
-    tests = {path: imported(path) for folder in folders for path in sorted(folder.glob("test_*.py"))}
-    module = _module(file)
+    tests, module = tests_in(QUICK), _module(file)
     users = {_module(path) for path in (ROOT / "src/freerock").rglob("*.py") if module in imported(path)}
     room = {_module(path) for path in file.parent.glob("*.py")}
     for wanted in ({module}, users, room):
@@ -159,11 +164,14 @@ def tried(mutant: Mutant, checkout: Path) -> dict[str, object]:
     shutil.rmtree(checkout / "src", ignore_errors=True)
     shutil.copytree(ROOT / "src", checkout / "src")
     (checkout / mutant.file.relative_to(ROOT)).write_text(mutant.text(), encoding="utf-8")
-    tests = [str(test.relative_to(ROOT)) for test in related_tests(mutant.file)]
-    by = caught_by(tests, checkout) or caught_by(KEPT, checkout)
+    slow = [path for path, names in tests_in(SLOW).items() if _module(mutant.file) in names]
+    tests, late = (
+        [str(path.relative_to(ROOT)) for path in own] for own in (related_tests(mutant.file), slow)
+    )
+    by = caught_by(tests, checkout) or caught_by(KEPT, checkout) or (late and caught_by(late, checkout))
     place = {"room": mutant.room, "file": str(mutant.file.relative_to(ROOT)), "line": mutant.node.lineno}
     change = {"function": mutant.function, "before": mutant.before, "after": mutant.after}
-    return place | change | {"tests": len(tests), "caught": bool(by), "by": by}
+    return place | change | {"tests": len(tests), "caught": bool(by), "by": by or ""}
 
 
 def caught_by(tests: Sequence[str], checkout: Path) -> str:

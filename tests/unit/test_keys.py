@@ -59,6 +59,14 @@ def test_section_has_the_arguments_and_defaults_of_its_step(step, data, section,
     assert defaults(section, own.split()) == keyword_arguments(step, data.split())
 
 
+def test_a_block_can_not_be_released_at_its_critical_angle():
+    shape = {"height_m": 0.28, "width_m": 0.07, "mass_kg": 5.84}
+    critical_deg = math.degrees(Block(**shape).theta_cr)
+    with pytest.raises(ValueError, match="the block overturns"):
+        BlockSection(**shape, release_angle_deg=critical_deg)
+    assert BlockSection(**shape, release_angle_deg=critical_deg - 1e-9)
+
+
 def test_freed_nuisances_are_named_for_every_model():
     assert list(FreeSection.model_fields) == FREED
     assert list(FitsSection().models) == [model for model, law in LAWS.items() if law.by_default]

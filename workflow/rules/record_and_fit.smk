@@ -49,7 +49,7 @@ for name, section in CAMPAIGNS.items():
             name:
                 f"fit_{job}"
             input:
-                records=[f"results/{name}/records/{test}.nc" for test in tests],
+                records=getattr(rules, f"record_{job}").output.records,
                 again=again(f"fit_{job}", name),
             output:
                 fits=[f"results/{name}/fits/{test}.nc" for test in tests],
@@ -76,8 +76,8 @@ for name, section in CAMPAIGNS.items():
             name:
                 f"quality_{job}"
             input:
-                records=[f"results/{name}/records/{test}.nc" for test in tests],
-                fits=[f"results/{name}/fits/{test}.nc" for test in tests],
+                records=getattr(rules, f"record_{job}").output.records,
+                fits=getattr(rules, f"fit_{job}").output.fits,
                 again=again(f"quality_{job}", name),
             output:
                 png=[

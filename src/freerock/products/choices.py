@@ -69,5 +69,5 @@ def named_in(run: xr.DataTree) -> str:
 
 
 def explained_in(run: xr.DataTree) -> bool:
-    """Whether the candidate named for a run of a fit dataset explains it."""
-    return CHOICE_GROUP in run.children and bool(run.children[CHOICE_GROUP].attrs["explained"])
+    """Whether the candidate that the choice names for a run of a fit dataset explains it."""
+    return bool(run.children[CHOICE_GROUP].attrs["explained"])
