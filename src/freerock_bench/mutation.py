@@ -6,9 +6,9 @@ takes the number of mutants and the seed; 60 take two hours on one core. Each mu
 operation, number, truth value or negation of one function of `freerock`, in a copy of the checkout. The tests
 run that import the module; where none does, those that import a module that imports it, or one of its room.
 What they miss, the campaigns in `tests/workflow` whose numbers are kept may catch; without a bug these must
-pass. Last run tests of Snakemake and the browser that import the module. A mutant is caught when a test fails or does not end. The rooms are drawn in turn, so that a large one
-has no more mutants than a small one. Survivors are printed with their line; some change nothing that can be
-seen: a reader judges.
+pass. Last run the tests of Snakemake and the browser that import the module. A mutant is caught when a test
+fails or does not end. The rooms are drawn in turn, so that a large one has no more mutants than a small one.
+Survivors are printed with their line; some change nothing that can be seen: a reader judges.
 """
 
 import ast
