@@ -3,12 +3,12 @@
     python -m freerock_bench.mutation results/studies/mutation.csv 60 1
 
 takes the number of mutants and the seed; 60 take two hours on one core. Each mutant changes one comparison,
-operation, number, truth value or negation of one function of `freerock`, in a copy of the checkout. The tests
-run that import the module; where none does, those that import a module that imports it, or one of its room.
-What they miss, the campaigns in `tests/workflow` whose numbers are kept may catch; without a bug these must
-pass. Last run the tests of Snakemake and the browser that import the module. A mutant is caught when a test
-fails or does not end. The rooms are drawn in turn, so that a large one has no more mutants than a small one.
-Survivors are printed with their line; some change nothing that can be seen: a reader judges.
+operation, number, truth value or negation of one function of `freerock`, in a copy of the checkout. First run
+tests that import the module, or a module that imports it, or one of its room: six files. What they miss, the
+campaigns in `tests/workflow` whose numbers are kept may catch; without a bug these must pass. Last run the
+tests of Snakemake and the browser that import the module. A mutant is caught when a test fails or does not
+end. The rooms are drawn in turn, so that a large one has no more mutants than a small one. Survivors are
+printed with their line; some change nothing that can be seen: a reader judges.
 """
 
 import ast
@@ -133,15 +133,17 @@ def tests_in(folders: Sequence[str]) -> dict[Path, set[str]]:
 
 
 def related_tests(file: Path) -> list[Path]:
-    """Test files that import a module; where none does, one that imports it, or one of its room."""
+    """Test files that import a module, then those that import one that imports it, then of its room."""
     tests, module = tests_in(QUICK), _module(file)
     users = {_module(path) for path in (ROOT / "src/freerock").rglob("*.py") if module in imported(path)}
     room = {_module(path) for path in file.parent.glob("*.py")}
+    related: dict[Path, None] = {}
     for wanted in ({module}, users, room):
-        if own := [path for path, names in tests.items() if wanted & names]:
-            own.sort(key=lambda test: (file.stem not in test.stem, test.stat().st_size))
-            return own[:MOST_TESTS]
-    return [ROOT / "tests/unit/test_rooms.py"]
+        own = [path for path, names in tests.items() if wanted & names]
+        related |= dict.fromkeys(
+            sorted(own, key=lambda test: (file.stem not in test.stem, test.stat().st_size))
+        )
+    return [*related][:MOST_TESTS] or [ROOT / "tests/unit/test_rooms.py"]
 
 
 def _module(file: Path) -> str:

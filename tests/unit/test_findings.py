@@ -83,6 +83,10 @@ def test_laws_that_were_fitted_and_rejected_are_listed(tmp_path):
         return " ".join(map(plain, own.sentences))
 
     assert explained().endswith(" and Hunt–Crossley, pivoting (in 1 run).")
+    assert "some fits failed" not in explained()
+    first = frames["table3"].index[frames["table3"]["model"] == "housner"][0]
+    frames["table3"].loc[first, "success"] = False
+    assert re.search(r"Housner \([^;]+; some fits failed\)", explained()) and explained().count("some") == 1
     assert "No other law that was fitted explains a run. Rejected (" in explained()
     frames["choice"].loc[frames["choice"]["status"] == "rejected", "explains"] = True
     assert "Of the other laws that were fitted, none does as well with as few parameters." in explained()

@@ -42,10 +42,12 @@ def test_what_is_remembered_is_the_same_to_the_last_bit_and_each_asker_has_its_o
     assert known.get(of, make).identical(made)
 
 
-def test_fits_come_back_as_they_were():
+def test_fits_come_back_as_they_were(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     found = Identified({"housner": Some(np.arange(4000.0), (1.5, "s"))}, {"winkler": "no"}, [np.zeros(3)])
     known = Remembered(2)
     known.get("a", lambda: found)
+    assert len([*tmp_path.rglob("*.npy")]) == 1  # large arrays of a fit keep no memory
     again = known.get("a", lambda: None)
     assert type(again) is Identified and again.errors == found.errors and again is not found
     np.testing.assert_array_equal(again.fits["housner"].theta, np.arange(4000.0))
