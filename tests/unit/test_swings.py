@@ -28,7 +28,7 @@ def tables(rocking, source="experiment"):
             "impact": np.arange(1, n + 1),
             "time_s": rocking.impact_time[:n],
             "r": R,
-            "r_stderr": 0.001,
+            "r_u": 0.001,
             "peak_before_deg": np.degrees(rocking.peak[:n]),
         }
     )
@@ -44,7 +44,7 @@ def test_rate_energy_loss_and_period_are_housners(rocking):
     inertia = BLOCK.inertia_base + BLOCK.mass_kg * BLOCK.b**2
     np.testing.assert_allclose(found["energy_j"], inertia * rocking.impact_rate[:12] ** 2 / 2, rtol=1e-9)
     np.testing.assert_allclose(found["loss"], 1 - R**2)
-    np.testing.assert_allclose(found["loss_stderr"], 2 * R * 0.001)
+    np.testing.assert_allclose(found["loss_u"], 2 * R * 0.001)
     assert np.isnan(found["period_s"].iloc[0])
     quarter = [housner_swings(BLOCK, 1.0, each, max_impacts=1).impact_time[0] for each in rocking.peak[1:12]]
     np.testing.assert_allclose(found["period_s"][1:], 4 * np.array(quarter), rtol=1e-9)

@@ -10,7 +10,7 @@ from freerock.models.housner import housner_swings
 
 FIGURE = {
     "title": "Period against amplitude",
-    "caption": "Twice the time between two impacts against the largest |θ| between them over the critical "
+    "caption": "Twice the interval between two impacts against the largest |θ| in it over the critical "
     "angle α. Dotted: a rigid block (Housner 1963), whose period does not depend on r and goes to "
     "zero with its amplitude.",
     "reading": "The dotted curve has no free parameter, so a point above it shows a base that yields. The "
@@ -35,4 +35,4 @@ draw = by_block(
     lambda swings: swings[swings["period_s"].notna()],
     lambda ax, own: ax.set(xlim=(0, None), ylim=(0, None)),
 )
-caption = caption_of
+caption = caption_of("interval")

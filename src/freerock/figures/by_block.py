@@ -19,14 +19,14 @@ HIGH_IN = 2.3
 
 
 class Shown(NamedTuple):
-    """What is drawn: two columns and their names, standard errors, and the curve of a rigid block."""
+    """What is drawn: two columns and their names, the uncertainty, and the curve of a rigid block."""
 
     x: str
     y: str
     x_label: str
     y_label: str
     rigid: Callable[[Block, pd.DataFrame], tuple[Floats, Floats]]
-    y_stderr: str = ""
+    y_u: str = ""
 
 
 def foundation_looks(table: pd.DataFrame) -> dict[str, Style]:
@@ -97,13 +97,18 @@ def by_block(
     return draw
 
 
-def caption_of(data: pd.DataFrame, labels: Labels = None) -> str:
-    """How many impacts and runs are drawn, and the law of each line, which is of the first run alone."""
-    seen = data[data["source"] == "experiment"]
-    n = len(seen[["test", "run"]].drop_duplicates())
-    told = f"{style.number_of(len(seen), 'impact').capitalize()} of {style.number_of(n, 'run')}."
-    laws = laws_told(data)
-    return f"{told} Lines: the law fitted to the first run, {laws}." if laws else told
+def caption_of(point: str) -> Callable[..., str]:
+    """The function `caption` of such a figure, whose points are impacts or what `point` says."""
+
+    def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+        """How many points and runs are drawn, and the law of each line, which is of the first run alone."""
+        seen = data[data["source"] == "experiment"]
+        n = len(seen[["test", "run"]].drop_duplicates())
+        told = f"{style.number_of(len(seen), point).capitalize()} of {style.number_of(n, 'run')}."
+        laws = laws_told(data)
+        return f"{told} Lines: the law fitted to the first run, {laws}." if laws else told
+
+    return caption
 
 
 def laws_told(data: pd.DataFrame) -> str:
@@ -120,9 +125,9 @@ def _draw(ax: Axes, shown: Shown, scene: pd.DataFrame, look: Style, name: str, o
         points = {"linestyle": "", "markerfacecolor": "none", "markersize": 3.5, "markeredgewidth": 0.8}
         recorded = f"{name}, {style.recorded(origin)['label']}"
         ax.plot(seen[shown.x], seen[shown.y], **style.sized(look | points), label=recorded)
-        if shown.y_stderr:
+        if shown.y_u:
             bars = style.sized({"fmt": "none", "ecolor": look["color"], "elinewidth": 0.8})
-            ax.errorbar(seen[shown.x], seen[shown.y], yerr=seen[shown.y_stderr], **bars)
+            ax.errorbar(seen[shown.x], seen[shown.y], yerr=seen[shown.y_u], **bars)
     if len(law):
         line = style.sized(look | {"marker": "", "linewidth": 1.1})
         ax.plot(law[shown.x], law[shown.y], **line, label=f"{name}, law of the first run")

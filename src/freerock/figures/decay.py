@@ -43,4 +43,4 @@ draw = by_block(
     lambda swings: swings.assign(swing=swings["impact"].astype(float) - 1),
     _logarithmic,
 )
-caption = caption_of
+caption = caption_of("impact")

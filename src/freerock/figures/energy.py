@@ -15,7 +15,7 @@ from freerock.tables.swings import first_runs, named_swings
 FIGURE = {
     "title": "Energy during a run, and its loss at each impact",
     "caption": "Left: energy above rest before each impact, as of a rigid block at the peak of |θ| "
-    "(Housner 1963). Right: share lost at the impact, 1 − r²; bars: one standard error. Symbols: the "
+    "(Housner 1963). Right: share lost at the impact, 1 − r²; bars: total standard uncertainty. Symbols: the "
     "record; lines: the named model, otherwise the one with the least ε_θ.",
     "reads": ["runs", "restitution", "epsilon", "blocks"],
 }
@@ -81,5 +81,5 @@ def _curves(axes: Axes, scene: pd.DataFrame, look: dict[str, object], name: str,
         axes[1].plot(modelled["impact"], 100 * modelled["loss"], **line, label=f"{name}, model")
     if len(seen):
         axes[0].plot(seen["time_s"], seen["energy_j"], **points)
-        bars = {"yerr": 100 * seen["loss_stderr"], "elinewidth": style.scaled(0.8)}
+        bars = {"yerr": 100 * seen["loss_u"], "elinewidth": style.scaled(0.8)}
         axes[1].errorbar(seen["impact"], 100 * seen["loss"], **bars, **points, label=f"{name}, {record}")

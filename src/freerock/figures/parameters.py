@@ -17,11 +17,10 @@ FIGURE = {
     "title": "Identified parameters, run by run",
     "caption": "Each run with its 95 % interval from noise (within the symbol if none is visible; open "
     "if the law is rejected for that run). Diamond and square: mean of a "
-    "record, and of the records of a foundation, with the 95 % interval of its total "
-    "uncertainty, which includes scatter, noise, block, sensor, clock and law. Shaded: 95 % "
-    "prediction interval of the next run or record at the estimated τ, which is small or zero where "
-    "< stands. τ: standard deviation between them without their noise, in per cent of the mean; not seen "
-    "where noise explains all of it.",
+    "record, and of the records of a foundation, with the 95 % interval of its total uncertainty. Shaded: "
+    "95 % prediction interval of the next run at the estimated τ, small or zero where < stands, and of the "
+    "next record over all likely τ. τ: standard deviation between them without their noise, in per cent of "
+    "the mean; not seen where noise explains all of it.",
     "reading": "Read each panel from the runs down to the square, which is the value to quote. Diamonds "
     "that agree within their bars show that blocks share the foundation. A shaded bar much "
     "wider than the bar of a run means that runs differ by more than their noise.",

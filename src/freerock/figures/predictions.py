@@ -14,8 +14,8 @@ from freerock.models.laws import MODEL_LABELS, MODELS
 FIGURE = {
     "title": "Discrepancy with parameters of the run itself, of other runs, and of other blocks",
     "caption": "Discrepancy ε_θ of each run with its own parameters, with those of the other runs of its "
-    "record, and with those of another block on the same foundation; for the laws selected there. "
-    "Failed fits are omitted.",
+    "record, and with those of another block on the same foundation; the release is the run's own. "
+    "Laws: those selected there. Failed fits are omitted.",
     "reading": "A run's own fit stands at the left, and every prediction lies to its right. Circles show "
     "how well another run of the record predicts this one, crosses how well another block "
     "does. A prediction above a few per cent gets out of phase with the record before rest.",

@@ -395,8 +395,8 @@ def scale_by_noise(residual: Axes, furthest: float) -> None:
     """Linear about zero, logarithmic beyond: the axis of a residual over the noise, up to its largest, with
     the band that holds 95 % of white noise. Its edges lie on top: a residual that is noise hides the band."""
     residual.axhspan(-NOISE, NOISE, facecolor="0.85", linewidth=0)
-    for edge in (-NOISE, NOISE):
-        residual.axhline(edge, color="#f0c000", linewidth=scaled(0.8), zorder=3, label="noise: 95 %")
+    for edge, label in ((-NOISE, None), (NOISE, "noise: 95 %")):
+        residual.axhline(edge, color="#f0c000", linewidth=scaled(0.8), zorder=3, label=label)
     residual.set_yscale("symlog", linthresh=LINEAR)
     first = 2 if furthest > 30 else 1  # 10 would touch 3
     decades = [10.0**power for power in range(first, 7) if 10**power < furthest]

@@ -29,7 +29,7 @@ def swings(
         The columns of restitution, and amplitude, the peak before the impact over the critical angle,
         rigid_speed_m_s, the impact speed of a rigid block that falls from
         the peak before the impact, energy_j, what it has there above rest, loss = 1 - r² and its
-        standard error loss_stderr, and period_s, twice the time since the impact before; NaN of the first
+        total uncertainty loss_u, and period_s, twice the time since the impact before; NaN of the first
         impact, and where an impact between was not seen.
 
     Notes
@@ -53,7 +53,7 @@ def swings(
         rigid_speed_m_s=p_2b * np.sqrt(2 * np.maximum(height, 0.0)),
         energy_j=weight * height,
         loss=1 - r**2,
-        loss_stderr=2 * r * found["r_stderr"],
+        loss_u=2 * r * found["r_u"],
     )
     period = 2 * found.groupby(FIT, sort=False)["time_s"].diff()
     before = period.groupby([found[name] for name in FIT], sort=False).shift()
