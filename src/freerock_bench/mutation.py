@@ -4,11 +4,11 @@
 
 takes the number of mutants and the seed; 60 take two hours on one core. Each mutant changes one comparison,
 operation, number, truth value or negation of one function of `freerock`, in a copy of the checkout. First run
-tests that import the module, or a module that imports it, or one of its room: six files. What they miss, the
-campaigns in `tests/workflow` whose numbers are kept may catch; without a bug these must pass. Last run the
-tests of Snakemake and the browser that import the module. A mutant is caught when a test fails or does not
-end. The rooms are drawn in turn, so that a large one has no more mutants than a small one. Survivors are
-printed with their line; some change nothing that can be seen: a reader judges.
+tests that import the module; where these are few, those too of modules that import it, and of its room. What
+they miss, the campaigns in `tests/workflow` whose numbers are kept may catch; without a bug these must pass.
+Last run the tests of Snakemake and the browser that import the module. A mutant is caught when a test fails
+or does not end. The rooms are drawn in turn, so that a large one has no more mutants than a small one.
+Survivors are printed with their line; some change nothing that can be seen: a reader judges.
 """
 
 import ast
@@ -32,12 +32,12 @@ from freerock.tables.csvfile import write_csv
 ROOT = Path(__file__).parents[2]
 COPIED = ("tests", "config", "raw", "workflow", "docs", "profiles", "results/palermo_virtual")
 FILES = ("pyproject.toml", "Snakefile", "CONTRIBUTING.md", "README.md")
-COLUMNS = ["room", "file", "line", "function", "before", "after", "tests", "caught", "by"]
+COLUMNS = ["room", "file", "line", "function", "before", "after", "caught", "by"]
 LIMIT_S = 900  # of the tests of one mutant; a loop without end is caught
 FAILED = (1, 2, 3)  # pytest's: a test, the collection, pytest itself
 QUICK, SLOW = ("unit", "physics", "bench"), ("workflow", "browser")  # folders of tests
 KEPT = ["tests/workflow", "-k", "as_kept"]  # campaigns whose numbers are kept
-MOST_TESTS = 6  # files, those first that are named as the module
+AT_ONCE = 6  # files of tests, those first that are named as the module
 PAIRS: list[tuple[Any, Any]] = [(ast.Lt, ast.LtE), (ast.Gt, ast.GtE), (ast.Eq, ast.NotEq)]
 PAIRS += [(ast.Add, ast.Sub), (ast.Mult, ast.Div), (ast.And, ast.Or)]
 OTHER: dict[Any, Any] = {one: other for pair in PAIRS for one, other in (pair, pair[::-1])}
@@ -133,17 +133,19 @@ def tests_in(folders: Sequence[str]) -> dict[Path, set[str]]:
 
 
 def related_tests(file: Path) -> list[Path]:
-    """Test files that import a module, then those that import one that imports it, then of its room."""
+    """Test files that import a module; where these are few, those too that import one that imports it."""
     tests, module = tests_in(QUICK), _module(file)
     users = {_module(path) for path in (ROOT / "src/freerock").rglob("*.py") if module in imported(path)}
     room = {_module(path) for path in file.parent.glob("*.py")}
     related: dict[Path, None] = {}
     for wanted in ({module}, users, room):
+        if len(related) >= AT_ONCE:
+            break
         own = [path for path, names in tests.items() if wanted & names]
         related |= dict.fromkeys(
             sorted(own, key=lambda test: (file.stem not in test.stem, test.stat().st_size))
         )
-    return [*related][:MOST_TESTS] or [ROOT / "tests/unit/test_rooms.py"]
+    return [*related] or [ROOT / "tests/unit/test_rooms.py"]
 
 
 def _module(file: Path) -> str:
@@ -167,13 +169,14 @@ def tried(mutant: Mutant, checkout: Path) -> dict[str, object]:
     shutil.copytree(ROOT / "src", checkout / "src")
     (checkout / mutant.file.relative_to(ROOT)).write_text(mutant.text(), encoding="utf-8")
     slow = [path for path, names in tests_in(SLOW).items() if _module(mutant.file) in names]
-    tests, late = (
-        [str(path.relative_to(ROOT)) for path in own] for own in (related_tests(mutant.file), slow)
+    quick, late = (
+        [[str(path.relative_to(ROOT)) for path in own[i : i + AT_ONCE]] for i in range(0, len(own), AT_ONCE)]
+        for own in (related_tests(mutant.file), slow)
     )
-    by = caught_by(tests, checkout) or caught_by(KEPT, checkout) or (late and caught_by(late, checkout))
+    by = next(filter(None, (caught_by(tests, checkout) for tests in (*quick, KEPT, *late))), "")
     place = {"room": mutant.room, "file": str(mutant.file.relative_to(ROOT)), "line": mutant.node.lineno}
     change = {"function": mutant.function, "before": mutant.before, "after": mutant.after}
-    return place | change | {"tests": len(tests), "caught": bool(by), "by": by or ""}
+    return place | change | {"caught": bool(by), "by": by}
 
 
 def caught_by(tests: Sequence[str], checkout: Path) -> str:

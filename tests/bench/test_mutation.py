@@ -2,6 +2,7 @@
 
 import ast
 from functools import cache
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -57,7 +58,7 @@ def test_mutants_are_drawn_by_their_seed_over_all_rooms_in_turn(monkeypatch):
 def test_related_tests_a_module_import_it_or_one_that_does():
     names = [path.name for path in related_tests(ROOT / "src/freerock/runs/verdict.py")]
     assert names[0].startswith("test_") and "test_verdict.py" in names[:2]
-    assert len(names) <= mutation.MOST_TESTS
+    assert len(names) >= mutation.AT_ONCE
     assert related_tests(ROOT / "src/freerock/runs/impact_kernel.py")
 
 
@@ -71,10 +72,13 @@ def test_a_bug_is_caught_in_a_copy(tmp_path):
     assert (checkout / "src/freerock/runs/verdict.py").read_text(encoding="utf-8") == worse.text()
 
 
-def test_what_related_tests_miss_the_kept_numbers_catch(monkeypatch, tmp_path):
-    asked = []
-    monkeypatch.setattr(
-        mutation, "caught_by", lambda tests, _: asked.append(tests) or "kept" * (len(asked) - 1)
-    )
-    row = mutation.tried(next(mutants_of(ROOT / "src/freerock/runs/verdict.py")), tmp_path)
-    assert row["by"] == "kept" and asked[1] == mutation.KEPT and len(asked) == 2
+def test_all_related_tests_are_asked_then_the_kept_numbers_then_slow_ones(monkeypatch, tmp_path):
+    asked, file = [], ROOT / "src/freerock/jobs/code_identity.py"
+    monkeypatch.setattr(mutation, "caught_by", lambda tests, _: asked.append(tests) or "")
+    assert not mutation.tried(next(mutants_of(file)), tmp_path)["caught"]
+    at = asked.index(mutation.KEPT)
+    quick, late = ([*chain(*groups)] for groups in (asked[:at], asked[at + 1 :]))
+    assert quick == [str(path.relative_to(ROOT)) for path in related_tests(file)]
+    assert "tests/workflow/test_code_checksum.py" in late and max(map(len, asked)) <= mutation.AT_ONCE
+    monkeypatch.setattr(mutation, "caught_by", lambda tests, _: "kept" * (tests == mutation.KEPT))
+    assert mutation.tried(next(mutants_of(file)), tmp_path)["by"] == "kept"
