@@ -115,5 +115,4 @@ def in_base_units(values: "ArrayLike", declared: str, stated: str) -> "tuple[NDA
             remedy = f"name another channel, or {remedy}"
         raise FreerockError(where, what, remedy)
     quantity, factor = CHANNEL_UNITS[declared or str(read)]
-    values = np.asarray(values, float)
-    return (values if factor == 1 else values * factor), quantity
+    return np.asarray(values, float) * factor, quantity
