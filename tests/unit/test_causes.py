@@ -92,6 +92,21 @@ def test_a_sensor_bent_by_more_than_any_is_no_cause(bent, is_named):
     assert ("sensor" in names) is is_named
 
 
+def test_of_two_lasers_each_input_is_named_with_its_own():
+    """An averaging time is given as a value, that of the laser that averages."""
+    two = Laboratory(BLOCK, {"low": replace(LASER, position_m=0.1, response_ms=2.0), "high": LASER}, ())
+    sources = [Input(owner, "response_ms", 4.0, False) for owner in two.lasers]
+    told = [selection_causes._effect_of(source, two).text(1.0) for source in sources]
+    assert told == ["6.0 ms of low", "4.0 ms of high"]
+
+
+def test_no_bed_relaxes_by_more_than_it_bears_and_no_base_is_hollow_by_much():
+    found = {each.name: each for each in unmodelled.effects(fitted(seen({})))}
+    assert found["relaxation"].bounds == (0.0, 1.0) and 0 < found["base"].bounds[1] < 0.1 * BLOCK.b
+    lost = found["samples"]
+    assert lost.text(2.7e-3).startswith("3 lost at") and lost.text(4e-4).startswith("1 lost at")
+
+
 def test_amounts_have_a_true_minus_sign_and_a_space_before_the_unit():
     bent = unmodelled.Effect("sensor", np.empty(0), "bent by {:+.2%} of the range of laser-1".format)
     tried = selection_causes._Tried(bent, 0.2, 1.0, -0.0029, np.empty(0), np.empty(0))
@@ -139,9 +154,13 @@ SOIL, THETA0 = {"k": 2.86e6, "lambda": 8.16e7}, math.radians(8)
 
 def unexplained(besides=None, **others):
     """Causes of a run of another simulator with something that the law of its fit has not."""
-    motion = seen(besides or {}, **others)
+    return ranked(fitted(seen(besides or {}, **others)))
+
+
+def fitted(motion):
+    """Where the fit of a run by Hunt and Crossley's law ends."""
     fit = fit_run("hunt_crossley", BLOCK, replace(motion, laboratory=None))
-    return ranked(at_end(posed("hunt_crossley", (BLOCK,), (motion,), FitSettings()), fit.values, None))
+    return at_end(posed("hunt_crossley", (BLOCK,), (motion,), FitSettings()), fit.values, None)
 
 
 def seen(besides, lost=0, incline=0.0, base=None):

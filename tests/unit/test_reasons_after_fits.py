@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from freerock.identification.fit import fit_run
+from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, GEOMETRIC, LAWS, MODEL_LABELS, Rules
 from freerock.models.published import BLOCKS, TABLE_2
 from freerock.rotation.as_measured import as_measured
@@ -15,8 +16,15 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View
 from freerock.runs.motion import Motion
 from freerock.runs.noise_spectrum import noise_at_rest
+from freerock.runs.verdict import Verdict
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypotheses
-from freerock.selection.reasons_after_fits import hints_for, reasons_of_noise, with_other_sign
+from freerock.selection.hypotheses_tried import identify_run
+from freerock.selection.reasons_after_fits import (
+    hints_for,
+    reasons_of_fits,
+    reasons_of_noise,
+    with_other_sign,
+)
 
 BLOCK = BLOCKS["config2"]
 THETA0, SIGMA, RATE_HZ = math.radians(8), math.radians(0.01), 1000.0
@@ -25,13 +33,14 @@ VIEW = View(BLOCK, LASER)
 TENSIONLESS = Rules("tensionless")
 
 
-def run(law="winkler", rules=GEOMETRIC, view=None, seen=lambda theta: theta):
-    """A run on the Aerstop of table 2 with white noise, whose angles are read otherwise than they are."""
+def run(law="winkler", rules=GEOMETRIC, view=None, seen=lambda theta: theta, block=BLOCK, bed=None):
+    """A run on a bed, by default the Aerstop of table 2, with white noise, and angles read otherwise than
+    they are."""
     law = CANDIDATES[law].law
     generator = np.random.default_rng(3)
     time_s = np.arange(0, 3.5, 1 / RATE_HZ)
-    values = {**TABLE_2["aerstop"][law], "theta0": THETA0}
-    theta = seen(as_measured(law, BLOCK, values, time_s, view, rules=rules))
+    values = {**(bed or TABLE_2["aerstop"][law]), "theta0": THETA0}
+    theta = seen(as_measured(law, block, values, time_s, view, rules=rules))
     theta0 = float(seen(np.array([THETA0]))[0])
     noise = noise_at_rest([SIGMA * generator.standard_normal(4000)], RATE_HZ)
     theta += SIGMA * generator.standard_normal(time_s.size)
@@ -51,6 +60,22 @@ def test_the_other_rule_of_debonding():
             "would fit with fits.debonding: tensionless: Winkler then agrees with the noise",
         )
     ]
+
+
+@pytest.mark.parametrize(
+    ("law", "damping", "rules", "names"),
+    [("hunt_crossley", {}, TENSIONLESS, {"other_debonding"}), ("general", {"c": 1500.0}, GEOMETRIC, set())],
+)
+def test_a_further_damping_does_not_hide_that_a_bed_can_not_pull(law, damping, rules, names):
+    """General explains a bed of λ alone that can't pull, with c = 89 ± 31 N s/m²."""
+    block, bed = Block(0.3, 0.0905, 6.515), {"k": 1.9e6, "lambda": 3.1e7, **damping}
+    motion = run(law, rules, block=block, bed=bed)
+    general = Hypotheses(("general",), (), {name: law.free for name, law in LAWS.items()})
+    found = identify_run(block, motion, general)
+    assert found.choice(general).explained
+    told = reasons_of_fits(Verdict(()), block, motion, found, general)
+    assert {each.name for each in told if each.verdict == "warn"} == names
+    assert all("tensionless: Hunt–Crossley then agrees" in each.text for each in told if each.name in names)
 
 
 def read_with_the_other_sign(theta):

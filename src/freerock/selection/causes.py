@@ -216,8 +216,8 @@ def _effect_of(source: Input, laboratory: Laboratory) -> Effect:
     if source.name == "response_ms":  # what it does grows with its square
 
         def slower(by: float) -> str:
-            (laser,) = laboratory.moved(source, by).lasers.values()
-            return f"{laser.response_ms:.1f} ms of {source.owner}"
+            moved = laboratory.moved(source, by).lasers[source.owner]
+            return f"{moved.response_ms:.1f} ms of {source.owner}"
 
         return Effect(source.name, np.empty(0), slower, unit=source.u)
 

@@ -20,7 +20,7 @@ from freerock.models.laws import CANDIDATES, DEBONDING, MODEL_LABELS, MODELS, la
 from freerock.rotation.beam import displaced, turned
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
-from freerock.selection.allowed_hypotheses import Hypotheses
+from freerock.selection.allowed_hypotheses import Hypotheses, contains
 from freerock.selection.hypotheses_tried import Identified
 from freerock.selection.quick import leaves_noise
 from freerock.selection.reasons_of_set_up import (
@@ -33,6 +33,7 @@ from freerock.selection.reasons_of_set_up import (
 )
 
 UNEXPLAINED = "no candidate explains the run"
+WOULD = "would fit with {}: {} then agrees with the noise"
 
 
 def reasons_of_noise(motion: Motion) -> list[Reason]:
@@ -71,6 +72,7 @@ def reasons_of_fits(
         notes += pulled_inputs(found.fits[chosen])
         notes += odd_contact(found.fits[chosen], block)
         notes += slow_sensor(found.at_best(chosen, block, motion, hypotheses), motion)
+        notes += _smaller_law(found, chosen, block, motion, hypotheses)
         if chosen in found.effects and not any(note.verdict == "warn" for note in notes):
             notes.append(unmodelled_effect(found.fits[chosen], found.effects[chosen]))
         return notes
@@ -138,14 +140,37 @@ def hints_for(
     as_mirrored = with_other_sign(motion)
     for model in laws:
         own, start = settings(model), {name: fits[model].values[name] for name in MODELS[model]}
-        (other,) = {*DEBONDING} - {own.debonding}
-        would = f"would fit with {{}}: {MODEL_LABELS[model]} then agrees with the noise"
-        foundation = law_of(model).is_foundation
-        if foundation and leaves_noise(model, block, replace(own, debonding=other), start, motion):
-            text = would.format(f"fits.debonding: {other}")
-            yield Reason("warn", "other_debonding", text)
+        if law_of(model).is_foundation:
+            yield from _other_debonding(model, block, motion, own, start)
         if as_mirrored is not None and leaves_noise(model, block, own, None, as_mirrored):
-            yield Reason("warn", "other_sign", would.format("the other sign of the laser"))
+            yield Reason(
+                "warn", "other_sign", WOULD.format("the other sign of the laser", MODEL_LABELS[model])
+            )
+
+
+def _other_debonding(
+    model: str, block: Block, motion: Motion, own: FitSettings, start: Mapping[str, float]
+) -> Iterator[Reason]:
+    """The other rule of debonding, where a law of a foundation then agrees with the noise."""
+    (other,) = {*DEBONDING} - {own.debonding}
+    if leaves_noise(model, block, replace(own, debonding=other), start, motion):
+        yield Reason("warn", "other_debonding", WOULD.format(f"fits.debonding: {other}", MODEL_LABELS[model]))
+
+
+def _smaller_law(
+    found: Identified, chosen: str, block: Block, motion: Motion, hypotheses: Hypotheses
+) -> Iterator[Reason]:
+    """The other rule of debonding, where a case of the chosen law then agrees with the noise.
+
+    What a bed that can't pull changes, a further parameter of a law may take up.
+    """
+    values = found.fits[chosen].values
+    for model, candidate in CANDIDATES.items():
+        if candidate.law in law_of(chosen).cases and contains(chosen, model) and not candidate.width:
+            start = {name: values[name] for name in MODELS[model]}
+            yield from _other_debonding(
+                model, block, motion, hypotheses.settings(model, found.widened), start
+            )
 
 
 def with_other_sign(motion: Motion) -> Motion | None:

@@ -49,8 +49,8 @@ class Tries:
         Relaxation times of a bed [s].
     grips : tuple of float
         Friction coefficients of a base that slips.
-    hollow_m : float
-        Depth of a hollow base, for its derivative [m].
+    hollow_m, hollow_most : float
+        Depth of a hollow base, for its derivative [m], and at most, over its half width.
     like_it : (float, float)
         Times itself, within which the amount of an effect lies that has no size of its own.
     inclined_rad, bent : float
@@ -75,6 +75,7 @@ class Tries:
     relaxes_s: tuple[float, ...] = (0.005, 0.02, 0.08)
     grips: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
     hollow_m: float = 1e-5
+    hollow_most: float = 0.05
     like_it: tuple[float, float] = (0.3, 3.0)
     inclined_rad: float = 0.2
     bent: float = 0.025
@@ -345,7 +346,7 @@ def _of_reading(best: Posterior) -> Iterator[Effect]:
     for at in np.linspace(0.02, 0.8, TRIES.places) * samples.time_s[-1]:
 
         def text(a: float, at: float = float(at)) -> str:
-            return f"{a * rate_hz:.1f} lost at {at:.2f} s"
+            return f"{max(1, round(a * rate_hz))} lost at {at:.2f} s"
 
         yield Effect("samples", np.where(samples.time_s > at, rate, 0.0), text, (0.5 / rate_hz, math.inf))
 
@@ -366,7 +367,9 @@ def _of_forces(path: _Path) -> Iterator[Effect]:
         keep = math.exp(-TRIES.step_s / tau)
         memory = lfilter([1.0], [1.0, -keep], np.diff(depth, axis=1, prepend=depth[:, :1]), axis=1)
         relaxes = path.on_base(k * np.where(depth > 0, memory, 0.0))
-        yield from _acting("relaxation", relaxes, f"of the bed, {{:.1%}} in {1e3 * tau:g} ms".format)
+        yield from _acting(
+            "relaxation", relaxes, f"of the bed, {{:.1%}} in {1e3 * tau:g} ms".format, (0.0, 1.0)
+        )
 
 
 def _of_grip(path: _Path) -> Iterator[Effect]:
@@ -402,7 +405,7 @@ def _of_base(path: _Path) -> Iterator[Effect]:
     hollow = TRIES.hollow_m * (1 - (path.points[:, None] / b) ** 2)
     less = path.pressed(path.points[:, None], hollow) - path.pressed(path.points[:, None])
     gap = path.on_base(less / TRIES.hollow_m)
-    yield from _acting("base", gap, lambda a: f"hollow by {1e3 * a:.2g} mm")
+    yield from _acting("base", gap, lambda a: f"hollow by {1e3 * a:.2g} mm", (0.0, TRIES.hollow_most * b))
     right, left = path.pressed(b), path.pressed(-b)
     moment = b * (right + left) * np.cos(path.states[0]) / 2
     corner = path.by(-path.along * (right - left) / 2 + moment, -(right - left) / 2)
