@@ -350,7 +350,7 @@ YAML_MISTAKES = {
     "beam above the block": (
         ("position_m: 0.1", "position_m: 100"),
         "lab.csv:2: laser: position_m of near is 100: above the block tall, 0.28 m high; "
-        "give the beam's height above the base in metres",
+        "give the beam's height above the base in metres, or correct height_m",
     ),
     "empty file": ((YAML, ""), "lab.yaml: is empty; write lines of the form key: value"),
     "not keys and values": (

@@ -13,6 +13,7 @@ EXAMPLES = Path(__file__).parents[3] / "shared/data/acquisition"
 
 def test_missing_file(tmp_path):
     assert refusal(tmp_path / "gone.tdms") == ("no such file; put it there, or correct its name")
+    assert refusal(tmp_path) == "is a folder; name the files in it"
 
 
 def test_unknown_format(tmp_path):

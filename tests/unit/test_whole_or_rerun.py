@@ -125,11 +125,11 @@ def test_a_record_given_back_is_known_again(lab):
     [
         (
             {"settings": {"code": "1", "block": {"mass_kg": 3.0, "name": "tall"}}},
-            "by other settings (block.mass_kg 2.0, now 3.0)",
+            "by other settings (block.mass_kg 2, now 3)",
         ),
         (
             {"settings": {"code": "1", "block": {"name": "tall"}}},
-            "by other settings (block.mass_kg 2.0, now None)",
+            "by other settings (block.mass_kg 2, now nothing)",
         ),
         ({"settings": MADE.settings | {"code": "3"}}, "by other code"),
         ({"inputs": ["raw/a.tdms"]}, "from other files (raw/b.tdms)"),

@@ -230,7 +230,7 @@ def test_verify(checkout):
         f"results/small: {number - 7} whole, 1 missing, 0 damaged, 6 stale, 1 foreign",
     ]
     assert changed.stderr == (
-        "results: some products are not as a run would make them; run snakemake --config campaigns=small, "
+        "results/small: some products are not as a run would make them; run snakemake --config campaigns=small, "
         "and delete what is foreign\n"
     )
     (checkout / YAML).unlink()

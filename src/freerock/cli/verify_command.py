@@ -36,7 +36,7 @@ def run(chosen: Namespace) -> None:
     told, whole = verification(names)
     print(told, end="")
     if not whole:
-        raise refusal("results", chosen.campaign, told)
+        raise refusal(f"results/{names[0]}" if len(names) == 1 else "results", chosen.campaign, told)
 
 
 def refusal(where: str, campaigns: Sequence[str], told: str) -> FreerockError:

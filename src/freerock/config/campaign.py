@@ -222,7 +222,7 @@ def _laser_faults(record: Record, file: CampaignFile) -> Iterator[tuple[str, str
             what = (
                 f"position_m of {name} is {at:g}: above the block {record.block}, {block.height_m:g} m high"
             )
-            yield what, "give the beam's height above the base in metres"
+            yield what, "give the beam's height above the base in metres, or correct height_m"
 
 
 def _pair_faults(one: LaserSection, other: LaserSection) -> Iterator[tuple[str, str]]:

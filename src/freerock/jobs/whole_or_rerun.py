@@ -206,8 +206,9 @@ def differences(then: Any, now: Any, name: str = "") -> Iterator[str]:
         for i, (before, after) in enumerate(zip(then, now, strict=True), 1):
             yield from differences(before, after, f"{name}.{i}")
     elif then != now:
-        before, after = (float(f"{each:.12g}") if isinstance(each, float) else each for each in (then, now))
-        yield " ".join(f"{name} {before}, now {after}".split())[:120]
+        before, after = (f"{each:.12g}" if isinstance(each, float) else each for each in (then, now))
+        known = ("nothing" if each in ("", None) else each for each in (before, after))
+        yield " ".join("{} {}, now {}".format(name, *known).split())[:120]
 
 
 def _are_sections(value: Any) -> bool:

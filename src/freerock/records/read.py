@@ -86,6 +86,8 @@ def _opened(path: Path) -> Iterator[Contents]:
     """What the reader of a file's format finds in it, while the file is open."""
     if path.exists():
         check_special(path, path.stat().st_mode)
+    if path.is_dir():
+        raise FreerockError(path, "is a folder", "name the files in it")
     if not path.is_file():
         raise FreerockError(path, "no such file", "put it there, or correct its name")
     if path.suffix.lower() not in READERS:

@@ -90,7 +90,9 @@ def _refuse_ambiguous(path: Path, lines: Sequence[str], layout: Layout) -> None:
     headings = len(table.cells_of(above, ",")) if above.strip() else 0
     if whole and headings in (0, layout.width // 2):
         what = f"line {layout.first + 1} may hold {layout.width} columns, or decimal commas"
-        raise FreerockError(path, what, "export with tabs or semicolons between the columns")
+        raise FreerockError(
+            path, what, "export with tabs or semicolons between the columns, or decimal points"
+        )
 
 
 def _whole_second(cell: str) -> bool:
