@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from fabricated import tidy_tables
+from fabricated import fits, record, tidy_tables
 from matplotlib.image import imsave
 
 from freerock.config.campaign import load_campaign
@@ -14,7 +14,9 @@ from freerock.populations.predict import PREDICTIONS
 from freerock.populations.shared_foundation import shared_foundation
 from freerock.products.estimates import estimates_of
 from freerock.report.page import write_report
+from freerock.tables.columns import CONTRIBUTIONS_COLUMNS
 from freerock.tables.csvfile import read_csv, write_csv
+from freerock.tables.populations import budget_table, populations_table
 from freerock.tables.restitution_comparison import restitution_comparison
 from freerock.tables.summary import table1, table2, table3
 
@@ -101,6 +103,23 @@ def tables_of(folder, datasets, shapes=BLOCKS):
     for name, frame in frames.items():
         write_csv(frame, folder / f"{name}.csv")
     return list(frames)
+
+
+def half_explained(folder):
+    """Tables of two blocks on marble: the law that explains the runs of one is rejected for the other."""
+    trees = [record("b1_marble"), record("b2_marble", "b2", n_runs=1)]
+    names = tables_of(folder, (trees, [fits(tree) for tree in trees]))
+    frames = {name: read_csv(folder / f"{name}.csv") for name in names}
+    choice, parameters = frames["choice"], frames["parameters"]
+    of_b2 = choice["block"] == "b2"
+    choice.loc[of_b2, ["status", "explains"]] = "rejected", False
+    choice.loc[of_b2 & (choice["model"] == "winkler"), "status"] = "selected"  # the nearest
+    nothing = pd.DataFrame(columns=CONTRIBUTIONS_COLUMNS)
+    frames["populations"] = populations_table(parameters, nothing, choice)
+    frames["budget"] = budget_table(parameters, nothing, choice)
+    for name in ("choice", "populations", "budget"):
+        write_csv(frames[name], folder / f"{name}.csv")
+    return {name: read_csv(folder / f"{name}.csv") for name in names}
 
 
 def make(folder, datasets, *, shapes=BLOCKS, figures=None, by_hand=(), **changes):

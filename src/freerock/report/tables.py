@@ -223,25 +223,30 @@ def compared_restitution(compared: pd.DataFrame) -> Sortable:
 def budget(frame: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortable:
     """What the total uncertainty of each foundation's parameters is made of, from two tidy tables.
 
-    Rows are of candidates that are named for a run on the foundation. Of a foundation its mean over records,
-    where it has several, else that of its record; r is a record's own.
+    Rows are of candidates that are named for a run on the foundation, or of the record. Of a candidate its
+    mean over the records of a foundation, where it has one, else those of its records.
     """
     selected = choice[choice["status"] == "selected"]
-    named_on = set(selected[["foundation", "model"]].itertuples(index=False, name=None))
+    of_records, of_foundations = (
+        {*zip(selected[each], selected["model"], strict=True)} for each in ("test", "foundation")
+    )
     rows, unknown = [], False
-    several = set(frame[frame["level"] == "foundation"]["foundation"])
-    named = ["level", "test", "foundation", "model", "parameter", "unit"]
-    for key, parts in frame.groupby(named, sort=False, dropna=False):
+    over_records = frame[frame["level"] == "foundation"]
+    several = {*zip(over_records["foundation"], over_records["model"], strict=True)}
+    keys = ["level", "test", "foundation", "model", "parameter", "unit"]
+    for key, parts in frame.groupby(keys, sort=False, dropna=False):
         level, test, foundation, model, parameter, unit = map(str, key)
-        if (foundation, model) not in named_on or parameter not in MODELS[model]:
+        of_record = level == "record"
+        named = (test, model) in of_records if of_record else (foundation, model) in of_foundations
+        if not named or parameter not in MODELS[model]:
             continue
-        if level == "record" and foundation in several and parameter != "r":
+        if of_record and (foundation, model) in several:
             continue
         first = parts.iloc[0]
         share = 100 * first["u_total"] / abs(first["mean"])
         unknown = unknown or bool(is_unknown(first["mean"], first["u_total"]))
-        of = f", {test}" if level == "record" else ""
-        anchor = f"record-{test}" if level == "record" else f"config-foundations-{foundation}"
+        of = f", {test}" if of_record else ""
+        anchor = f"record-{test}" if of_record else f"config-foundations-{foundation}"
         rows.append(
             [
                 Cell(labels.get(foundation, foundation) + of, anchor=anchor),
