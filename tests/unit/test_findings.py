@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 from fabricated import campaign, failed_record, fits, record
 from found_again import found_again
-from reported import make, tables_of
+from reported import half_explained, make, tables_of
 
-from freerock.report.findings import _unexplained, findings
+from freerock.report.findings import Finding, _of_records, _unexplained, findings, laws_of_foundations
 from freerock.report.limitations import limits
 from freerock.report.numbers import KNOWN, Number, Tables, listed, plain
 from freerock.tables.csvfile import read_csv, write_csv
@@ -85,7 +85,7 @@ def test_laws_that_were_fitted_and_rejected_are_listed(tmp_path):
     assert explained().endswith(" and Hunt–Crossley, pivoting (in 1 run).")
     assert "some fits failed" not in explained()
     first = frames["table3"].index[frames["table3"]["model"] == "housner"][0]
-    frames["table3"].loc[first, "success"] = False
+    frames["table3"].loc[first, "n_runs"] -= 1  # of a record with two runs
     assert re.search(r"Housner \([^;]+; some fits failed\)", explained()) and explained().count("some") == 1
     assert "No other law that was fitted explains a run. Rejected (" in explained()
     frames["choice"].loc[frames["choice"]["status"] == "rejected", "explains"] = True
@@ -108,6 +108,34 @@ def test_release_angles_are_those_of_the_runs_whatever_their_side(tmp_path):
     assert ", released at 9.80 to 9.90°." in told(tmp_path, ([tree], [fits(tree)]))["Tested"]
 
 
+def test_parameters_with_a_sign_keep_it(tmp_path):
+    row = {"level": "record", "parameter": "tilt", "unit": "rad"}
+    rows = [row | {"test": f"t{i}", "mean": mean} for i, mean in enumerate((-0.005, -0.004, 0, 0.001, 0.002))]
+    write_csv(pd.DataFrame(rows), tmp_path / "populations.csv")
+    where = {"level": "record", "parameter": "tilt"}
+    told = _of_records(Tables({"populations": read_csv(tmp_path / "populations.csv")}), where, {})
+    assert plain(told).endswith(" = −0.286 to 0.115°")
+    assert found_again([Finding("", [told])], tmp_path, {}) == 2
+
+
+def test_blocks_rock_longest_where_their_mean_time_is_longest(tmp_path):
+    names = tables_of(tmp_path, campaign())
+    frames = {name: read_csv(tmp_path / f"{name}.csv") for name in names}
+    times = {("b1_marble", "1"): 5.0, ("b1_marble", "2"): 1.0, ("b1_mat", "1"): 4.0, ("b1_mat", "2"): 4.0}
+    keys = zip(frames["runs"]["test"], frames["runs"]["run"], strict=True)
+    frames["runs"]["duration_s"] = [times.get(key, 3.0) for key in keys]
+    (found,) = (each for each in findings(frames, LABELS) if each.head == "Foundation")
+    first = "Slender (h/b = 4.00) rocks longest on Soft mat: 4.00 s and 1.00 to 5.00 s on Marble."
+    assert plain(found.sentences[0]) == first
+
+
+@pytest.mark.parametrize("n, law", [(1, ""), (2, "winkler")])
+def test_a_law_is_quoted_where_it_explains_most_of_the_runs(n, law):
+    rows = [{"test": "t1", "run": i, "foundation": "marble", "model": "winkler"} for i in range(3)]
+    choice = pd.DataFrame(rows).assign(status="selected", explains=[i < n for i in range(3)])
+    assert laws_of_foundations(choice) == {"marble": law}
+
+
 def test_no_law_explains_any_run(tmp_path):
     tree = record()
     text = told(tmp_path, ([tree], [fits(tree, models=("housner", "winkler"))]))
@@ -125,6 +153,14 @@ def test_some_runs_have_no_law(tmp_path):
     assert "No law explains the others" in text["Explained by"]
     assert "Marble: k = " in text["Parameters"]
     assert "None on Soft mat: no law explains most of the runs there." in text["Parameters"]
+
+
+def test_parameters_are_those_of_the_records_that_the_law_explains(tmp_path):
+    found = findings(half_explained(tmp_path), LABELS)
+    found_again(found, tmp_path, LABELS)
+    text = {each.head: " ".join(map(plain, each.sentences)) for each in found}["Parameters"]
+    assert text.startswith("Marble: k = (6.8800 ± 0.0085)·10⁶ N m⁻² and λ = ")
+    assert "(Hunt–Crossley, one record)" in text
 
 
 def test_measured_records(tmp_path):
@@ -234,4 +270,4 @@ def test_a_number_knows_its_rows(tmp_path):
 def test_the_two_laws_that_come_nearest_most_often_are_named():
     lost = [SimpleNamespace(model=model) for model in ("winkler", "housner", "winkler", "housner", "general")]
     text = plain([each for sentence in _unexplained(lost, Number("5", "runs", {})) for each in sentence])
-    assert "Winkler and Housner come nearest" in text and "any of the 5 runs" in text
+    assert "Winkler and Housner come nearest; their parameters then" in text and "any of the 5 runs" in text

@@ -47,8 +47,10 @@ def look_up(number, folder):
         (row,) = rows
         known = [float(row[column]) for column in number.columns]
     else:
-        values = [abs(float(row[number.columns[0]])) for row in rows if row[number.columns[0]]]
-        known = [{"lowest": min, "highest": max}[number.how](values)]
+        values = [float(row[number.columns[0]]) for row in rows if row[number.columns[0]]]
+        if number.how in ("smallest", "largest"):
+            values = list(map(abs, values))
+        known = [{"lowest": min, "highest": max, "smallest": min, "largest": max}[number.how](values)]
     texts = [printed["value"], *([printed["error"]] if printed["error"] else [])]
     for text, value in zip(texts, known, strict=False):
         digits = len(text.partition(".")[2])
@@ -58,6 +60,8 @@ def look_up(number, folder):
 
 def holds(row, where):
     def one(name, value):
+        if isinstance(value, tuple):
+            return row[name] in value
         if str(value).startswith("!"):
             return row[name] != str(value)[1:]
         return row[name] != "" if value == "*" else row[name] == str(value)

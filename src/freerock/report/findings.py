@@ -10,8 +10,8 @@ import pandas as pd
 from freerock.models.free_parameters import OF_RECORD, SYMBOLS
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of
 from freerock.report.limitations import limits
-from freerock.report.numbers import KNOWN, NOT, Number, Sentence, Tables, Where, listed, said
-from freerock.tables.candidates import Answer, answers
+from freerock.report.numbers import KNOWN, NOT, USABLE, Number, Sentence, Tables, Where, listed, said
+from freerock.tables.candidates import POSSIBLE, Answer, answers
 from freerock.tables.number_text import LEAST_P, MOST_P, printed_unit, quantity
 from freerock.tables.printed_tables import U_NOTE, Labels
 
@@ -21,7 +21,6 @@ OTHER_RUNS = "other runs"  # of the record, as the table predictions says
 BASES = {OTHER_RUNS: "the other runs of a record", f"{NOT}{OTHER_RUNS}": "another block"}
 MOST = 4  # names, laws or foundations that are listed
 NAMED = {"status": "selected", "explains": True}
-USABLE: Where = {"excluded": False, "verdict": f"{NOT}fail", "run": KNOWN}
 
 
 class Finding(NamedTuple):
@@ -85,7 +84,7 @@ def _tested(known: Tables, labels: Labels) -> list[Sentence]:
         return [said("No run could be used: {} {} record{} of {}.", records, origin, _s(records), scene)]
     what = said("{} {} run{} in {} record{}: {}", n_runs, origin, _s(n_runs), records, _s(records), scene)
     if len(known.rows("runs", USABLE)):
-        what = said("{}, released at {}°", what, known.ends("runs", "theta0_deg", USABLE))
+        what = said("{}, released at {}°", what, known.ends("runs", "theta0_deg", USABLE, sizes=True))
     return [said("{}.", what), *_left_out(known)]
 
 
@@ -203,9 +202,8 @@ def _unexplained(lost: Sequence[Answer], n: Number) -> Iterator[Sentence]:
     yield ("No law explains ", *whom, ": the residual exceeds the noise, or an input would have to be wrong.")
     counted = Counter(each.model for each in lost if each.model)
     if nearest := [MODEL_LABELS[model] for model, _ in counted.most_common(2)]:
-        comes = "comes" if len(nearest) == 1 else "come"
-        text = f"{' and '.join(nearest)} {comes} nearest; its parameters then describe the fit alone."
-        yield (text,)
+        come = "comes nearest; its" if len(nearest) == 1 else "come nearest; their"
+        yield (f"{' and '.join(nearest)} {come} parameters then describe the fit alone.",)
 
 
 def _rejected(known: Tables) -> Iterator[Sentence]:
@@ -220,11 +218,11 @@ def _rejected(known: Tables) -> Iterator[Sentence]:
             yield said("{} (in {} run{})", MODEL_LABELS[model], n, _s(n))
             continue
         usable: Where = {"model": model, "success": True}
-        usable_fits = len(known.rows("table3", usable))
-        if not usable_fits:
+        n_usable = known.rows("table3", usable)["n_runs"].sum()
+        if not n_usable:
             yield (f"{MODEL_LABELS[model]} (all fits failed)",)
             continue
-        some = "; some fits failed" if usable_fits < len(known.rows("table3", {"model": model})) else ""
+        some = "; some fits failed" if n_usable < (own["n_runs"] - own["n_not_fitted"]).sum() else ""
         ends = known.ends("table3", "epsilon_theta", usable, 100)
         yield said("{} ({} %{})", MODEL_LABELS[model], ends, some)
 
@@ -236,13 +234,13 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
         if not model:
             without.append((label,))
             continue
-        rows = _best_known(known, foundation, model)
-        names, own = CANDIDATES[model].parameters, _of_each_block(known, rows)
+        rows, records = _best_known(known, foundation, model), _explained_records(known, foundation, model)
+        names, own = CANDIDATES[model].parameters, _of_each_block(known, rows, records)
         of_law = [_number(known, {**rows, "parameter": name}, labels) for name in names if name not in own]
         law = said("{}, {}", MODEL_LABELS[model], _over(known, rows))
         of_foundation = said("{}: {} ({})", label, listed(of_law), law)
         for name in own:
-            of_records = _of_records(known, {**rows, "level": "record", "parameter": name}, labels)
+            of_records = _of_records(known, {**records, "parameter": name}, labels)
             of_foundation = said("{}; of each block its own {}", of_foundation, of_records)
         told.append(said("{}.", of_foundation))
         of_one |= bool((known.rows("populations", rows)["n_runs"] == 1).any())
@@ -263,14 +261,20 @@ def _best_known(known: Tables, foundation: str, model: str) -> Where:
     shared = known.rows("foundations", of_foundation)["shared"]
     if len(known.rows("populations", whole)) and not _denied(shared).any():
         return whole
-    return of_foundation | {"level": "record"}
+    return _explained_records(known, foundation, model)
 
 
-def _of_each_block(known: Tables, rows: Where) -> list[str]:
+def _explained_records(known: Tables, foundation: str, model: str) -> Where:
+    """Which rows of the populations are of the records on a foundation that a law explains."""
+    own: Where = {"foundation": foundation, "model": model}
+    explained = known.rows("choice", {**own, "status": POSSIBLE, "explains": True})
+    return {**own, "level": "record", "test": tuple(explained["test"].unique())}
+
+
+def _of_each_block(known: Tables, rows: Where, records: Where) -> list[str]:
     """The parameters of a block among those of a foundation: over several blocks they have no mean."""
     names = known.rows("populations", rows)["parameter"]
-    blocks = known.rows("populations", {**rows, "level": "record"})["block"]
-    several = rows["level"] == "foundation" and blocks.nunique() > 1
+    several = rows["level"] == "foundation" and known.rows("populations", records)["block"].nunique() > 1
     return [name for name in names if name in OF_RECORD] if several else []
 
 

@@ -14,7 +14,9 @@ KNOWN = "*"
 NOT = "!"
 """Before what a column must not hold."""
 Where = Mapping[str, object]
-How = Literal["value", "above", "rows", "distinct", "lowest", "highest"]
+USABLE: Where = MappingProxyType({"excluded": False, "verdict": f"{NOT}fail", "run": KNOWN})
+"""Picks the rows of the table runs that sentences rest on."""
+How = Literal["value", "above", "rows", "distinct", "lowest", "highest", "smallest", "largest"]
 IN_WORDS = {"rows": "rows counted", "above": "lies above it, the value"}
 
 
@@ -30,11 +32,11 @@ class Number(NamedTuple):
     columns : tuple of str
         Where it stands; that of its standard error follows. Of "distinct" the columns that are counted.
     where : mapping of str to object
-        What the rows hold, by column; `KNOWN` picks those that hold something, `NOT` before a text those
-        that hold another.
+        What the rows hold, by column, a tuple one of several; `KNOWN` picks those that hold something, `NOT`
+        before a text those that hold another.
     how : str
         "value" of one row, which may lie "above" the number, number of "rows", of "distinct" entries,
-        "lowest" or "highest" size.
+        "lowest" or "highest" value, "smallest" or "largest" size.
     factor : float
         By which the printed number is larger than that of the table.
     """
@@ -94,7 +96,9 @@ class Tables(dict[str, pd.DataFrame]):
         frame = self[table]
         for column, value in where.items():
             own = frame[column]
-            if str(value).startswith(NOT):
+            if isinstance(value, tuple):
+                frame = frame[own.isin(value)]
+            elif str(value).startswith(NOT):
                 frame = frame[own != str(value)[1:]]
             else:
                 frame = frame[own.notna() if value == KNOWN else own == value]
@@ -117,10 +121,14 @@ class Tables(dict[str, pd.DataFrame]):
         columns = (column, stderr) if stderr else (column,)
         return Number(text, table, columns, where, factor=printed_unit(unit)[1])
 
-    def ends(self, table: str, column: str, where: Where, factor: float = 1.0) -> Sentence:
-        """Lowest and highest size in a column, "6 to 20"; one number where they are printed alike."""
-        values = self.rows(table, where)[column].dropna().astype(float).abs()
-        ends: tuple[tuple[float, How], ...] = ((values.min(), "lowest"), (values.max(), "highest"))
+    def ends(
+        self, table: str, column: str, where: Where, factor: float = 1.0, sizes: bool = False
+    ) -> Sentence:
+        """Lowest and highest value, or size, in a column, "6 to 20"; one number where they print alike."""
+        values = self.rows(table, where)[column].dropna().astype(float)
+        words: tuple[How, How] = ("smallest", "largest") if sizes else ("lowest", "highest")
+        values = values.abs() if sizes else values
+        ends = zip((values.min(), values.max()), words, strict=True)
         text = "{:.0f}".format if column.startswith("n_") else quantity
         low, high = (Number(text(factor * end), table, (column,), where, how, factor) for end, how in ends)
         return (low,) if low.text == high.text else (low, " to ", high)
