@@ -188,9 +188,13 @@ def test_a_record_without_a_law_has_a_row_that_says_so():
         assert "or no law explains their runs" in drawn_of.get_suptitle()
         told = overturning.caption(data)
         assert told.endswith(
-            "Not known, as no law explains the runs or no run is usable: " + ", ".join(data["test"]) + "."
+            "Not known, as no law explains the runs or no run is usable: "
+            + ", ".join(data["test"][data["kind"] == "no_law"])
+            + "."
         )
     assert overturning.caption(data[:0]) == ""
+    lost = overturning.draw(table.assign(n_failed=[2, 2, 0, 0]), "simulated")[1]
+    assert "2 responses left out: the integration failed." in overturning.caption(lost)
 
 
 def test_the_law_that_most_runs_name_is_taken_with_the_spread_of_the_next_run():

@@ -37,13 +37,12 @@ def draw(fragility: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing
     Returns
     -------
     figure, data : Figure, pandas.DataFrame
-        The rows drawn.
+        The table, whose rows without a curve are not drawn.
     """
-    data = fragility[fragility["kind"] != "none"].reset_index(drop=True)
-    curves = data[data["kind"] != "no_law"]
+    curves = fragility[~fragility["kind"].isin(["none", "no_law"])]
     if curves.empty:
         why = "no ensemble has a curve: blocks always or never overturn, or no law explains their runs"
-        return style.nothing_drawn(why, origin), data
+        return style.nothing_drawn(why, origin), fragility
     names, looks = list(dict.fromkeys(curves["block"])), foundation_looks(curves)
     figure = Figure(figsize=style.size(0.7 + 1.9 * len(names)))
     axes = figure.subplots(len(names), len(INTENSITIES), squeeze=False, sharey=True)
@@ -57,7 +56,7 @@ def draw(fragility: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing
             ax.margins(x=0.04)
         axes[i, 0].set_ylabel("P(overturning)")
     style.finish(figure, origin)
-    return figure, data
+    return figure, fragility
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:

@@ -46,9 +46,9 @@ def facts(
         The blocks by name.
     """
     timed = compared.dropna(subset=["first_impact_s", "rigid_s"])
-    fitted = compared.dropna(subset=["r_fitted", "r_first"])
+    fitted = compared.dropna(subset=["r_fitted", "r_first", "r_fitted_u", "r_first_u"])
     apart = np.hypot(fitted["r_fitted_u"].astype(float), fitted["r_first_u"].astype(float))
-    above = fitted["r_fitted"] - fitted["r_first"] > 2 * apart.fillna(0.0)
+    above = fitted["r_fitted"] - fitted["r_first"] > 2 * apart
     later = 100 * (timed["first_impact_s"] / timed["rigid_s"] - 1)
     fits = [fit for section in sections for run in section["runs"] for fit in run["fits"]]
     integrated = pd.DataFrame(

@@ -63,8 +63,7 @@ def listed_records(runs: pd.DataFrame, most: int) -> Listed:
     most : int
         Runs; the last record is listed with all of its own.
     """
-    need = runs["verdict"].map(VERDICTS.index).where(~runs["excluded"].astype(bool), 0)
-    records = need.groupby(runs["test"], sort=False).agg(["max", "size"])
+    records = _need(runs).groupby(runs["test"], sort=False).agg(["max", "size"])
     ranked = records.sort_values("max", ascending=False, kind="stable")
     before = ranked["size"].cumsum() - ranked["size"]
     return Listed(frozenset(ranked.index[before < most]), len(ranked))
@@ -76,7 +75,7 @@ def charted(runs: pd.DataFrame, most: int) -> set[tuple[str, int]]:
     Parameters
     ----------
     runs : pandas.DataFrame
-        Tidy table.
+        Tidy table; an excluded run needs no look.
     most : int
         How many at most.
 
@@ -86,9 +85,13 @@ def charted(runs: pd.DataFrame, most: int) -> set[tuple[str, int]]:
         Test and run.
     """
     found = runs.dropna(subset=["run"]).astype({"run": int})
-    ranked = found.assign(rank=-found["verdict"].map(VERDICTS.index))
-    ranked = ranked.sort_values(["rank", "run"], kind="stable")
+    ranked = found.assign(rank=-_need(found)).sort_values(["rank", "run"], kind="stable")
     return {(row.test, row.run) for row in ranked.head(most).itertuples()}
+
+
+def _need(runs: pd.DataFrame) -> "pd.Series[int]":
+    """How much each run needs a look: by its verdict, an excluded one not at all."""
+    return runs["verdict"].map(VERDICTS.index).where(~runs["excluded"].astype(bool), 0)
 
 
 def sections_of(
