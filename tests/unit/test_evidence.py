@@ -196,6 +196,23 @@ def test_table_of_the_evidence():
     ]
 
 
+def test_numbers_of_a_candidate_are_of_the_fits_that_may_be_used_where_any_may():
+    choice, parameters = scene(*[paper() | {"hunt_crossley": NAMED}] * 3)
+    own = choice["model"] == "housner"
+    choice.loc[own, "epsilon_holdout_runs"] = [0.9, 0.02, 0.01]
+    choice.loc[own, "noise_ratio"] = [900.0, 40.0, 50.0]
+    choice.loc[own, "bic"] = [1000.0, 120.0, 140.0]  # of the law that is named 20
+
+    def shown(*runs):
+        lost = {("t1", str(run), "housner") for run in runs}
+        (found,) = scenes_of(choice, candidates_table(choice, parameters), BLOCKS, {}, lost)
+        (row,) = [row for row in found["rows"] if row[0].text == "Housner"]
+        return [row[i].text.partition(" at")[0] for i in (5, 6, 7)]
+
+    assert shown(1) == ["1.50", "110", "50.0 times"]
+    assert shown(1, 2, 3) == shown() == ["2.00", "120", "900 times"]
+
+
 def test_a_reason_without_its_numbers_is_whole():
     choice, parameters = scene(paper() | {"hunt_crossley": NAMED})
     rejected = Evidence("winkler", 4, success=True, epsilon_holdout=1.8).objection
@@ -208,7 +225,7 @@ def test_a_reason_without_its_numbers_is_whole():
 def test_what_scenes_share_is_told_once():
     found = told(paper(housner_width=REJECTED) | {"hunt_crossley": NAMED})
     whole = together([found, found | {"name": "Squat on marble"}])
-    assert [names for names, _ in whole["told"]] == [""] and whole["told"][0][1] == found["sentences"]
+    assert whole["told"] == [("Each block and foundation", found["sentences"])]
     assert [len(rows) for rows in whole["rows"]] == [4, 4]
     assert not any(row[1].text.startswith("not fitted") for rows in whole["rows"] for row in rows)
     assert [note.partition(":")[0] for _, note in whole["notes"]] == [

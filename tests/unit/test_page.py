@@ -25,6 +25,13 @@ def page(tmp_path_factory):
     return make(tmp_path_factory.mktemp("report"), campaign())
 
 
+def test_the_evidence_knows_the_fits_that_may_not_be_used(tmp_path, monkeypatch):
+    seen, tree = [], record()
+    monkeypatch.setattr("freerock.report.page.scenes_of", lambda *given: seen.append(given[-1]) or [])
+    make(tmp_path, ([tree], [fits(tree, failed=("winkler",))]))
+    assert seen == [{("b1_marble", run, "winkler") for run in "12"}]
+
+
 def test_report_needs_nothing_from_outside(page):
     assert not [tag for tag, _ in page.tags if tag in ("link", "iframe")]
     assert not [attrs for tag, attrs in page.tags if tag == "script" and "src" in attrs]

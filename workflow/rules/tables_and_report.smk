@@ -11,7 +11,7 @@ TIDY += [
 ]
 PRINTED = {"table1": "1, block configurations", "table2": "2, parameters", "table3": "3, discrepancies"}
 REPORTED = ["runs", "choice", "candidates", "populations", "foundations", "restitution_comparison", "budget"]
-REPORTED += ["predictions", *PRINTED]
+REPORTED += ["epsilon", "predictions", *PRINTED]
 
 
 rule tables:

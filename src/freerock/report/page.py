@@ -77,8 +77,8 @@ def write_report(
         inputs, config, software, git and other_software, as in provenance.json; config is the
         campaign's section.
     tables : mapping of str to pandas.DataFrame
-        runs, choice, candidates, populations, foundations, predictions, budget, restitution_comparison and
-        table1 to table3, as `freerock.tables.csvfile.read_csv` gives them.
+        runs, epsilon, choice, candidates, populations, foundations, predictions, budget,
+        restitution_comparison and table1 to table3, as `freerock.tables.csvfile.read_csv` gives them.
     blocks : mapping of str to freerock.models.block.Block
         The blocks by name.
     opened : callable
@@ -163,6 +163,9 @@ def _content(
         **({"fragility": made.overturning(rows["fragility"], labels)} if "fragility" in rows else {}),
     }
     named_on, tried = laws_of_foundations(tables["choice"]), {*tables["choice"]["model"]}
+    fits = tables["epsilon"]
+    failed = fits.loc[~fits["success"].astype(bool), ["test", "run", "model"]].astype(str)
+    lost = {*failed.itertuples(index=False, name=None)}
     rare = {model for model in MODELS if not law_of(model).by_default} - tried
     fitted = tables["choice"]["model"][tables["choice"]["status"] != "not_fitted"]
     laws = {CANDIDATES[model].law for model in fitted}
@@ -195,7 +198,7 @@ def _content(
             name: each._replace(notes=[*_own(each.notes, name), *shown.notes(name)])
             for name, each in listings.items()
         },
-        "evidence": (scenes := scenes_of(tables["choice"], tables["candidates"], blocks, labels)),
+        "evidence": (scenes := scenes_of(tables["choice"], tables["candidates"], blocks, labels, lost)),
         "explained": explained(scenes),
         "candidates": together(scenes),
         "unexplained": unexplained(tables["choice"]),

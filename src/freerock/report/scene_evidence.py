@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -18,6 +18,7 @@ from freerock.tables.printed_tables import Cell, Labels, number
 HEADS = ["Candidate", "Runs", "Freed", "ε_θ / %", "Held out / %", "Other runs / %", "ΔBIC"]
 HEADS += ["Noise at rest", "Why, why not"]
 EXPLAINED = ["Block, foundation", "Runs explained", "Selected", "Medians", "As good", "Nearest of the others"]
+EACH = "Each block and foundation"  # has what all scenes have in common
 IN_BRACKETS = "In brackets: in how many of the runs. "
 EXPLAINED_NOTE = "Medians are over the runs that the model explains. Each row leads to its evidence."
 AS_GOOD_NOTE = " As good: the data can't tell it from the selected one."
@@ -27,7 +28,11 @@ QUICK_FIT = "A quick fit, to fewer samples, rules out: {}."
 
 
 def scenes_of(
-    choice: pd.DataFrame, candidates: pd.DataFrame, blocks: Mapping[str, Block], labels: Labels
+    choice: pd.DataFrame,
+    candidates: pd.DataFrame,
+    blocks: Mapping[str, Block],
+    labels: Labels,
+    failed: Collection[tuple[str, str, str]] = (),
 ) -> list[dict[str, Any]]:
     """The evidence of each block on each foundation.
 
@@ -39,6 +44,8 @@ def scenes_of(
         The blocks by name.
     labels : mapping of str to str
         Printed names of blocks and foundations.
+    failed : collection of (str, str, str), optional
+        Test, run and candidate of the fits that may not be used.
 
     Returns
     -------
@@ -63,7 +70,7 @@ def scenes_of(
                 "name": f"{labels.get(block, block)} on {labels.get(foundation, foundation)}",
                 "explained": _explained(scene),
                 "sentences": sentences(scene),
-                "rows": [_row(scene, model) for model in asked],
+                "rows": [_row(scene, model, failed) for model in asked],
                 "left_out": [f"{why}: {'; '.join(names)}." for why, names in left_out.items()],
             }
         )
@@ -87,8 +94,8 @@ def together(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     Returns
     -------
     dict
-        told: sentences with the names of the scenes that share them; heads of the table; rows by scene, of
-        the candidates with a full fit; notes on the others, with the scenes of each.
+        told: sentences with the names of the scenes that share them, `EACH` where all do; heads of the table;
+        rows by scene, of the candidates with a full fit; notes on the others, with the scenes of each.
     """
     told, notes = dict[str, list[str]](), dict[str, list[str]]()
     rows = []
@@ -100,11 +107,11 @@ def together(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
             notes.setdefault(note, []).append(scene["name"])
     used = [i for i in range(len(HEADS)) if any(row[i].text != "–" for own in rows for row in own)]
 
-    def named(names: list[str]) -> str:
-        return "" if len(names) == len(scenes) > 1 else "; ".join(names)
+    def named(names: list[str], each: str = "") -> str:
+        return each if len(names) == len(scenes) > 1 else "; ".join(names)
 
     return {
-        "told": [(named(names), text.split("\n")) for text, names in told.items()],
+        "told": [(named(names, EACH), text.split("\n")) for text, names in told.items()],
         "heads": [HEADS[i] for i in used],
         "rows": [[[row[i] for i in used] for row in own] for own in rows],
         "notes": [(named(names), note) for note, names in notes.items()],
@@ -132,22 +139,25 @@ def _explained(scene: SceneChoices) -> list[Cell]:
     ]
 
 
-def _row(scene: SceneChoices, model: str) -> list[Cell]:
-    """A candidate's cells: medians as in the table of candidates, and over the runs."""
+def _row(scene: SceneChoices, model: str, failed: Collection[tuple[str, str, str]]) -> list[Cell]:
+    """A candidate's cells: numbers of the fits that may be used, of all where none may."""
     run = [scene.choice["test"], scene.choice["run"]]
     named = scene.choice["bic"].where(scene.choice["status"] == "selected").groupby(run).transform("max")
     mine = scene.choice["model"] == model
     own = scene.choice[mine].assign(above=(scene.choice["bic"] - named)[mine])
     summed, status = scene.summary[model], _status(own)
+    fitted = own[own["status"] != "not_fitted"]
+    usable = fitted[[(row.test, str(row.run), model) not in failed for row in fitted.itertuples()]]
+    used = own if usable.empty else usable
     kind = "named" if "selected" in status or "possible" in status else "warn" if "nearest" in status else ""
-    medians = summed["epsilon_theta"], summed["epsilon_holdout"], own["epsilon_holdout_runs"].median()
+    medians = summed["epsilon_theta"], summed["epsilon_holdout"], used["epsilon_holdout_runs"].median()
     return [
         Cell(MODEL_LABELS[model], kind=kind),
         Cell(status),
         number(str(summed["n_freed"]), summed["n_freed"]),
         *(number(quantity(100 * each), each) for each in medians),
-        number(fixed(own["above"].median(), 0), own["above"].median()),
-        Cell(_against_rest(own)),
+        number(fixed(used["above"].median(), 0), used["above"].median()),
+        Cell(_against_rest(used)),
         Cell(_reason(own)),
     ]
 
