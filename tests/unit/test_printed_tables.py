@@ -210,6 +210,20 @@ def test_table2_shows_the_mean_of_the_runs_and_how_far_they_differ():
     assert list(one) == ["Foundation", "Model", "Parameter", "Identified", "Runs"]
 
 
+def test_a_parameter_is_undetermined_where_no_run_determines_it():
+    def row(test, run, known, success=True):
+        given = {"given": "" if known else "undetermined", "stderr": 0.1 if known else math.nan}
+        return of_run(test, run, 100.0, success) | given
+
+    known = {"first": (True, False), "last": (False, True), "none": (False, False), "all": (True, True)}
+    rows = [row(test, run, each) for test, runs in known.items() for run, each in enumerate(runs, 1)]
+    rows += [row("lost", 1, True), row("lost", 2, False) | {"given": "fixed", "success": False}]
+    table = second(pd.DataFrame(rows)).set_index("test")
+    assert table["given"].to_dict() == dict.fromkeys((*known, "lost"), "") | {"none": "undetermined"}
+    assert table["n_runs"].to_dict() == {"first": 1, "last": 1, "none": 2, "all": 2, "lost": 1}
+    assert table["success"].all()
+
+
 def test_table3_has_the_order_of_the_laws_and_ranges_of_three_digits(datasets):
     epsilon = epsilon_table(datasets[1][:1])
     epsilon.loc[(epsilon["model"] == "housner") & (epsilon["run"] == 1), "success"] = False

@@ -91,8 +91,9 @@ def table2(
     -------
     pandas.DataFrame
         Columns test, block, foundation, model, parameter, unit, n_runs, mean, stderr, u_total, tau,
-        tau_high, next_low, next_high, scatter_p (as in populations), published, given and in_phase (as in
-        parameters, the mean of the runs), success, selected and rejected (by the choice of most of the fitted
+        tau_high, next_low, next_high, scatter_p (as in populations), published, given (of fits that may be
+        used; "undetermined" where no run of the mean determines the parameter, which is then that of all),
+        in_phase (the mean of the runs), success, selected and rejected (by the choice of most of the fitted
         runs); SI units. A law of which no fit may be used has n_runs 0 and the mean of what these gave.
     """
     of_model = [row.parameter in CANDIDATES[row.model].parameters for row in parameters.itertuples()]
@@ -100,18 +101,20 @@ def table2(
     named = ["test", "block", "foundation", "model", "parameter", "unit"]
     of_records = populations[populations["level"] == "record"]
     numbers = ["n_runs", "mean", "stderr", "u_total", "tau", "tau_high", "next_low", "next_high", "scatter_p"]
+    of_laws = of_laws.assign(given=of_laws["given"].where(of_laws["success"], ""))
     every = of_laws.groupby(named, sort=False, as_index=False).agg(
         failed=("value", "mean"),
         in_phase=("in_phase", "mean"),
-        given=("given", "first"),
+        given=("given", "max"),  # "undetermined" in any run
         used=("success", "sum"),
     )
     frame = every.merge(of_records[[*named, *numbers]], on=named, how="left")
     frame["success"] = frame["mean"].notna()
     frame["mean"] = frame["mean"].fillna(frame.pop("failed"))
     frame["n_runs"] = frame["n_runs"].fillna(0)
-    frame["given"] = frame["given"].fillna("")
-    frame["n_runs"] = frame["n_runs"].mask(frame["given"] == "fixed", frame.pop("used"))
+    determined = frame["n_runs"] > 0
+    frame["given"] = frame["given"].mask(determined & (frame["given"] == "undetermined"), "")
+    frame["n_runs"] = frame["n_runs"].where(determined, frame.pop("used"))
     frame["published"] = [_published(published, row, row.parameter) for row in frame.itertuples()]
     frame = frame.assign(**{status: _mostly(status, frame, choice) for status in STATUSES})
     return frame[[*named, *numbers, "published", "given", "in_phase", "success", *STATUSES]]
