@@ -15,6 +15,7 @@ from freerock.figures.declared import declared
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.candidates import candidates_table
+from freerock.tables.columns import CANDIDATES_COLUMNS
 from freerock.tables.latex import figures_tex, latex, numbers_tex, spelt_test
 from freerock.tables.populations import populations_table
 from freerock.tables.printed_tables import (
@@ -90,12 +91,17 @@ def test_numbers_are_macros_of_letters_alone(datasets):
     tidy = tidy_tables(*datasets)
     tidy["parameters"].loc[tidy["parameters"]["test"] == "b2_mat", "success"] = False
     tidy["populations"] = populations_table(tidy["parameters"])
+    own = tidy["epsilon"]["test"].eq("b1_marble") & tidy["epsilon"]["model"].eq("winkler")
+    tidy["epsilon"].loc[own, "epsilon_theta"] = [0.01, 0.03]
     lines = numbers_tex(tidy).splitlines()
     assert lines[0].startswith("% The records are simulated")
     assert lines[1] == "% θ₀: as the sensor shows it, a sinking corner included."
     names = [re.fullmatch(r"\\newcommand\{\\(fr[a-zA-Z]+)\}\{.+\}", line)[1] for line in lines[2:]]
     populations, epsilon = tidy["populations"], tidy["epsilon"]
-    means = (populations["level"] != "campaign").sum() + len(epsilon[["test", "model"]].drop_duplicates())
+    told = (populations["level"] != "campaign") & ~(
+        (populations["level"] == "foundation") & (populations["model"] == "winkler")  # rejected by all runs
+    )
+    means = told.sum() + len(epsilon[["test", "model"]].drop_duplicates())
     assert len(set(names)) == len(names) == 2 + means + len(tidy["parameters"]) + 2 * len(epsilon)
     assert r"\newcommand{\frRuns}{9}" in lines
     assert r"\newcommand{\frBOneMarbleHousnerR}{0.95700 $\pm$ 0.00085}" in lines
@@ -104,6 +110,14 @@ def test_numbers_are_macros_of_letters_alone(datasets):
     assert rf"\newcommand{{\frBOneMarbleRunTwoHuntCrossleyK}}{{{k}}}" in lines
     assert any(line.startswith(r"\newcommand{\frmeanMarbleHuntCrossleyK}{(6.88") for line in lines)
     assert r"\newcommand{\frBTwoMatRunOneHousnerR}{failed fit}" in lines
+    assert r"\newcommand{\frBOneMarbleWinklerEpsilon}{2.00 \%}" in lines
+    assert r"\newcommand{\frBOneMarbleRunTwoWinklerEpsilon}{3.00 \%}" in lines
+    assert r"\newcommand{\frBOneMarbleRunTwoWinklerFinalTime}{4.00 s}" in lines
+    candidates = tidy["candidates"]
+    one = candidates.index[(candidates["model"] == "winkler") & (candidates["foundation"] == "marble")][0]
+    candidates.loc[one, "n_also_possible"] = 1
+    means = [line for line in numbers_tex(tidy).splitlines() if r"{\frmean" in line and "Winkler" in line]
+    assert [re.search(r"frmean(\w+)", line)[1] for line in means] == ["MarbleWinklerK", "MarbleWinklerC"]
 
 
 LIKE = st.lists(
@@ -121,6 +135,7 @@ def macros(fits):
     frame = pd.DataFrame(rows).assign(**numbers, origin="", epsilon_theta=0.1, final_time_s=1.0)
     tidy = {"runs": frame, "parameters": frame, "epsilon": frame.drop_duplicates(["test", "run", "model"])}
     tidy["populations"] = frame.drop_duplicates(["test", "model", "parameter"])
+    tidy["candidates"] = pd.DataFrame(columns=CANDIDATES_COLUMNS)
     return re.findall(r"\\newcommand\{\\(.*?)\}", numbers_tex(tidy))
 
 

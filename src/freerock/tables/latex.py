@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
+from freerock.tables.columns import COUNTS
 from freerock.tables.number_text import SEEN_NOTE, SIMULATED_NOTE, fixed, quantity, value_text
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
@@ -162,14 +163,15 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     Parameters
     ----------
     tidy : mapping of str to pandas.DataFrame
-        The tidy tables runs, parameters, epsilon and populations.
+        The tidy tables runs, parameters, epsilon, candidates and populations.
 
     Returns
     -------
     str
         A file to `\input`: `\frRecords`, `\frRuns`; of each record the mean parameters of its runs with
         u_total and unit, as `\frConfigTwoMarbleHuntCrossleyK`, and the median discrepancy; of each foundation
-        the mean over its records, as `\frmeanMarbleHuntCrossleyK` (no test begins in lower case); of each fit
+        the mean over its records, as `\frmeanMarbleHuntCrossleyK` (no test begins in lower case), unless
+        every run there that the law was fitted to rejects it; of each fit
         its parameters, discrepancy and t_f, with `RunOne` before the model. The numbers of a fit that may
         not be used are the words "failed fit".
     """
@@ -180,8 +182,13 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
 
     macro(["Records"], runs["test"].nunique())
     macro(["Runs"], runs["run"].notna().sum())
+    of_law = tidy["candidates"].groupby(["foundation", "model"])[[*COUNTS]].sum()
+    possible = of_law["n_selected"] + of_law["n_also_possible"] > 0
+    rejected = {*of_law.index[(of_law["n_rejected"] > 0) & ~possible]}
     populations = tidy["populations"]
     for row in populations[populations["level"] != "campaign"].itertuples():
+        if row.level == "foundation" and (row.foundation, row.model) in rejected:
+            continue
         value = value_text(row.mean, row.u_total, row.unit)
         of = spelt_test(row.test) if row.level == "record" else f"mean{spelt_test(row.foundation)}"
         macro([of, *map(_letters, (row.model, row.parameter))], value)
