@@ -5,13 +5,16 @@ from types import SimpleNamespace
 
 import pandas as pd
 import pytest
+from evidence import NAMED, REJECTED, paper, scene
 from fabricated import campaign, failed_record, fits, record
 from found_again import found_again
 from reported import half_explained, make, tables_of
 
 from freerock.report.findings import Finding, _of_records, _unexplained, findings, laws_of_foundations
+from freerock.report.key_figure import key_run
 from freerock.report.limitations import limits
 from freerock.report.numbers import KNOWN, Number, Tables, listed, plain
+from freerock.selection.allowed_hypotheses import NOT_TRIED
 from freerock.tables.csvfile import read_csv, write_csv
 
 LAW = {"hunt_crossley"}
@@ -253,6 +256,32 @@ def test_of_a_rigid_law_r_is_the_restitution_where_it_is_not_rejected(tmp_path, 
     alone, beside = (" ".join(map(plain, limits(known, quoted))) for quoted in (LAW, {*LAW, "housner"}))
     assert "is the restitution of an impact: the fit" in alone
     assert "is the restitution of an impact where that law is rejected: the fit" in beside
+
+
+def limited(*runs, untried=()):
+    """What must not be concluded from the runs of one record, on a foundation that Hunt–Crossley explains."""
+    choice, _ = scene(*runs)
+    choice.loc[choice["model"].isin(untried), "reason"] = f"{NOT_TRIED}no reason"
+    runs = pd.DataFrame({"origin": ["measured"]})
+    foundations = pd.DataFrame({"model": [], "shared": []})
+    return " ".join(map(plain, limits(Tables(runs=runs, choice=choice, foundations=foundations), LAW)))
+
+
+def test_the_scatter_of_runs_is_unknown_of_a_record_with_one_alone():
+    run = paper(hunt_crossley_pivoting=REJECTED) | {"hunt_crossley": NAMED}
+    assert "How much runs scatter" in limited(run) and "scatter" not in limited(run, run)
+
+
+def test_k_may_be_another_where_no_fit_was_tried_whose_base_moves_sideways():
+    run = paper() | {"hunt_crossley": NAMED}
+    assert "sideways" not in limited(run)  # a quick fit rules it out
+    assert "sideways" in limited(run, untried=["hunt_crossley_pivoting"])
+
+
+@pytest.mark.parametrize("doubtful", ["warn", "fail"])
+def test_the_first_figure_shows_a_run_without_a_warning(doubtful):
+    runs = pd.DataFrame({"test": "t", "run": ["1", "2"], "block": "b", "foundation": "f"})
+    assert key_run(runs.assign(verdict=[doubtful, "ok"]), runs, {"b": {"f"}}) == ("t", "2")
 
 
 @pytest.mark.parametrize("n, text", [(1, "a"), (2, "a and b"), (3, "a, b and c")])

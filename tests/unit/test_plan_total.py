@@ -33,7 +33,7 @@ from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
 from freerock.runs.noise_spectrum import white_noise
-from freerock.tables.plan_text import best_known, totals_text
+from freerock.tables.plan_text import _first, best_known, totals_text
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
 BLOCKS = {name: CONFIGURATIONS[name][0] for name in ("config1", "config2")}
@@ -114,6 +114,12 @@ def test_the_two_parts_of_u_and_what_no_number_of_runs_makes_smaller():
     assert k.loc[3, "first_input"] == first and k.loc[3, "first_owner"] in ("config2", "laser")
     assert k.loc[3, "u_total_without_first"] == pytest.approx(exact[first], rel=1e-3)
     assert k.loc[3, "first_share"] == pytest.approx(1 - (exact[first] / k.loc[3, "u_total"]) ** 2, rel=0.01)
+
+
+def test_the_share_of_the_runs_and_what_to_measure_first_are_told_in_per_cent():
+    row = {"runs_fraction": 0.03, "value": 100.0, "u_total": 5.0, "u_total_without_first": 3.5}
+    told = _first(pd.Series(row | {"first_input": "width_m", "first_owner": "config1"}))
+    assert told == {"runs": "36 %", "measure first": "width of config1", "if exact": "3.5"}
 
 
 def test_draws_of_campaigns_scatter_as_planned():

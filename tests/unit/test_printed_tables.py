@@ -1,4 +1,5 @@
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -9,7 +10,14 @@ from freerock.models.block import Block
 from freerock.models.laws import PAPER_MODELS
 from freerock.tables.latex import latex
 from freerock.tables.populations import populations_table
-from freerock.tables.printed_tables import angle_notes, printed_tables, table1_text, table2_text, table3_text
+from freerock.tables.printed_tables import (
+    angle_notes,
+    printed_tables,
+    spread,
+    table1_text,
+    table2_text,
+    table3_text,
+)
 from freerock.tables.restitution_comparison import restitution_comparison
 from freerock.tables.summary import table1, table2, table3
 from freerock.tables.tidy_tables import epsilon_table, parameters_table
@@ -37,6 +45,12 @@ def test_table1_averages_the_usable_runs(datasets):
         *("10", "10.150 ± 0.058"),
     ]
     assert text["b3"].tolist()[-2:] == ["–", "–"]
+
+
+@pytest.mark.parametrize("p, text", [(0.04, "2.0"), (0.1, "< 5.0")])
+def test_a_spread_that_noise_may_make_is_a_bound(p, text):
+    row = SimpleNamespace(tau=2.0, tau_high=5.0, mean=100.0, scatter_p=p)
+    assert spread(row).text == text
 
 
 def test_table1_has_no_column_that_no_block_has(datasets):

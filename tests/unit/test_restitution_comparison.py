@@ -27,6 +27,7 @@ def test_first_impact_is_compared_with_that_of_a_rigid_block():
     assert (row["r_fitted_u"], row["r_first_u"], row["r_median_u"]) == pytest.approx((0.0027, 0.003, 0.003))
     shown = compared_restitution(restitution_comparison(*tables, BLOCKS)).rows[0]
     assert [cell.text for cell in shown[1:4]] == ["0.9570 ± 0.0027", "0.9400 ± 0.0030", "0.9445 ± 0.0030"]
+    assert [cell.text for cell in shown[5:7]] == ["0.3000", "0.2689"]
 
 
 @pytest.mark.parametrize("run", [None, str])  # numbers, and texts as of the written tables

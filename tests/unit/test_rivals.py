@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from freerock.config.keys_of_plan import SensorSection
@@ -17,7 +18,7 @@ from freerock.planning.rivals import Rival, best_rival, expected_motion, rivals_
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
-from freerock.tables.plan_text import rivals_text
+from freerock.tables.plan_text import _sentence, rivals_text
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 
 CONFIG1, CONFIG2, CONFIG3 = (CONFIGURATIONS[f"config{n}"][0] for n in (1, 2, 3))
@@ -138,6 +139,15 @@ def test_rivals_of_a_campaign_in_a_table_in_words_and_drawn(tmp_path):
     pages, data = draw_rivals(frame)
     save(pages, data, tmp_path / "rivals")
     assert len(pages) == 1 and len(pages[0].axes) == 4
+
+
+def test_a_rival_is_told_apart_best_where_it_is_furthest():
+    rows = pd.DataFrame({"where": ["near", "far", "lost"], "epsilon_theta": [0.02, 0.05, 0.01]})
+    rows = rows.assign(bic_difference=[30.0, 90.0, 2.0], told_apart=[True, True, False])
+    best, least = "far (Δ = 90, ε_θ = 5 %)", "lost (Δ = 2, ε_θ = 1 %)"
+    assert _sentence("a against b", rows) == (
+        f"a against b: told apart in 2 of 3, best by {best}; least by {least}"
+    )
 
 
 def test_a_law_that_does_not_hold_exactly_tells_no_rival_that_is_nearer():

@@ -56,6 +56,13 @@ def test_an_impact_that_was_not_seen_makes_no_period(rocking):
     assert found["period_s"].isna().tolist() == [True, *[False] * 4, True, *[False] * 5]
 
 
+@pytest.mark.parametrize("longer, seen", [(1.2, True), (1.4, False)])
+def test_a_period_that_grows_by_a_quarter_holds_an_impact_that_was_not_seen(rocking, longer, seen):
+    runs, restitution, epsilon, blocks = tables(rocking)
+    restitution["time_s"] = np.cumsum([0.3, 0.4, 0.4 * longer, *[0.4] * 9])
+    assert np.isfinite(swings(runs, restitution, epsilon, blocks)["period_s"].iloc[2]) == seen
+
+
 def test_failed_fits_and_excluded_runs_are_left_out(rocking):
     runs, restitution, epsilon, blocks = tables(rocking, "housner")
     assert swings(runs, restitution, epsilon, blocks).empty
