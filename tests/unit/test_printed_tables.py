@@ -232,9 +232,11 @@ def test_a_parameter_is_undetermined_where_no_run_determines_it():
     known = {"first": (True, False), "last": (False, True), "none": (False, False), "all": (True, True)}
     rows = [row(test, run, each) for test, runs in known.items() for run, each in enumerate(runs, 1)]
     rows += [row("lost", 1, True), row("lost", 2, False) | {"given": "fixed", "success": False}]
+    rows += [row("held", 1, True, success=False), row("held", 2, False)]
     table = second(pd.DataFrame(rows)).set_index("test")
-    assert table["given"].to_dict() == dict.fromkeys((*known, "lost"), "") | {"none": "undetermined"}
-    assert table["n_runs"].to_dict() == {"first": 1, "last": 1, "none": 2, "all": 2, "lost": 1}
+    undetermined = dict.fromkeys(("none", "held"), "undetermined")
+    assert table["given"].to_dict() == dict.fromkeys((*known, "lost"), "") | undetermined
+    assert table["n_runs"].to_dict() == {"first": 1, "last": 1, "none": 2, "all": 2, "lost": 1, "held": 1}
     assert table["success"].all()
 
 
