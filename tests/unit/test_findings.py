@@ -192,6 +192,15 @@ def test_two_laws_that_the_data_cant_tell_apart(tmp_path):
     assert "That the foundation yields" in text["Not to be concluded"]
 
 
+def test_widths_of_several_records_of_a_block_have_no_mean(tmp_path):
+    trees = [record("first"), record("second")]
+    fitted = [fits(tree, models=("housner", "hunt_crossley_width")) for tree in trees]
+    frames = {name: read_csv(tmp_path / f"{name}.csv") for name in tables_of(tmp_path, (trees, fitted))}
+    text = {each.head: " ".join(map(plain, each.sentences)) for each in findings(frames, LABELS)}
+    widths = r"; of each record its own 2b = 0\.066\d+ ± [\d.]+ m \(first\) and 0.* m \(second\)"
+    assert re.search(widths + ", 94.3 % of the block's width", text["Parameters"])
+
+
 def test_widths_of_several_blocks_have_no_mean(tmp_path):
     trees = [record("b1_marble"), record("b2_marble", "b2")]
     datasets = trees, [fits(tree, models=("housner", "hunt_crossley_width")) for tree in trees]
@@ -201,7 +210,9 @@ def test_widths_of_several_blocks_have_no_mean(tmp_path):
     assert of_b2.sum() == 1
     frames["populations"].loc[of_b2, "mean"] = 0.0321
     text = {each.head: " ".join(map(plain, each.sentences)) for each in findings(frames, LABELS)}
-    assert "(Hunt–Crossley, width free, mean of 2 records); of each block its own 2b = " in text["Parameters"]
+    assert (
+        "(Hunt–Crossley, width free, mean of 2 records); of each record its own 2b = " in text["Parameters"]
+    )
     each = r"2b = 0\.06600\d* ± [\d.]+ m \(Slender\) and 0\.03210\d* ± [\d.]+ m \(Squat\), "
     assert re.search(each + r"45\.9 to 94\.3 % of the block's width\.", text["Parameters"])
 

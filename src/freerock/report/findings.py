@@ -235,13 +235,13 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
             without.append((label,))
             continue
         rows, records = _best_known(known, foundation, model), _explained_records(known, foundation, model)
-        names, own = CANDIDATES[model].parameters, _of_each_block(known, rows, records)
+        names, own = CANDIDATES[model].parameters, _of_each_record(known, rows)
         of_law = [_number(known, {**rows, "parameter": name}, labels) for name in names if name not in own]
         law = said("{}, {}", MODEL_LABELS[model], _over(known, rows))
         of_foundation = said("{}: {} ({})", label, listed(of_law), law)
         for name in own:
             of_records = _of_records(known, {**records, "parameter": name}, labels)
-            of_foundation = said("{}; of each block its own {}", of_foundation, of_records)
+            of_foundation = said("{}; of each record its own {}", of_foundation, of_records)
         told.append(said("{}.", of_foundation))
         of_one |= bool((known.rows("populations", rows)["n_runs"] == 1).any())
     if without:
@@ -271,11 +271,10 @@ def _explained_records(known: Tables, foundation: str, model: str) -> Where:
     return {**own, "level": "record", "test": tuple(explained["test"].unique())}
 
 
-def _of_each_block(known: Tables, rows: Where, records: Where) -> list[str]:
-    """The parameters of a block among those of a foundation: over several blocks they have no mean."""
+def _of_each_record(known: Tables, rows: Where) -> list[str]:
+    """The parameters of a record among those of a foundation: over several records they have no mean."""
     names = known.rows("populations", rows)["parameter"]
-    several = rows["level"] == "foundation" and known.rows("populations", records)["block"].nunique() > 1
-    return [name for name in names if name in OF_RECORD] if several else []
+    return [name for name in names if name in OF_RECORD] if rows["level"] == "foundation" else []
 
 
 def _of_records(known: Tables, where: Where, labels: Labels) -> Sentence:
