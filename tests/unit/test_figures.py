@@ -212,6 +212,12 @@ def test_contact_begins_in_equilibrium_and_lifts_the_other_corner(datasets):
     np.testing.assert_allclose(first["force_over_weight"], 1.0, rtol=1e-6)
     deeper, lifted = (first[["left_mm", "right_mm"]].agg(end, axis=1) for end in ("max", "min"))
     assert (deeper > 0).all() and (lifted < 0).all()
+    drawn = data[data["test"] == "b1_marble"]
+    for line, side in zip(figure.axes[0].lines, ("left", "right"), strict=True):
+        assert line.get_label() == f"{side} corner"
+        np.testing.assert_array_equal(line.get_ydata(), drawn[f"{side}_mm"].clip(lower=0))
+    weights = [line.get_ydata() for ax in figure.axes for line in ax.lines if line.get_label() == "weight"]
+    assert weights == [[1, 1]] * 4
     failed = failed_record()
     assert contact_force.draw([fits(failed)], runs_table([failed]), BLOCKS, "geometric", "simulated")[1].empty
 
@@ -320,6 +326,8 @@ def test_quality_has_a_page_per_run_with_verdict_and_reasons(datasets):
     assert "not fitted" not in texts(pages[0])
     assert {"voltage", "theta", "error_level"} <= set(data[data["run"].isna()]["series"])
     assert (data["series"] == "impact").sum() == 12
+    instants = {text.get_text().strip(): text.get_position()[0] for text in pages[0].axes[2].texts}
+    assert instants == {"release": 2, "rest": 6}
     assert data[data["series"] == "error_level"]["value"].tolist() == pytest.approx([10.2] * 5)
 
 
@@ -489,8 +497,14 @@ def test_predictions_stand_beside_the_fit_of_the_run_itself(datasets):
     assert set(data["model"]) == {"hunt_crossley"}
     assert len(data) == 1.5 * (frame["model"] == "hunt_crossley").sum()
     assert set(data["basis"]) == {"fitted to the run itself", "other runs", "b2"}
-    own, other, _ = figure.axes[0].lines
-    np.testing.assert_allclose(other.get_xdata(), 3 * np.array(own.get_xdata()))
+    own, *others = ax.lines
+    fits_of_runs = data[data["basis"] == predictions.OWN]["epsilon_theta"]
+    np.testing.assert_allclose(own.get_xdata(), 100 * fits_of_runs)
+    level = np.array([0, 0, 1, 1, 2, 2, 3])
+    np.testing.assert_allclose(own.get_ydata(), level - 0.22)
+    for line, shift in zip(others, (0, 0.22), strict=True):
+        np.testing.assert_allclose(line.get_xdata(), 300 * fits_of_runs)
+        np.testing.assert_allclose(line.get_ydata(), level + shift)
     assert style.FOOTER in texts(figure)
 
 
@@ -602,8 +616,10 @@ def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_pat
     assert "simulated record – not the laboratory's data" in texts(figure)
     assert figure.axes[0].get_title(loc="left") == "Slender block, Marble: Hunt–Crossley"
     assert misfit_map.caption(data) == "Drawn: run\N{NO-BREAK SPACE}1 of b1_marble."
-    ticks = [text.get_text() for text in figure.axes[0].get_xticklabels()]
-    assert ticks == ["6.0·10⁶", "8.0·10⁶"]
+    coarse, _ = misfit_map.draw([maps[0].isel(k=[0, -1])], choice, "simulated", LABELS)
+    for each in (figure, coarse):
+        ticks = [text.get_text() for text in each.axes[0].get_xticklabels()]
+        assert ticks == ["6.0·10⁶", "8.0·10⁶"]
     others, drawn = figure.axes[0].lines
     assert drawn.get_xdata() == identified["k"].iloc[0] and others.get_xdata() == identified["k"].iloc[1]
     assert (drawn.get_markerfacecolor(), others.get_markerfacecolor()) == ("black", "white")

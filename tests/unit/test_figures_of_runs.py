@@ -25,6 +25,7 @@ from freerock.figures import (
     budget,
     energy,
     evidence,
+    overturning,
     parameters,
     parts,
     phase_portrait,
@@ -78,6 +79,38 @@ def test_parameters_have_a_row_per_run_record_and_foundation(tables):
     np.testing.assert_allclose(own["high"] - own["low"], 2 * 1.96 * 1.2e4)
     assert "Slender block, Marble" in texts(figure)
     assert parameters.caption(data) == "Law: Hunt–Crossley, named by 7 of 7 runs. Runs of 4 records."
+
+
+def bars_of(ax):
+    """Both ends of each bar, of each series with errors: [x, y]."""
+    return [np.array(each.lines[2][0].get_segments()) for each in ax.containers]
+
+
+def test_bars_of_parameters_reach_from_their_low_to_their_high_end(tables):
+    own = tables["parameters"]
+    own = own.assign(ci95_high=own["value"] + 3 * own["stderr"])
+    figure, data = parameters.draw(own, tables["populations"], tables["choice"], "simulated", LABELS)
+    ax, of_k = figure.axes[0], data[(data["parameter"] == "k") & (data["foundation"] == "marble")]
+    for bars, level in zip(bars_of(ax), ("run", "record", "foundation"), strict=True):
+        ends = of_k[of_k["level"] == level][["low", "high"]]
+        np.testing.assert_allclose(bars[:, :, 0], ends)
+    (next_runs,) = (line for line in ax.lines if line.get_label() == parameters.NEXT["record"])
+    spans = of_k[of_k["level"] == "record"][["next_low", "next_high"]]
+    np.testing.assert_array_equal(np.reshape(next_runs.get_xdata(), (-1, 3))[:, :2], spans)
+
+
+def test_bars_of_counted_shares_reach_from_their_low_to_their_high_end():
+    place = {
+        "test": "t",
+        "block": "b1",
+        "foundation": "mat",
+        "kind": "counted",
+        "measure": next(iter(INTENSITIES)),
+    }
+    ends = {"low": [0.1, 0.3], "high": [0.5, 0.6], "n_motions": 9, "n_failed": 0}
+    shares = pd.DataFrame(place | {"intensity": [1.0, 2.0], "probability": [0.2, 0.4]} | ends)
+    figure, _ = overturning.draw(shares, "simulated", LABELS)
+    np.testing.assert_allclose(bars_of(figure.axes[0])[0][:, :, 1], shares[["low", "high"]])
 
 
 def test_parameters_are_of_the_law_of_each_foundation(tables):
@@ -174,6 +207,9 @@ def test_energy_is_of_the_first_run_and_the_model_that_stands_for_it(tables):
     assert set(data["source"]) == {"experiment", "hunt_crossley"}
     assert set(data["run"]) == {1}
     assert energy.caption(data).endswith(" Model: Hunt–Crossley.")
+    seen = data[(data["source"] == "experiment") & (data["block"] == "b1") & (data["foundation"] == "marble")]
+    ends = 100 * np.column_stack([seen["loss"] - seen["loss_stderr"], seen["loss"] + seen["loss_stderr"]])
+    np.testing.assert_allclose(bars_of(figure.axes[1])[0][:, :, 1], ends)
     assert style.FOOTER in texts(figure)
 
 
