@@ -79,6 +79,15 @@ def test_spikes(at, height, lasts):
     assert list(flagged(volts, "spike")) == list(range(at, at + lasts))
 
 
+def overshooting():
+    """A jump and half of it back, by 8.8 and 4.6 times the usual noise, where there is less of it."""
+    noise = np.where(TIME < 0.6, 0.0001, 0.002)
+    volts = 5 + noise * np.random.default_rng(1).standard_normal(TIME.size)
+    volts[600:] += 0.007
+    volts[600] += 0.0076
+    return volts
+
+
 @pytest.mark.parametrize(
     "volts",
     [
@@ -86,8 +95,9 @@ def test_spikes(at, height, lasts):
         np.round(5 + 0.01 * np.sin(np.arange(8000) / 20), 2),
         np.where(TIME < 2, 5.0, 6.0),
         np.abs(swinging(1e-4) - 5) + 1,
+        overshooting(),
     ],
-    ids=["no noise", "coarse converter", "a step", "a reading without sign"],
+    ids=["no noise", "coarse converter", "a step", "a reading without sign", "a step that overshoots"],
 )
 def test_what_is_no_fault(volts):
     assert not flag_samples(volts, LIMITS, step=STEP).any()

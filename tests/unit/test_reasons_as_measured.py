@@ -62,6 +62,7 @@ ONE_FACT = [
     ({"rest": None}, "warn", "cut_short"),
     ({"rest": Phase(8.0, 10.0, 0.05, 1e-6)}, "fail", "stopped"),
     ({"rest": Phase(8.0, 10.0, 1.5, 1e-6)}, "fail", "overturned"),
+    ({"rest": Phase(8.0, 10.0, -1.5, 1e-6)}, "fail", "overturned"),
     ({"level_before": 0.002}, "warn", "rest_shift"),
     ({"faults": [Fault("drift", 0.0, 10.0, "", 0.002)]}, "warn", "drift"),
     ({"faults": [Fault("aliasing", 0.0, 10.0, "124 Hz")]}, "warn", "aliasing"),
@@ -101,6 +102,21 @@ def test_a_reason_names_its_number_its_threshold_and_the_key_that_sets_it():
     assert grown.value == pytest.approx(0.13, abs=0.1) and grown.limit == 0.05
     of_checks = {"push_fraction", "hold_drift_deg", "rest_shift_deg", "flagged_fraction", "growth_fraction"}
     assert keys == {f"processing.runs.max_{key}" for key in of_checks} | {"processing.runs.min_impacts"}
+
+
+def test_a_swing_higher_within_noise_is_free():
+    assert verdict_on(replace(GOOD, signal=signal(grow=1.5), sigma_theta=1e-4)) == Verdict()
+
+
+@pytest.mark.parametrize(("longer", "names"), [(1, ()), (3, ("touched",))])
+def test_a_swing_longer_by_a_sample_is_free(longer, names):
+    """Of swings of eight samples each: one sample is more than a tenth of them."""
+    sizes = 8 + longer * (np.arange(25) == 10)
+    swings = [0.1 * (-0.95) ** i * np.sin(np.pi * (np.arange(n) + 0.5) / n) for i, n in enumerate(sizes)]
+    time_s, held, rest = np.arange(0, 10, 0.01), np.full(300, 0.1), np.zeros(700)
+    theta = np.concatenate([held, *swings, rest])[: time_s.size]
+    coarse = signal_of(time_s, theta, 1e-5, np.zeros(time_s.size, np.uint8))
+    assert verdict_on(replace(GOOD, signal=coarse)).names == names
 
 
 KEYS = ": check valid_low_v, valid_high_v (of a current valid_low_ma, valid_high_ma) of the laser"

@@ -13,6 +13,7 @@ from freerock.models.block import Block
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.calibration import Calibration
 from freerock.rotation.faults import listed_faults, signal_quality
+from freerock.rotation.one_laser import _swing_sides
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser, distance_from_output
 from freerock.runs.segment import find_runs
@@ -185,6 +186,13 @@ def test_a_vertical_beam_off_centre_knows_the_side_of_swings_after_those_too_fai
     assert np.abs(found.theta.values - theta)[clear].max() < 6 * found.sigma_theta.values[clear].max()
 
 
+def test_a_reading_without_sign_changes_side_down_to_swings_of_a_few_per_cent():
+    time_s = np.arange(0, 7, 1e-4)
+    theta = np.exp(-0.5 * time_s) * np.cos(5 * time_s)
+    side = _swing_sides(np.abs(theta), 1e-9, time_s, [], Laser("vertical", 0.0, 0.1))
+    assert (side * theta > 0)[np.abs(theta) > 0.03].all()
+
+
 def test_two_lasers_that_disagree_are_named():
     wrong = replace(LOW, range_m=0.12)
     found = find_rotation(TIME, [volts(HIGH, 1), volts(LOW, 2)], (HIGH, wrong), BLOCK)
@@ -192,6 +200,22 @@ def test_two_lasers_that_disagree_are_named():
     assert fault.name == "lasers_disagree"
     assert fault.start_s == pytest.approx(3.3, abs=0.7)
     assert math.degrees(fault.angle) > 0.5
+
+
+@pytest.mark.parametrize(("later_s", "n_faults"), [(0.4, 1), (1.0, 2)])
+def test_lasers_that_agree_for_half_a_second_disagree_anew(later_s, n_faults):
+    """The block slides there and back twice during the hold."""
+    since = TIME - 4.4
+    during = (since > 0) & (since < 2 * later_s) & (since % later_s < 0.2)
+    slid = np.where(during, np.sin(np.pi * (since % later_s) / 0.2) ** 2, 0)
+    signals = [volts(laser, seed, shift_m=0.006 * slid) for seed, laser in enumerate((HIGH, LOW))]
+    assert names(find_rotation(TIME, signals, (HIGH, LOW), BLOCK)) == n_faults * ["lasers_disagree"]
+
+
+def test_two_lasers_that_disagree_by_their_noise_are_no_fault():
+    options = RotationOptions(max_disagreement_deg=1e-6)
+    found = find_rotation(TIME, [volts(HIGH, 1), volts(LOW, 2)], (HIGH, LOW), BLOCK, options=options)
+    assert names(found) == []
 
 
 @pytest.mark.parametrize(

@@ -2,10 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.rotation.sensor import Laser, distance_from_output
+from freerock.rotation.sensor import Laser, distance_from_output, looks_like_current
 
 LASER = Laser("horizontal", 0.2, 0.1)
 
@@ -14,6 +15,12 @@ def test_sensor_manual_example():
     sensor = Laser("horizontal", 0.2, 0.010)
     assert distance_from_output(4.6, sensor)[0] == pytest.approx(0.0046)
     assert distance_from_output(4.6, sensor)[0] - 0.010 / 2 == pytest.approx(-0.0004)
+
+
+@pytest.mark.parametrize(("beyond", "current"), [(2, False), (10, True)])
+def test_more_than_a_hundredth_beyond_the_volts_looks_like_milliamperes(beyond, current):
+    output = np.append(np.linspace(4, 10, 200 - beyond), np.linspace(12, 18, beyond))
+    assert looks_like_current(output, LASER) is current
 
 
 @pytest.mark.parametrize(
