@@ -8,10 +8,11 @@ import pytest
 from nptdms import ChannelObject, RootObject, TdmsWriter
 
 from freerock.cli import subcommands as cli
-from freerock.cli.check_command import check_config
+from freerock.cli.check_command import _swept_deg, check_config
 from freerock.files import write_manifest
 from freerock.models.block import Block
 from freerock.models.simulate import simulate
+from freerock.rotation.sensor import Laser
 
 YAML = """\
 title: Blocks
@@ -62,6 +63,12 @@ def doubts(tmp_path, monkeypatch):
         return [str(each) for each in found]
 
     return doubts
+
+
+def test_samples_at_the_limits_of_the_output_are_swept():
+    laser, block = Laser("horizontal", 0.2, 0.1), Block(1.2, 0.25, 150)
+    swept = _swept_deg(np.repeat([-0.1, 10.1], 2000), "voltage", laser, block)
+    assert math.tan(math.radians(swept)) == pytest.approx(0.102 / 0.2)
 
 
 def test_a_usual_record_is_not_doubted(doubts):

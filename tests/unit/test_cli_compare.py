@@ -76,6 +76,13 @@ def test_a_difference_is_over_the_error_it_can_have(a, tables, tmp_path, checksu
     assert row["same_record"] == (checksum == "0a")
 
 
+def test_of_two_errors_of_one_record_the_larger_counts_and_per_cent_are_of_the_first(a, tables, tmp_path):
+    b = write(tmp_path / "b", changed(changed(tables, housner=1.1), "stderr", housner=0.1))
+    row = compare_results(a, b).parameters.query("verdict != 'identical'").iloc[0]
+    assert row["stderr"] == pytest.approx(0.0012)
+    assert row["difference_percent"] == pytest.approx(10)
+
+
 def test_failed_fits_and_what_one_lacks_are_reported(a, tables, tmp_path):
     fewer = changed(tables, housner=1.1)
     lost = fewer["parameters"].query("model == 'winkler' and test == 'b1_marble' and run == 2").index

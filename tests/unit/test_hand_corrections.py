@@ -60,6 +60,11 @@ def test_cells_as_people_write_them():
     assert written_overrides(read_overrides(spaced)) == "1@2.000:3.500;2@8.750:16.000 hold 7.000:8.500"
 
 
+@pytest.mark.parametrize("cell", ["1@2:3.5;2@3.5:4", "1@2:3.5 hold 1:2;2@4:5 hold 3.5:4"])
+def test_a_run_or_hold_may_begin_where_the_last_ends(cell):
+    assert [each.run for each in read_overrides(cell)] == [1, 2]
+
+
 def three():
     """Arguments of find_runs for a record of three runs, their releases [s], and the runs as found."""
     arguments, releases = record(one_run(), one_run(-9.0), one_run(8.0))

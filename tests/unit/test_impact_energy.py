@@ -6,6 +6,7 @@ from functools import cache
 from itertools import pairwise
 from types import SimpleNamespace
 
+import fabricated
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -14,12 +15,14 @@ from scipy.stats import t
 from freerock.config.fit_settings import FitSettings
 from freerock.identification.fit import fit_record
 from freerock.identification.model_discrepancy import Part, model_discrepancy
+from freerock.jobs import make_fits
 from freerock.models.block import GRAVITY
 from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
 from freerock.models.published import TABLE_2
 from freerock.models.simulate import simulate
 from freerock.populations.impact_energy import _shifted, block_peaks, impact_energy
 from freerock.populations.sensitivity import contributions
+from freerock.products.runs import runs_in
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.rotation.u_total import Contributions
@@ -248,3 +251,13 @@ def test_inputs_shift_no_force_or_length_below_zero():
     found = _shifted(fit, np.array([-2e6, 1e5, -1e-3, -0.2]))
     assert 0 < found["k"] < 1e6 and 0 < found["edge_radius"] < 1e-4
     assert found["lambda"] == 1.01e7 and found["theta0"] == pytest.approx(-0.1)
+
+
+@pytest.mark.parametrize(("model", "energies"), [("housner", None), ("hunt_crossley", "found")])
+def test_fits_of_a_foundations_law_alone_have_energies(model, energies, monkeypatch):
+    monkeypatch.setattr(make_fits, "impact_energy", lambda *_, **__: "found")
+    tree = fabricated.record(n_runs=1)
+    fit = fabricated.fit(tree, model, runs_in(tree)[0], ())
+    hypotheses = SimpleNamespace(settings=lambda model: FitSettings())
+    found = make_fits._with_energies(fit, BLOCK, SimpleNamespace(view=None), None, hypotheses)
+    assert found.energies == energies

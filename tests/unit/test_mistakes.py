@@ -52,6 +52,11 @@ YAML_MISTAKES = {
         ("5.84", "-8.67"),
         "lab.yaml:7: blocks.tall.mass_kg: -8.67 is not greater than 0; give the mass in kilograms",
     ),
+    "a mass in grams": (
+        ("5.84", "584000"),
+        "lab.yaml:7: blocks.tall.mass_kg: as deep as it is high, the block would have 1.06e+08 kg/m³; "
+        "give height_m and width_m in metres, mass_kg in kilograms",
+    ),
     "wide corners": (
         ("mass_kg: 5.84", "mass_kg: 5.84\n    contact_width_m: 0.08"),
         "lab.yaml:8: blocks.tall.contact_width_m: 0.08 is more than the full width; correct one of the two",

@@ -5,12 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fabricated import RATE_HZ as RATE_OF_RECORDS_HZ
+from fabricated import record
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from freerock.identification.against_noise import against_rest, noise_of, octave_limits
 from freerock.identification.likelihood import Whitened
 from freerock.identification.significance_levels import RESIDUAL
+from freerock.products.runs import measured_in
 from freerock.rotation.lattice import converter_step
 from freerock.rotation.tapers import frequencies, tapered_power
 from freerock.runs.motion import Motion
@@ -323,3 +326,11 @@ def test_a_block_that_stands_between_two_steps_is_off_by_no_more_than_is_stated(
     seen = float(np.mean(off**2))
     assert seen < 1.05 * stated + 2 / 4000
     assert stated < max(2.5 * seen, 0.03)
+
+
+def test_the_noise_of_a_record_has_its_sampling_rate():
+    tree = record(n_runs=1)
+    found = measured_in(
+        tree, {name: tree[name].values for name in ("time", "theta", "sigma_theta", "voltage")}
+    )
+    assert found.rests.rate_hz == pytest.approx(RATE_OF_RECORDS_HZ)

@@ -160,6 +160,7 @@ def test_a_block_that_never_falls_has_a_share_and_no_curve():
     table = fragility_table(make_responses(laws, blocks, [shaken(1, 0.1)], (1.0,), 3))
     assert set(table["kind"]) == {"none"}
     assert table["probability"].tolist() == [0.0, 0.0]
+    assert table["n"].tolist() == [3, 3]
 
 
 def test_a_record_without_a_law_has_a_row_that_says_so():

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from fabricated import campaign, failed_record, fits, record, tidy_tables
 
+from freerock.jobs import make_tables
 from freerock.populations import predict, shared_foundation
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 from freerock.tables import columns as listed
@@ -35,6 +36,15 @@ def test_runs_have_the_columns_of_the_contract(datasets):
         "campaign,test,run,block,foundation,origin,theta0_deg,theta0_u_deg,release_s,duration_s,"
         "n_impacts,n_restitution,sigma_theta_deg,verdict,reasons,excluded"
     )
+
+
+def test_records_read_some_at_once_are_all_in_the_tables(datasets, monkeypatch):
+    monkeypatch.setattr(make_tables, "AT_ONCE", 2)
+    for name in ("open_record", "open_fits"):
+        monkeypatch.setattr(make_tables, name, lambda tree, samples: tree)
+    records, _, found = make_tables._read(datasets[0][:3], datasets[1][:3])
+    tests = ["b1_marble", "b1_mat", "b2_marble"]
+    assert [tree.attrs["test"] for tree in records] == found["runs"]["test"].unique().tolist() == tests
 
 
 def test_runs_in_degrees_and_seconds(datasets):
