@@ -19,8 +19,10 @@ from freerock.models.contact import Foundation
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
 from freerock.rotation.faults import Fault, SignalQuality, signal_quality
+from freerock.rotation.still import Phase
 from freerock.runs.by_hand import ByHand
 from freerock.runs.ending import OUT_OF_NOISE, end_of_motion
+from freerock.runs.release import FALL, FALL_MOST, _falls
 from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.runs.segment import find_runs
 from freerock.runs.signal import signal_of
@@ -126,6 +128,28 @@ def test_zero_error_enters_the_held_angle():
     arguments, _ = record()
     (run,) = find_runs(*arguments, SignalQuality(math.radians(0.01)))
     assert math.degrees(run.theta0_stderr) == pytest.approx(0.01, rel=0.01)
+
+
+def test_the_zero_has_most_of_the_noise_of_the_nearer_rest():
+    """Its variance is 1 + 15 times the weight of a rest that is four times as loud; the first lies nearer."""
+    stderr = []
+    for loud in (slice(0), slice(0, 1000), slice(-1000, None)):
+        arguments, _ = record()
+        arguments[2] = np.full(arguments[1].size, SIGMA)
+        for each in arguments[1:3]:
+            each[loud] *= 4
+        stderr += [run.zero_stderr for run in find_runs(*arguments)]
+    first, second = (np.divide(stderr[1:], stderr[0]) ** 2 - 1) / 15
+    assert first + second == pytest.approx(1, abs=0.02) and first > 0.7
+
+
+def test_a_fall_is_timed_by_its_shares_of_the_held_angle():
+    """A quarter of `FALL`, `FALL` and `FALL_MOST`, of a fall that grows as time squared."""
+    time_s = np.arange(0, 3, 1e-3)
+    theta = 0.1 * (1 - np.maximum(time_s - 2, 0) ** 2)
+    signal = signal_of(time_s, theta, 1e-5, np.zeros(time_s.size, np.uint8))
+    found = _falls(signal, Phase(1.0, 2.0, 0.1, 1e-6, "held"), 3.0)
+    assert found == pytest.approx(2 + np.sqrt([FALL / 4, FALL, FALL_MOST]), abs=1.1e-3)
 
 
 def test_overridden_run_takes_its_times_and_reason():

@@ -76,10 +76,8 @@ def test_contacts_of_mujoco_are_the_whole_bed(snippet):
 
 
 def test_contacts_of_drake_are_the_whole_bed(snippet):
-    plant, turn = MagicMock(), MagicMock()
-    plant.AddJoint.side_effect = lambda joint: (
-        turn if joint is tree.RevoluteJoint.return_value else MagicMock()
-    )
+    plant, up, turn = MagicMock(), MagicMock(), MagicMock()
+    plant.AddJoint.side_effect = [up, turn]
     modules = (
         "geometry",
         "math",
@@ -99,4 +97,4 @@ def test_contacts_of_drake_are_the_whole_bed(snippet):
     in_series = values["point_contact_stiffness"] / 2
     assert N * in_series == pytest.approx(SCENE["k"] * WIDE)
     assert values["hunt_crossley_dissipation"] == SCENE["lambda"] / SCENE["k"]
-    assert turn.set_angle.call_args.args[1] == THETA0
+    assert (up.set_translation.call_args.args[1], turn.set_angle.call_args.args[1]) == (-SCENE["z0"], THETA0)
