@@ -13,6 +13,7 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.still import stretches
 
 LATE = 1.5  # times the interval between the swings before: one was missed
+AROUND = 3  # samples on either side: the means that show swings are slower at a touch-down itself
 
 
 def rotation_of_one(time_s: Floats, reading: Reading, laser: Laser, block: Block) -> Rotation:
@@ -42,15 +43,17 @@ def _swing_sides(rise: Floats, sigma: float, time_s: Floats, rest_mid_s: list[fl
     """Sign of θ for a reading that has none: swings change side at each touch-down, anew after every rest.
 
     A swing is where the rise exceeds 8 σ (or 1 % of its maximum), a touch-down where it falls below half of
-    that; what is smaller keeps the side of the swing before it. Where the next swing takes `LATE` times as
-    long to come as the one before, one was too faint between them, as those of the nearer corner are.
+    that, or, as no sample may lie there, below what it moves in two samples; what is smaller keeps the side
+    of the swing before it. Where the next swing takes `LATE` times as long to come as the one before, one was
+    too faint between them, as those of the nearer corner are.
     """
     first = 1.0 if laser.release_side == "positive" else -1.0
     side = np.full(rise.size, first)
     high = max(8 * sigma, 0.01 * np.nanmax(rise))
     smooth = np.convolve(rise, np.full(5, 0.2), "same")  # only to find the swings; θ itself is not smoothed
-    index = np.flatnonzero((smooth > high) | (smooth < high / 2))
-    swings = [(index[i], index[j]) for i, j in stretches(smooth[index] > high)]
+    low = smooth < np.maximum(high / 2, 2 * _fastest(smooth))
+    index = np.flatnonzero((smooth > high) | low)
+    swings = [(index[i], index[j]) for i, j in stretches(~low[index])]
     sign, interval = first, math.inf
     for (begin, last), (start, end) in pairwise(swings):
         rested = any(time_s[last] < mid < time_s[start] for mid in rest_mid_s)
@@ -64,3 +67,13 @@ def _swing_sides(rise: Floats, sigma: float, time_s: Floats, rest_mid_s: list[fl
         sign, interval = (first, math.inf) if rested else (-sign, between)
         side[last + int(np.nanargmin(rise[last : start + 1])) :] = sign
     return side
+
+
+def _fastest(values: Floats) -> Floats:
+    """The largest step from one value to the next among some around each."""
+    steps = np.abs(np.diff(values, prepend=values[:1]))
+    fastest = steps.copy()
+    for by in range(1, AROUND + 1):
+        np.fmax(fastest[by:], steps[:-by], out=fastest[by:])
+        np.fmax(fastest[:-by], steps[by:], out=fastest[:-by])
+    return fastest
