@@ -167,3 +167,12 @@ def test_of_runs_that_are_alike_nothing_is_known():
 def test_where_no_difference_would_be_seen_none_is_given():
     assert np.isnan(visible_difference(drawn(1, (2, 2)))).all()
     assert not between_blocks(drawn(1, (2, 2), shift=10)).p < 0.05
+
+
+def test_the_next_runs_show_the_degrees_of_freedom_of_half_a_run_less():
+    """Of two blocks of three runs, four degrees of freedom of one parameter."""
+    runs = np.array([[-1.0], [0.0], [1.0]])
+    (visible,) = visible_difference([runs, runs])
+    dof = 4 * (1 - 0.5 / 3)
+    seen = ncf.sf(f.isf(TEST.significant, 1, dof), 1, dof, 3 * visible**2 / 2)
+    assert seen == pytest.approx(TEST.power)

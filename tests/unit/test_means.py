@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from freerock.populations import means as of_members
 from freerock.populations.means import over_records, over_runs
 from freerock.populations.random_effects import least_variance, population, population_of_means
+from freerock.rotation.u_total import OF_LAW
 from freerock_bench import means
 
 
@@ -133,3 +135,18 @@ def test_a_laser_that_all_records_share_is_not_averaged_away():
     # the next record has the same laser, but another width
     half = (shared.found.next_high - shared.found.next_low) / 2
     assert half < (over_records(apart).found.next_high - over_records(apart).found.next_low) / 2
+
+
+@pytest.mark.parametrize(("n_runs", "dof"), [(3, 4), (1, math.inf)])
+def test_records_tell_their_spread_by_further_runs_and_share_what_all_have_but_a_misfit(
+    n_runs, dof, monkeypatch
+):
+    given = []
+    monkeypatch.setattr(
+        of_members, "population_of_means", lambda *a: given.append(a) or population_of_means(*a)
+    )
+    everywhere = {("laser", "position_m"): 0.1, ("winkler", OF_LAW): 0.1}
+    values, stderrs = np.linspace(1, 1.1, n_runs), np.full(n_runs, 0.01)
+    inputs = [everywhere, everywhere | {("b2", "width_m"): 0.1}]
+    over_records([over_runs(values, stderrs, [each] * n_runs) for each in inputs])
+    assert given[0][3:] == (dof, [True, False, False])

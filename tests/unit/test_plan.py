@@ -313,3 +313,11 @@ def test_mistakes_in_the_section_are_told_in_one_line(change, line, tmp_path):
         campaign(tmp_path, change)
     (message,) = str(caught.value).splitlines()
     assert message.partition(": ")[2] == line
+
+
+def test_a_freed_width_is_that_of_the_worn_block():
+    laboratory = Laboratory(CONFIG2, {"l": Laser("horizontal", 0.2, 0.1)}, ())
+    setup = Setup(("b", "f", "l"), laboratory, {"housner_width": {"r": 0.95, "width_fraction": 0.9}}, [10.0])
+    choices = Choices({"s": SensorSection(noise_deg=0.01)}, durations_s=(2.0,))
+    values = plan([setup], choices).set_index("parameter")["value"]
+    assert values.to_dict() == pytest.approx({"r": 0.95, "width": 0.9 * CONFIG2.width_m})

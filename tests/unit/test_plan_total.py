@@ -23,6 +23,7 @@ from freerock.planning.plan_total import (
     BUDGET,
     NOISE,
     TOTALS,
+    Known,
     _mean,
     _Member,
     plan_budget,
@@ -249,3 +250,17 @@ def test_the_degrees_of_freedom_of_a_mean_are_those_of_welch_and_satterthwaite()
         assert found["u_total"] == pytest.approx(2.0 * u)
         assert found["half95"] == pytest.approx(2.0 * u * t.ppf(0.975, dof))
         assert (found["first_input"], found["first_owner"]) == ("mass_kg", "a")
+
+
+def test_of_all_blocks_each_has_the_laser_that_is_best_for_the_most_runs():
+    """One laser has noise and no error of its inputs, the other the reverse."""
+    place, known, rows = Input("laser", "position_m", 1e-3, True), [], []
+    for block in ("a", "b"):
+        for laser, shift, noise in (("noisy", 0.0, 0.1), ("biased", 0.05, 0.0)):
+            case = block, "mat", laser, "s", 2.0, 1000.0, 6.0, "hunt_crossley"
+            known.append(Known(case, "k", (place,), np.array([[shift, noise], [0.0, noise]])))
+            rows.append(dict(zip(COLUMNS, (*case, 0.01, "k", 1e6, 1e4, "N m⁻²"), strict=False)))
+    totals = plan_totals(pd.DataFrame(rows), known, [1, 100], {})
+    of_all = totals[totals["block"] == ALL]
+    assert of_all["inputs_fraction"].tolist() == [0, 0]
+    np.testing.assert_allclose(of_all["runs_fraction"], 0.1 / np.sqrt([2, 200]))

@@ -104,6 +104,12 @@ def test_distance_and_penalty():
     assert rival.bic_difference(5, 1e-4, 1000.0) == pytest.approx(4000 - math.log(2000))
 
 
+def test_an_expected_motion_ends_soon_after_the_block_has_come_to_rest():
+    motion = expected_motion("housner", CONFIG2, {"r": 0.9}, 0.1, (0.0, 60.0))
+    moving = motion.time_s[np.abs(motion.theta) > 1e-4]
+    assert motion.time_s[-1] == pytest.approx(1.1 * moving[-1], rel=0.02)
+
+
 def test_a_block_that_overturns_has_no_rivals():
     with pytest.raises(FreerockError) as caught:
         expected_motion("hunt_crossley", CONFIG2, {"k": 1e4, "lambda": 1e5}, math.radians(10), (0.0, 2.0))
