@@ -17,14 +17,17 @@ from freerock.config.hand_corrections import (
     written_exclusions,
     written_overrides,
 )
+from freerock.config.keys_of_processing import RunLimits
 from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.flags import BY_HAND
 from freerock.runs import impacts_left_out
+from freerock.runs.beginning import begun_by_hand
 from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import IMPACT_COLUMNS, Impacts
 from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.runs.segment import find_runs
+from freerock.runs.signal import signal_of
 
 WHY = "why"
 
@@ -119,6 +122,17 @@ def test_add_a_run_whose_hold_is_hidden_altogether():
     )
     near = np.abs(arguments[0] - two.release_s) < 0.01
     assert two.theta0 == pytest.approx(np.mean(arguments[1][near]), rel=2e-3)
+
+
+@pytest.mark.parametrize(("still_s", "hold_start_s"), [(0.0, 0.97), (1.5, 1.5)])
+def test_a_hold_that_was_not_found_is_what_stands_still_before_the_release(still_s, hold_start_s):
+    """Over `held_s` at most, up to `finger_s` before the release."""
+    time_s = np.arange(0, 3, 1e-3)
+    theta = np.where(time_s < still_s, 0.08, 0.1 - 0.05 * np.maximum(time_s - 2, 0) ** 2)
+    signal = signal_of(time_s, theta, 1e-5, np.zeros(time_s.size, np.uint8))
+    begun = begun_by_hand(signal, Override(1, 2.0, 3.0), None, 3.0, RunLimits())
+    assert begun.hold_start_s == pytest.approx(hold_start_s, abs=0.026)
+    assert begun.held.theta0 == pytest.approx(0.1) and begun.fit_start_s == 2.03
 
 
 def test_split_a_run():
