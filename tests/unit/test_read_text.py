@@ -420,7 +420,8 @@ def test_a_clock_with_a_decimal_comma_between_commas(tmp_path):
     rows = [f"13:05:07,{i:03d},5,{i:03d}" for i in range(50)]
     path.write_text("\n".join(["time,laser", *rows]) + "\n")
     assert refusal(path) == (
-        "line 2 may hold 4 columns, or decimal commas; export with tabs or semicolons between the columns, or decimal points"
+        "line 2 may hold 4 columns, or decimal commas; "
+        "export with tabs or semicolons between the columns, or decimal points"
     )
 
 

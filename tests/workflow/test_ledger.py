@@ -230,8 +230,8 @@ def test_verify(checkout):
         f"results/small: {number - 7} whole, 1 missing, 0 damaged, 6 stale, 1 foreign",
     ]
     assert changed.stderr == (
-        "results/small: some products are not as a run would make them; run snakemake --config campaigns=small, "
-        "and delete what is foreign\n"
+        "results/small: some products are not as a run would make them; "
+        "run snakemake --config campaigns=small, and delete what is foreign\n"
     )
     (checkout / YAML).unlink()
     refused = freerock(checkout, "verify", "small")
