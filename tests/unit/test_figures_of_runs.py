@@ -208,9 +208,17 @@ def test_energy_is_of_the_first_run_and_the_model_that_stands_for_it(tables):
     assert set(data["run"]) == {1}
     assert energy.caption(data).endswith(" Model: Hunt–Crossley.")
     seen = data[(data["source"] == "experiment") & (data["block"] == "b1") & (data["foundation"] == "marble")]
-    ends = 100 * np.column_stack([seen["loss"] - seen["loss_stderr"], seen["loss"] + seen["loss_stderr"]])
+    ends = 100 * np.column_stack([seen["loss"] - seen["loss_u"], seen["loss"] + seen["loss_u"]])
     np.testing.assert_allclose(bars_of(figure.axes[1])[0][:, :, 1], ends)
     assert style.FOOTER in texts(figure)
+
+
+def test_bars_of_restitutions_are_their_total_uncertainty(tables):
+    figure, data = restitution.draw(*of_swings(tables))
+    seen = data[(data["source"] == "experiment") & (data["block"] == "b1") & (data["foundation"] == "marble")]
+    assert (seen["r_u"] > seen["r_stderr"]).all()
+    ends = np.column_stack([seen["r"] - seen["r_u"], seen["r"] + seen["r_u"]])
+    np.testing.assert_allclose(bars_of(figure.axes[0])[0][:, :, 1], ends)
 
 
 def test_the_phase_portrait_has_the_rate_of_the_motion(tables):
