@@ -45,6 +45,9 @@ def test_other_versions_are_told_with_what_they_made():
         {"software": {"numpy": "none"}, "datasets": ["records/b"]},
     ]
     assert other_software({"records/a": datasets["records/a"]}, now) == []
+    older = {"python": "3.10", "numpy": "1.26"}
+    made_by = {"a": {"software": older}, "b": {"software": dict(reversed(older.items()))}}
+    assert [each["datasets"] for each in other_software(made_by, now)] == [["a", "b"]]
 
 
 @pytest.mark.parametrize("name", ["stone_1.tdms", "λ/Stein_ä.tdms"])
