@@ -30,8 +30,19 @@ from freerock.errors import FreerockError
 from freerock.tables.csvfile import write_csv
 
 ROOT = Path(__file__).parents[2]
-COPIED = ("tests", "config", "raw", "workflow", "docs", "profiles", "results/palermo_virtual")
-FILES = ("pyproject.toml", "Snakefile", "CONTRIBUTING.md", "README.md")
+LEFT_OUT = (
+    ".git",
+    ".venv*",
+    ".snakemake",
+    ".*_cache",
+    "__pycache__",
+    "src",
+    "results",
+    "build",
+    "dist",
+    "site",
+)
+MADE = "results/palermo_virtual"  # by `make`; made again where a bug touches it
 COLUMNS = ["room", "file", "line", "function", "before", "after", "caught", "by"]
 LIMIT_S = 900  # of the tests of one mutant; a loop without end is caught
 FAILED = (1, 2, 3)  # pytest's: a test, the collection, pytest itself
@@ -133,7 +144,7 @@ def tests_in(folders: Sequence[str]) -> dict[Path, set[str]]:
 
 
 def related_tests(file: Path) -> list[Path]:
-    """Test files that import a module; where these are few, those too that import one that imports it."""
+    """Test files that import a module; of few, those too of modules that import it or are of its room."""
     tests, module = tests_in(QUICK), _module(file)
     users = {_module(path) for path in (ROOT / "src/freerock").rglob("*.py") if module in imported(path)}
     room = {_module(path) for path in file.parent.glob("*.py")}
@@ -168,15 +179,23 @@ def tried(mutant: Mutant, checkout: Path) -> dict[str, object]:
     shutil.rmtree(checkout / "src", ignore_errors=True)
     shutil.copytree(ROOT / "src", checkout / "src")
     (checkout / mutant.file.relative_to(ROOT)).write_text(mutant.text(), encoding="utf-8")
-    slow = [path for path, names in tests_in(SLOW).items() if _module(mutant.file) in names]
-    quick, late = (
-        [[str(path.relative_to(ROOT)) for path in own[i : i + AT_ONCE]] for i in range(0, len(own), AT_ONCE)]
-        for own in (related_tests(mutant.file), slow)
-    )
-    by = next(filter(None, (caught_by(tests, checkout) for tests in (*quick, KEPT, *late))), "")
+    related = [str(path.relative_to(ROOT)) for path in related_tests(mutant.file)]
+    quick = [related[i : i + AT_ONCE] for i in range(0, len(related), AT_ONCE)]
+    by = next(filter(None, (caught_by(tests, checkout) for tests in (*quick, KEPT))), "")
+    by = by or _caught_late(mutant, checkout)
     place = {"room": mutant.room, "file": str(mutant.file.relative_to(ROOT)), "line": mutant.node.lineno}
     change = {"function": mutant.function, "before": mutant.before, "after": mutant.after}
     return place | change | {"caught": bool(by), "by": by}
+
+
+def _caught_late(mutant: Mutant, checkout: Path) -> str:
+    """The first slow test of the module that fails, but passes without the bug; "" where none does."""
+    for path, names in tests_in(SLOW).items():
+        tests = [str(path.relative_to(ROOT))]
+        if _module(mutant.file) in names and (by := caught_by(tests, checkout)):
+            shutil.copy2(mutant.file, checkout / mutant.file.relative_to(ROOT))
+            return "" if caught_by(tests, checkout) else by
+    return ""
 
 
 def caught_by(tests: Sequence[str], checkout: Path) -> str:
@@ -205,11 +224,9 @@ def main(product: str, n: str = "60", seed: str = "1") -> None:
     rows = []
     with tempfile.TemporaryDirectory() as scratch:
         checkout = Path(scratch)
-        for name in COPIED:
-            if (ROOT / name).exists():  # the results of `make`, which are made again where a bug touches them
-                shutil.copytree(ROOT / name, checkout / name, ignore=shutil.ignore_patterns("__pycache__"))
-        for name in FILES:
-            shutil.copy(ROOT / name, checkout)
+        shutil.copytree(ROOT, checkout, ignore=shutil.ignore_patterns(*LEFT_OUT), dirs_exist_ok=True)
+        if (ROOT / MADE).exists():
+            shutil.copytree(ROOT / MADE, checkout / MADE)
         shutil.copytree(ROOT / "src", checkout / "src")
         if failed := caught_by(KEPT, checkout):
             raise FreerockError(failed, "fails without a bug", "mend it first")

@@ -77,8 +77,20 @@ def test_all_related_tests_are_asked_then_the_kept_numbers_then_slow_ones(monkey
     monkeypatch.setattr(mutation, "caught_by", lambda tests, _: asked.append(tests) or "")
     assert not mutation.tried(next(mutants_of(file)), tmp_path)["caught"]
     at = asked.index(mutation.KEPT)
-    quick, late = ([*chain(*groups)] for groups in (asked[:at], asked[at + 1 :]))
-    assert quick == [str(path.relative_to(ROOT)) for path in related_tests(file)]
-    assert "tests/workflow/test_code_checksum.py" in late and max(map(len, asked)) <= mutation.AT_ONCE
+    assert [*chain(*asked[:at])] == [str(path.relative_to(ROOT)) for path in related_tests(file)]
+    assert ["tests/workflow/test_code_checksum.py"] in asked[at:] and max(map(len, asked)) <= mutation.AT_ONCE
+
+
+@pytest.mark.parametrize("fails_anyway", [False, True])
+def test_what_fails_without_the_bug_catches_none(monkeypatch, tmp_path, fails_anyway):
+    file = ROOT / "src/freerock/jobs/code_identity.py"
+    mutant, copied = next(mutants_of(file)), tmp_path / file.relative_to(ROOT)
+
+    def caught_by(tests, _):
+        with_bug = copied.read_text(encoding="utf-8") == mutant.text()
+        return "late" * (tests[0].startswith("tests/workflow/test_") and (with_bug or fails_anyway))
+
+    monkeypatch.setattr(mutation, "caught_by", caught_by)
+    assert mutation.tried(mutant, tmp_path)["by"] == ("" if fails_anyway else "late")
     monkeypatch.setattr(mutation, "caught_by", lambda tests, _: "kept" * (tests == mutation.KEPT))
-    assert mutation.tried(next(mutants_of(file)), tmp_path)["by"] == "kept"
+    assert mutation.tried(mutant, tmp_path)["by"] == "kept"

@@ -166,6 +166,20 @@ def test_parameters_are_those_of_the_records_that_the_law_explains(tmp_path):
     assert "(Hunt–Crossley, one record)" in text
 
 
+def test_a_parameter_that_unexplained_records_alone_have_is_not_told(tmp_path):
+    """A tilt that was widened on a record that no law explains has a row over the foundation."""
+    frames = half_explained(tmp_path)
+    populations = frames["populations"]
+    of_k = populations[(populations["level"] == "record") & (populations["parameter"] == "k")]
+    unexplained = frames["choice"].loc[~frames["choice"]["explains"].astype(bool), "test"]
+    tilt = of_k[of_k["test"].isin(unexplained)].iloc[:1].assign(parameter="tilt", unit="rad")
+    law = populations[populations["level"] == "record"].drop_duplicates("parameter")
+    whole = pd.concat([law, tilt]).assign(level="foundation", test="", block="", model="hunt_crossley")
+    frames["populations"] = pd.concat([populations, tilt, whole], ignore_index=True)
+    text = {each.head: " ".join(map(plain, each.sentences)) for each in findings(frames, LABELS)}
+    assert text["Parameters"].startswith("Marble: k = ") and "of each record" not in text["Parameters"]
+
+
 def test_measured_records(tmp_path):
     text = told(tmp_path, single(origin="measured"))
     assert text["Tested"].startswith("1 measured run in 1 record")

@@ -238,6 +238,11 @@ def test_a_parameter_is_undetermined_where_no_run_determines_it():
     assert table["given"].to_dict() == dict.fromkeys((*known, "lost"), "") | undetermined
     assert table["n_runs"].to_dict() == {"first": 1, "last": 1, "none": 2, "all": 2, "lost": 1, "held": 1}
     assert table["success"].all()
+    tied = pd.DataFrame(
+        [row("tied", 1, True) | {"given": "tied: c"}, row("tied", 2, False), row("nan", 1, True)]
+    )
+    tied.loc[tied["test"] == "nan", "given"] = np.nan
+    assert second(tied).set_index("test")["given"].to_dict() == {"tied": "tied: c", "nan": ""}
 
 
 def test_table3_has_the_order_of_the_laws_and_ranges_of_three_digits(datasets):

@@ -17,6 +17,7 @@ from freerock.rotation.view import View
 from freerock.runs.motion import Motion
 from freerock.runs.noise_spectrum import noise_at_rest
 from freerock.runs.verdict import Verdict
+from freerock.selection import reasons_after_fits
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypotheses
 from freerock.selection.hypotheses_tried import identify_run
 from freerock.selection.reasons_after_fits import (
@@ -76,6 +77,18 @@ def test_a_further_damping_does_not_hide_that_a_bed_can_not_pull(law, damping, r
     told = reasons_of_fits(Verdict(()), block, motion, found, general)
     assert {each.name for each in told if each.verdict == "warn"} == names
     assert all("tensionless: Hunt–Crossley then agrees" in each.text for each in told if each.name in names)
+
+
+def test_rounded_edges_are_not_free_under_the_rule_that_refuses_them(monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        reasons_after_fits, "leaves_noise", lambda model, block, settings, *_: asked.append(settings) or False
+    )
+    motion, free = run("hunt_crossley"), {"hunt_crossley": ("theta0", "edge_radius")}
+    rounded = Hypotheses(("hunt_crossley",), (), free)
+    fit = fit_run("hunt_crossley", BLOCK, motion)
+    assert not [*hints_for(BLOCK, motion, {"hunt_crossley": fit}, rounded.settings)]
+    assert [(each.debonding, each.free) for each in asked] == [("tensionless", ("theta0",))]
 
 
 def read_with_the_other_sign(theta):

@@ -195,6 +195,16 @@ def test_a_reading_without_sign_changes_side_down_to_swings_of_a_few_per_cent(st
     assert (side * theta > 0)[np.abs(theta) > 0.03].all()
 
 
+@pytest.mark.parametrize("by", [0.5, 0.05])
+def test_an_outlier_in_a_reading_without_sign_flips_no_later_swing(by):
+    time_s = np.arange(0, 7, 1e-3)
+    theta = np.exp(-0.5 * time_s) * np.cos(5 * time_s)
+    rise = np.abs(theta)
+    rise[1000] += by
+    side = _swing_sides(rise, 1e-9, time_s, [], Laser("vertical", 0.0, 0.1))
+    assert (side * theta > 0)[np.abs(theta) > 0.03].all()
+
+
 def test_two_lasers_that_disagree_are_named():
     wrong = replace(LOW, range_m=0.12)
     found = find_rotation(TIME, [volts(HIGH, 1), volts(LOW, 2)], (HIGH, wrong), BLOCK)

@@ -240,8 +240,10 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
         law = said("{}, {}", MODEL_LABELS[model], _over(known, rows))
         of_foundation = said("{}: {} ({})", label, listed(of_law), law)
         for name in own:
-            of_records = _of_records(known, {**records, "parameter": name}, labels)
-            of_foundation = said("{}; of each record its own {}", of_foundation, of_records)
+            of_records: Where = {**records, "parameter": name}
+            if len(known.rows("populations", of_records)):
+                each = _of_records(known, of_records, labels)
+                of_foundation = said("{}; of each record its own {}", of_foundation, each)
         told.append(said("{}.", of_foundation))
         of_one |= bool((known.rows("populations", rows)["n_runs"] == 1).any())
     if without:

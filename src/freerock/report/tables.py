@@ -223,8 +223,8 @@ def compared_restitution(compared: pd.DataFrame) -> Sortable:
 def budget(frame: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortable:
     """What the total uncertainty of each foundation's parameters is made of, from two tidy tables.
 
-    Rows are of candidates that are named for a run on the foundation, or of the record. Of a candidate its
-    mean over the records of a foundation, where it has one, else those of its records.
+    Rows are of candidates that explain a run or come nearest: of each its mean over the records of the
+    foundation, where it has one, else those of the records whose runs it is named for.
     """
     selected = choice[choice["status"] == "selected"]
     of_records, of_foundations = (

@@ -13,7 +13,8 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.still import stretches
 
 LATE = 1.5  # times the interval between the swings before: one was missed
-AROUND = 3  # samples on either side: the means that show swings are slower at a touch-down itself
+AROUND = 3  # samples on either side: a mean of samples moves more slowly at a touch-down than beside it
+OTHER_SIDE = 0.25  # of the faster side, that the other side of a touch-down moves: one outlier flips no sign
 
 
 def rotation_of_one(time_s: Floats, reading: Reading, laser: Laser, block: Block) -> Rotation:
@@ -43,9 +44,9 @@ def _swing_sides(rise: Floats, sigma: float, time_s: Floats, rest_mid_s: list[fl
     """Sign of θ for a reading that has none: swings change side at each touch-down, anew after every rest.
 
     A swing is where the rise exceeds 8 σ (or 1 % of its maximum), a touch-down where it falls below half of
-    that, or, as no sample may lie there, below what it moves in two samples; what is smaller keeps the side
-    of the swing before it. Where the next swing takes `LATE` times as long to come as the one before, one was
-    too faint between them, as those of the nearer corner are.
+    that; as no sample may lie there, also where it falls below twice the largest step around it. What is
+    smaller keeps the side of the swing before it. Where the next swing takes `LATE` times as long to come as
+    the one before, one was too faint between them, as those of the nearer corner are.
     """
     first = 1.0 if laser.release_side == "positive" else -1.0
     side = np.full(rise.size, first)
@@ -70,10 +71,12 @@ def _swing_sides(rise: Floats, sigma: float, time_s: Floats, rest_mid_s: list[fl
 
 
 def _fastest(values: Floats) -> Floats:
-    """The largest step from one value to the next among some around each."""
-    steps = np.abs(np.diff(values, prepend=values[:1]))
-    fastest = steps.copy()
+    """The largest step around each value between a fall and a rise, as a touch-down lies; else 0."""
+    steps = np.nan_to_num(np.diff(values, prepend=values[:1]))
+    fall, rise = np.maximum(-steps, 0.0), np.maximum(np.append(steps[1:], 0.0), 0.0)
+    before, after = fall.copy(), rise.copy()
     for by in range(1, AROUND + 1):
-        np.fmax(fastest[by:], steps[:-by], out=fastest[by:])
-        np.fmax(fastest[:-by], steps[by:], out=fastest[:-by])
-    return fastest
+        np.maximum(before[by:], fall[:-by], out=before[by:])
+        np.maximum(after[:-by], rise[by:], out=after[:-by])
+    fastest = np.maximum(before, after)
+    return np.where(np.minimum(before, after) > OTHER_SIDE * fastest, fastest, 0.0)

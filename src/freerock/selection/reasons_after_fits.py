@@ -153,7 +153,8 @@ def _other_debonding(
 ) -> Iterator[Reason]:
     """The other rule of debonding, where a law of a foundation then agrees with the noise."""
     (other,) = {*DEBONDING} - {own.debonding}
-    if leaves_noise(model, block, replace(own, debonding=other), start, motion):
+    free = tuple(name for name in own.free if name != "edge_radius")  # of the geometric rule alone
+    if leaves_noise(model, block, replace(own, debonding=other, free=free), start, motion):
         yield Reason("warn", "other_debonding", WOULD.format(f"fits.debonding: {other}", MODEL_LABELS[model]))
 
 

@@ -171,7 +171,7 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
         A file to `\input`: `\frRecords`, `\frRuns`; of each record the mean parameters of its runs with
         u_total and unit, as `\frConfigTwoMarbleHuntCrossleyK`, and the median discrepancy; of each foundation
         the mean over its records, as `\frmeanMarbleHuntCrossleyK` (no test begins in lower case), unless
-        every run there that the law was fitted to rejects it; of each fit
+        all its runs reject the law; of each fit
         its parameters, discrepancy and t_f, with `RunOne` before the model. The numbers of a fit that may
         not be used are the words "failed fit".
     """

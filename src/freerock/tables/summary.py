@@ -92,20 +92,24 @@ def table2(
     pandas.DataFrame
         Columns test, block, foundation, model, parameter, unit, n_runs, mean, stderr, u_total, tau,
         tau_high, next_low, next_high, scatter_p (as in populations), published, given (of fits that may be
-        used; "undetermined" where no run of the mean determines the parameter, which is then that of all),
-        in_phase (the mean of the runs), success, selected and rejected (by the choice of most of the fitted
-        runs); SI units. A law of which no fit may be used has n_runs 0 and the mean of what these gave.
+        used; "undetermined" where no run of the mean determines the parameter: n_runs then counts all fits
+        that may be used), in_phase (the mean of the runs), success, selected and rejected (by the choice of
+        most of the fitted runs); SI units. A law of which no fit may be used has n_runs 0 and the mean of what
+        these gave.
     """
     of_model = [row.parameter in CANDIDATES[row.model].parameters for row in parameters.itertuples()]
     of_laws = parameters[_shown(parameters, choice) & np.array(of_model, bool)]
     named = ["test", "block", "foundation", "model", "parameter", "unit"]
     of_records = populations[populations["level"] == "record"]
     numbers = ["n_runs", "mean", "stderr", "u_total", "tau", "tau_high", "next_low", "next_high", "scatter_p"]
-    of_laws = of_laws.assign(given=of_laws["given"].where(of_laws["success"], ""))
+    given = of_laws["given"].where(of_laws["success"], "").fillna("")
+    unknown = given == "undetermined"
+    of_laws = of_laws.assign(given=given.mask(unknown, ""), unknown=unknown)
     every = of_laws.groupby(named, sort=False, as_index=False).agg(
         failed=("value", "mean"),
         in_phase=("in_phase", "mean"),
-        given=("given", "max"),  # "undetermined" in any run
+        given=("given", "max"),
+        unknown=("unknown", "any"),
         used=("success", "sum"),
     )
     frame = every.merge(of_records[[*named, *numbers]], on=named, how="left")
@@ -113,7 +117,7 @@ def table2(
     frame["mean"] = frame["mean"].fillna(frame.pop("failed"))
     frame["n_runs"] = frame["n_runs"].fillna(0)
     determined = frame["n_runs"] > 0
-    frame["given"] = frame["given"].mask(determined & (frame["given"] == "undetermined"), "")
+    frame["given"] = frame["given"].mask(~determined & frame.pop("unknown"), "undetermined")
     frame["n_runs"] = frame["n_runs"].where(determined, frame.pop("used"))
     frame["published"] = [_published(published, row, row.parameter) for row in frame.itertuples()]
     frame = frame.assign(**{status: _mostly(status, frame, choice) for status in STATUSES})
