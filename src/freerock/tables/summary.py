@@ -94,8 +94,8 @@ def table2(
         tau_high, next_low, next_high, scatter_p (as in populations), published, given (of fits that may be
         used; "undetermined" where no run of the mean determines the parameter: n_runs then counts all fits
         that may be used), in_phase (the mean of the runs), success, selected and rejected (by the choice of
-        most of the fitted runs); SI units. A law of which no fit may be used has n_runs 0 and the mean of what
-        these gave.
+        most of the fitted runs); SI units. A law of which no fit may be used has n_runs 0 and the mean of
+        what these gave.
     """
     of_model = [row.parameter in CANDIDATES[row.model].parameters for row in parameters.itertuples()]
     of_laws = parameters[_shown(parameters, choice) & np.array(of_model, bool)]
