@@ -167,7 +167,7 @@ def _smaller_law(
     """
     values = found.fits[chosen].values
     for model, candidate in CANDIDATES.items():
-        if candidate.law in law_of(chosen).cases and contains(chosen, model) and not candidate.width:
+        if contains(chosen, model) and candidate.law != CANDIDATES[chosen].law and not candidate.width:
             start = {name: values[name] for name in MODELS[model]}
             yield from _other_debonding(
                 model, block, motion, hypotheses.settings(model, found.widened), start
