@@ -9,25 +9,21 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freerock.errors import FreerockError
 from freerock.figures.declared import declared
 from freerock.figures.style import save
-from freerock.models.block import Block
 from freerock.models.laws import LAWS, PAPER_MODELS
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.hypotheses_tried import identify_run
-from freerock_bench import confusion, cut, figures, harness, shared, stability, success
-from freerock_bench.confusion import answer, what_is_wrong
-from freerock_bench.methods.by_name import freerock
-from freerock_bench.methods.problem import Problem, Solution
-from freerock_bench.stability import COLUMNS, STATES, attempt, judge
+from freerock_bench import confusion, cut, figures, harness, stability, success
+from freerock_bench.confusion import answer
+from freerock_bench.methods.problem import Solution
+from freerock_bench.stability import COLUMNS, STATES, judge
 from freerock_bench.timing import interleaved
 from freerock_bench.truths import place, record
 from freerock_bench.virtual_run import SEED
 
 pytestmark = pytest.mark.slow
 
-TIME = np.arange(0, 0.6, 1e-3)
 for name in figures.__all__:
     import_module(f"freerock_bench.figures.{name}")
 
@@ -52,14 +48,6 @@ def test_interleaved_times_every_call_and_keeps_the_results():
     assert [result for result, *_ in timed] == [0, 1, 2]
     assert [runs for *_, runs in timed] == [2, 2, 2]
     assert order == [0, 1, 2] * 3
-
-
-def test_a_call_that_waits_for_its_turn_is_timed_by_its_processor(monkeypatch):
-    """And one on several threads, whose processors take longer together, by the wall."""
-    wall, processor = iter([0.0, 5.0, 10.0, 11.0]), iter([0.0, 1.5, 2.0, 4.0])
-    monkeypatch.setattr("freerock_bench.timing.clock.perf_counter", lambda: next(wall))
-    monkeypatch.setattr("freerock_bench.timing.clock.process_time", lambda: next(processor))
-    assert [best for _, best, _ in interleaved([int, int], rounds=0)] == [1.5, 1.0]
 
 
 @pytest.fixture
@@ -96,23 +84,6 @@ def test_atlas(cells):
 )
 def test_states(solution, true, state):
     assert judge(solution, true)[0] == state
-
-
-def test_refusals_are_cells_too():
-    squat = Problem(
-        "housner", Block(0.035, 0.07, 1.0), {"r": Block(0.035, 0.07, 1.0).restitution_housner}, 0.1
-    )
-    assert isinstance(attempt(freerock, squat, TIME, 1e-8, 100), FreerockError)
-
-
-def test_each_page_of_the_atlas_is_a_figure(cells, tmp_path):
-    n_cells = 0
-    for page in figures.stability.PAGES:
-        drawn, data = figures.stability.draw(cells, page)
-        _saved(drawn, data, tmp_path, page)
-        assert drawn.get_size_inches()[1] < 10  # of a sheet of paper
-        n_cells += len(data)
-    assert n_cells == len(cells)
 
 
 def _saved(drawn, data, tmp_path, name):
@@ -159,36 +130,6 @@ def test_coverage_counts_shares_and_medians_by_case_and_number():
     assert known["z"].tolist() == pytest.approx([math.hypot(1.5, 1) / math.sqrt(2), 2.5])
     table = harness.Study(lambda size: [], lambda case: [], []).markdown(frame).splitlines()
     assert table[2] == "| a | k | 2 | 10 % | 5 % | 7.5 % | 50 % | 100 % |" and len(table) == 4
-
-
-def test_large_differences_between_blocks_are_seen_and_none_seldom(in_one_process):
-    frame = shared.run("small")
-    none = frame[frame["difference"] == 0]
-    assert none["seen"].mean() < 0.06 and none["seen"].max() <= 0.25  # of 20 draws each
-    assert none.loc[none["unlike"] == "first", "seen_pooled"].mean() > 0.1
-    assert frame.loc[frame["difference"] == 12, "seen"].min() > 0.85
-    figure, data = figures.shared.draw(frame)
-    assert len(figure.axes) == 2 and len(data) == len(frame)
-
-
-@pytest.mark.parametrize(
-    "candidate, named, wrong",
-    [
-        ("winkler", "winkler", ""),
-        ("winkler", "", ""),
-        ("winkler", "housner_width", "rigid"),
-        ("housner_width", "hunt_crossley", "compliant"),
-        ("winkler", "hunt_crossley_pivoting", "law"),
-        ("winkler", "winkler_pivoting_width", "kinematics"),
-        ("hunt_crossley_width", "hunt_crossley", "width"),
-        ("hunt_crossley", "general", "larger"),
-        ("hunt_crossley", "hunt_crossley_width", "larger"),
-        ("hunt_crossley", "general_pivoting", "kinematics"),
-        ("general", "hunt_crossley", "law"),
-    ],
-)
-def test_in_which_way_a_name_is_wrong(candidate, named, wrong):
-    assert what_is_wrong(candidate, named) == wrong
 
 
 def test_the_atlas_has_every_truth_under_every_noise_on_every_block():

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
@@ -113,14 +113,6 @@ def integrated(block, law, theta0, radius_m, kinematics):
     return solve_ivp(rates, (0, TIME[-1]), start, "DOP853", TIME, rtol=rtol, atol=1e-3 * rtol).y[[0, 2]]
 
 
-@pytest.mark.parametrize(
-    "state", [State(1e-3, 0.1, 0.05, 0.3), State(5e-5, 0.01, -1e-4, 0.1), State(-4e-3, 0, -0.2, 1)]
-)
-def test_the_law_on_hardly_rounded_edges_is_the_law(state):
-    found = on_rounded(BLOCK, Foundation.of(MARBLE), state, 1e-7)
-    assert found == pytest.approx(contact_force(BLOCK, Foundation.of(MARBLE), state), rel=1e-6, abs=1e-6)
-
-
 def test_rounded_edges_turn_nearer_to_the_middle():
     """At rest on one edge of a rounded base the force stands nearer to the middle, ρ sinθ of a rigid one."""
     theta, radius, stiff = 0.1, 2e-3, Foundation(1e12)
@@ -224,25 +216,6 @@ def test_sharp_edges_are_the_limit(law):
         for radius in (1e-6, 1e-5, 1e-4)
     ]
     assert off[0] < 1e-5 and off[0] < off[1] < off[2]
-
-
-@settings(max_examples=10, deadline=None)
-@given(st.floats(0.05, 0.13), st.floats(1e-4, 3e-3), st.sampled_from(["winkler", "hunt_crossley"]))
-def test_mirror_and_rest(theta0, radius, model):
-    law = MARBLE if model == "hunt_crossley" else {"k": 6.77e6, "c": 2.17e4}
-    time = np.arange(0, 20, 5e-3)
-    right, left = (
-        simulate(model, rounded(radius), law, time, theta0=side * theta0).theta for side in (1, -1)
-    )
-    np.testing.assert_allclose(left, -right, atol=1e-7)
-    assert np.abs(right[-50:]).max() < 1e-4
-
-
-def test_a_block_at_rest_stays_at_rest():
-    motion = simulate("hunt_crossley", rounded(1e-3), MARBLE, TIME, theta0=0.0)
-    assert motion.outcome == "at_rest"
-    np.testing.assert_allclose(motion.theta, 0.0, atol=1e-20)
-    np.testing.assert_allclose(motion.z_cb, motion.z_cb[0], rtol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -92,33 +92,6 @@ def test_without_damping_the_energy_is_kept(kinematics):
     assert np.abs(soft / soft[0] - 1).max() > 1e-3
 
 
-@pytest.mark.parametrize("x", [0.0199, 0.0201, 0.5])
-def test_the_work_of_a_bed_is_that_of_its_force(x):
-    """k H² (-ln(1 - x) - x) per width; a series below x = 0.02, where the closed form loses its digits."""
-    h, at_rest = 12e-3, np.zeros(2)
-
-    def work(foundation):
-        stored = energy(BLOCK, foundation, np.array([0.0, x * h]), at_rest, at_rest, at_rest)
-        return stored[1] - stored[0]
-
-    by_weight = work(Foundation(K)) - K * BLOCK.b * (x * h) ** 2
-    found = work(Foundation.of(on_a_bed(h, 0.0))) - by_weight
-    assert found == pytest.approx(K * h**2 * 2 * BLOCK.b * (-math.log1p(-x) - x), rel=1e-8)
-
-
-def test_a_bed_without_end_is_hunt_and_crossleys():
-    time = np.linspace(0, 2, 401)
-    plain = simulate("hunt_crossley", BLOCK, {"k": K, "lambda": LAMBDA}, time, theta0=0.17).theta
-    off = [
-        np.abs(simulate("hardening", BLOCK, on_a_bed(h), time, theta0=0.17).theta - plain).max()
-        for h in (1e3, 1e4)
-    ]
-    assert off[0] < 1e-4 and off[1] < 0.2 * off[0]
-    assert (
-        np.abs(simulate("hardening", BLOCK, on_a_bed(math.inf), time, theta0=0.17).theta - plain).max() < 1e-7
-    )
-
-
 def test_the_tensionless_rule_is_refused():
     rules, time = Rules("tensionless"), np.linspace(0, 1, 11)
     with pytest.raises(FreerockError, match=r"debonding: .*lambda and kappa"):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from freerock.models import compiled, contact, kernel
+from freerock.models import contact, kernel
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State
 from freerock.models.laws import Rules
@@ -210,35 +210,3 @@ def test_implicit_and_explicit_agree():
     tight, _, (_, _, still_implicit, _) = run(law, 0.17, time, tolerance=1e-12, max_steps=1_000_000)
     assert implicit > 100 > still_implicit
     assert loose == pytest.approx(tight, abs=1e-6)
-
-
-def test_no_folder_for_the_cache_is_no_failure(monkeypatch):
-    def njit(cache=False, **options):
-        if cache:
-            raise RuntimeError("cannot cache function: no locator available")
-        return lambda function: function
-
-    def same(x):
-        return x
-
-    monkeypatch.setattr(compiled, "njit", njit)
-    assert compiled.compiled()(same) is same
-
-
-@given(st.floats(1e-300, 1e300))
-def test_the_logarithm_of_an_error_is_near_enough_for_a_step(x):
-    assert kernel._log2(x) == pytest.approx(math.log2(x), abs=1.2e-4)
-
-
-@given(st.floats(-500, 500))
-def test_a_power_of_two_is_near_enough_for_a_step(x):
-    assert kernel._exp2(x) == pytest.approx(2.0**x, rel=5e-6)
-
-
-@pytest.mark.parametrize("exponent", [-40, -1, 0, 1, 7])
-def test_logarithm_and_power_are_continuous_where_the_exponent_changes(exponent):
-    below = math.nextafter(2.0**exponent, 0.0)
-    assert kernel._log2(below) == pytest.approx(exponent, abs=1e-12)
-    assert kernel._log2(2.0**exponent) == exponent
-    assert kernel._exp2(math.nextafter(exponent, -math.inf)) == pytest.approx(2.0**exponent, rel=1e-12)
-    assert kernel._exp2(exponent) == 2.0**exponent

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from freerock.models import contact, kernel, recurrences, series
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State
-from freerock.models.ground import GroundMotion, tilted
+from freerock.models.ground import tilted
 from freerock.models.laws import LAWS, Rules
 from freerock.models.published import TABLE_2
 from freerock.models.simulate import Solver, simulate
@@ -150,24 +150,6 @@ def test_motion_is_that_of_the_kernel(block, theta0, model, parameters, sideways
     assert found.statistics["evaluations"] < 3000
 
 
-@pytest.mark.parametrize("sideways", ["guided", "pivoting"])
-@pytest.mark.parametrize(("side", "tilt"), [(1, 1e-3), (-0.7, 5e-3), (0.5, -0.01)])
-@pytest.mark.parametrize(("block", "theta0", "model", "parameters"), SCENES)
-def test_motion_on_a_base_that_leans_is_that_of_the_kernel(
-    block, theta0, model, parameters, side, tilt, sideways
-):
-    time, base = np.arange(4000) / 2000, tilted(tilt, 2.0)
-    exact = by_the_kernel(block, model, parameters, side * theta0, time, 1e-12, sideways, tilt)
-    rules, solver = Rules(kinematics=sideways), Solver(1e-10)
-    found = simulate(
-        model, block, parameters, time, theta0=side * theta0, base_excitation=base, rules=rules, solver=solver
-    )
-    assert found.theta == pytest.approx(exact[0], abs=3e-9 * theta0)
-    assert found.z_cb_rate == pytest.approx(exact[2], abs=1e-7)
-    assert found.impacts[:8] == pytest.approx(exact[4][:8], abs=1e-7)
-    assert found.statistics["evaluations"] < 6000
-
-
 def test_a_stiff_law_on_a_base_that_leans_goes_on_implicitly():
     block, time = CONFIGURATIONS["config2"][0], np.arange(1000) / 1000
     law = {"k": 1e11, "c": 3.2e8}
@@ -176,33 +158,6 @@ def test_a_stiff_law_on_a_base_that_leans_goes_on_implicitly():
     theta, *_ = by_the_kernel(block, "winkler", law, 0.17, time, 1e-10, tilt=0.01)
     assert found.statistics["implicit"] > 100
     assert found.theta == pytest.approx(theta, abs=1e-8)
-
-
-def test_a_block_may_overturn_on_a_base_that_leans():
-    """Beyond its critical angle it may come back: it has overturned where it lies on its side."""
-    block = CONFIGURATIONS["config2"][0]
-    base, time = tilted(0.05, 5.0), np.arange(5000) / 1000
-    found = simulate(
-        "winkler", block, {"k": 1e7, "c": 1e4}, time, theta0=block.theta_cr, base_excitation=base
-    )
-    assert found.outcome == "overturned" and np.nanmax(np.abs(found.theta)) > block.theta_cr
-
-
-def test_only_a_ground_that_keeps_a_horizontal_acceleration_leans():
-    time, base = np.arange(100) / 100, tilted(0.01, 1.0)
-    shakes, twice = base.coefficients.copy(), np.repeat(base.coefficients, 2, 0)
-    shakes[0, 4] = 0.1
-    assert base.leans(time, GRAVITY)
-    for breaks, motion in (
-        ([-1.0, 0.5], base.coefficients),
-        ([0.1, 2.0], base.coefficients),
-        ([-1.0, 2.0], shakes),
-        ([-1.0, 2.0], np.zeros((1, 14))),
-        ([-1.0, 2.0], np.eye(14)[[0]] - 12 * np.eye(14)[[7]]),
-        ([-1.0, 2.0], np.eye(14)[[7]]),
-        ([-1.0, 0.5, 2.0], twice),
-    ):
-        assert not GroundMotion(np.array(breaks), motion).leans(time, GRAVITY)
 
 
 @pytest.mark.parametrize("model", ["winkler", "hunt_crossley"])
@@ -247,30 +202,10 @@ def test_all_impacts_of_a_long_rattle_are_told():
     assert np.max(np.abs(near)) < 1e-3 * np.max(np.abs(found.theta)) + 1e-6
 
 
-def test_steps_run_out():
-    block, theta0, _ = CONFIGURATIONS["config1"]
-    found = simulate(
-        "winkler", block, TABLE_2["marble"]["winkler"], np.arange(2000) / 1000, theta0=theta0,
-        solver=Solver(1e-8, max_steps=40),
-    )  # fmt: skip
-    assert found.outcome == "step_limit" and found.statistics["steps"] == 40
-    assert np.isnan(found.theta[-1]) and np.isfinite(found.theta[0])
-
-
 @given(st.floats(1e-30, 1e300))
 def test_a_root_is_hardly_too_large(x):
     for n in (series.ORDER - 1, series.ORDER - 2):
         assert x ** (1 / n) * (1 - 1e-12) <= series._root(x, n) <= 1.062 * x ** (1 / n)
-
-
-@pytest.mark.parametrize(
-    "state", [(math.nan, 0.0, 0.1, 0.0), (0.0, math.inf, 0.1, 0.0), (0.0, 0.0, 0.1, math.nan)]
-)
-def test_a_state_that_is_no_number_ends_the_run(state):
-    time, theta = np.arange(100) / 1000, np.empty(100)
-    law = Foundation.of({"k": 7e6, "c": 1e4}).constants(BLOCK)
-    outcome, *_ = series.integrate_series(law, state, time, *NO_GROUND, 1e-6, 1000, theta, np.empty((0, 3)))
-    assert outcome == series.NON_FINITE and np.isnan(theta[1:]).all()
 
 
 def test_both_dampings_at_once():

@@ -22,7 +22,7 @@ from freerock.models.contact import (
 )
 from freerock.models.ground import tilted
 from freerock.models.laws import Rules
-from freerock.models.simulate import Solver, simulate, simulate_fitted, simulate_theta
+from freerock.models.simulate import Solver, simulate, simulate_theta
 
 BLOCK = Block(0.28, 0.07, 5.84)
 MARBLE = {"k": 6.88e6, "lambda": 1.30e8}
@@ -56,13 +56,6 @@ def test_the_block_stands_where_the_moments_are_in_balance(parameters, kinematic
     )
 
 
-def test_the_block_comes_to_rest_at_zero():
-    theta, _ = simulate_theta(
-        "hunt_crossley", BLOCK, AEROSTOP | {"tilt": 5e-3}, np.arange(0, 20, 1e-2), theta0=0.1
-    )
-    assert np.abs(theta[-100:]).max() < 2e-6 < lean(BLOCK, Foundation.of(AEROSTOP), 5e-3) / 10
-
-
 @pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-9, 1e-10, 1e-12])
 @pytest.mark.parametrize("r", [0.5, 0.9, 0.99])
 def test_a_rigid_block_comes_to_rest_however_exact_it_is_asked(r, rtol):
@@ -73,27 +66,6 @@ def test_a_rigid_block_comes_to_rest_however_exact_it_is_asked(r, rtol):
     )
     assert outcome == "completed"
     assert theta[-1] == 0
-
-
-def test_a_rigid_block_on_a_base_off_level_ends_as_late_as_on_a_level_one():
-    """The first impacts are those of the closed form, moved by no more than the tilt moves them."""
-    time = np.arange(0, 6, 1e-4)
-    level, _ = simulate_theta("housner", BLOCK, {"r": 0.9}, time, theta0=0.1)
-    off, _ = simulate_theta(
-        "housner", BLOCK, {"r": 0.9, "tilt": 1e-9}, time, theta0=0.1, solver=Solver(1e-12)
-    )
-    np.testing.assert_allclose(off, level, atol=2e-8)
-
-
-@pytest.mark.parametrize(("model", "parameters"), LAWS)
-def test_no_tilt_is_the_level_base(model, parameters):
-    level = simulate_fitted(model, BLOCK, {**parameters, "theta0": 0.12}, TIME)
-    almost = simulate_fitted(model, BLOCK, {**parameters, "theta0": 0.12, "tilt": 1e-12}, TIME)
-    moving = TIME < 2.0
-    np.testing.assert_allclose(almost[moving], level[moving], atol=2e-7)
-    assert np.array_equal(
-        simulate_fitted(model, BLOCK, {**parameters, "theta0": 0.12, "tilt": 0.0}, TIME), level
-    )
 
 
 @given(

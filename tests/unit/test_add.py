@@ -1,9 +1,5 @@
 """freerock add: records that join a campaign, all or none, and what is refused."""
 
-import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -102,90 +98,6 @@ def test_records_are_copied_listed_and_written_down(capsys):
     assert cli.main(["check", "lab"]) == 0
 
 
-@pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
-@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
-@pytest.mark.parametrize("ended", [True, False])
-def test_the_bytes_of_the_csv_stay(end, mark, ended):
-    lines = [
-        b"note,laser, test ,file,foundation,block",
-        b"# M\xc3\xa4rz",
-        b'"a, b",high,first,first.tdms,mat,tall',
-    ]
-    before = mark + end.join(lines) + (end if ended else b"")
-    CSV.write_bytes(before)
-    os.chmod(CSV, 0o640)
-    add_command.add_records(
-        "lab", ["stick/second.tdms"], {"block": "tall", "foundation": "", "laser": "", "channel": ""}
-    )
-    added = b",high,second,second.tdms,mat,tall" + end
-    assert CSV.read_bytes() == before + (b"" if ended else end) + added
-    assert CSV.stat().st_mode & 0o777 == 0o640
-
-
-def test_a_campaign_without_a_manifest_gets_one_of_the_new_files_only():
-    MANIFEST.unlink()
-    assert cli.main(["add", "lab", "stick/second.tdms", "--block", "tall"]) == 0
-    assert set(listed_checksums("raw/lab")) == {"second.tdms"}
-
-
-def test_a_file_that_lies_in_the_raw_folder_stays_where_it_is(capsys):
-    Path("raw/lab/day 2").mkdir()
-    path = Path("stick/second.tdms").rename("raw/lab/day 2/second.tdms")
-    assert cli.main(["add", "lab", str(path), "--block", "tall"]) == 0
-    assert CSV.read_text().splitlines()[-1] == "second,day 2/second.tdms,,tall,mat,high,,,,"
-    assert f"\nwritten: {MANIFEST}, {CSV}\n" in capsys.readouterr().out
-
-
-def test_what_a_killed_command_left_is_taken():
-    Path("raw/lab/second.tdms").write_bytes(Path("stick/second.tdms").read_bytes())
-    write_manifest("raw/lab", ["first.tdms", "second.tdms"])
-    manifest = MANIFEST.read_bytes()
-    assert cli.main(["add", "lab", "stick/second.tdms", "--block", "tall"]) == 0
-    assert MANIFEST.read_bytes() == manifest
-    assert CSV.read_text().endswith("\nsecond,second.tdms,,tall,mat,high,,,,\n")
-
-
-@pytest.mark.parametrize("at", range(4))
-def test_killed_it_leaves_nothing_that_counts(at):
-    """Before its first, second … file gets its name; then the command is repeated."""
-    code = f"""
-import os, signal, sys
-from freerock.cli import subcommands
-rename, done = os.replace, []
-def counted(*arguments):
-    if len(done) == {at}:
-        os.kill(os.getpid(), signal.SIGKILL)
-    done.append(rename(*arguments))
-os.replace = counted
-subcommands.main(sys.argv[1:])
-"""
-    table = CSV.read_bytes()
-    words = ["add", "lab", "stick/second.tdms", "stick/third-1.tdms", "--block", "tall"]
-    assert subprocess.run([sys.executable, "-c", code, *words]).returncode == -signal.SIGKILL
-    assert CSV.read_bytes() == table
-    assert cli.main(["check", "lab"]) == 0
-    assert cli.main(words) == 0
-    assert len(load_campaign("config/campaigns/lab.yaml").records) == 3
-    assert set(listed_checksums("raw/lab")) == {"first.tdms", "second.tdms", "third-1.tdms"}
-    assert cli.main(["check", "lab"]) == 0
-
-
-def test_an_old_checksum_is_not_renewed():
-    write("raw/lab/first.tdms", laser=("V", [5, 9]))
-    assert cli.main(["add", "lab", "stick/second.tdms", "--block", "tall"]) == 0
-    assert listed_checksums("raw/lab")["first.tdms"] != sha256("raw/lab/first.tdms")
-
-
-def test_two_lasers():
-    Path("config/campaigns/lab.yaml").write_text(
-        YAML + "  low: {beam: horizontal, position_m: 0.05, range_m: 0.1}\n"
-    )
-    write("stick/pair.tdms", up=("V", [5, 4]), down=("V", [5, 3]))
-    words = ["stick/pair.tdms", "--block", "tall", "--laser", "high;low", "--channel", "up;down"]
-    assert cli.main(["add", "lab", *words]) == 0
-    assert CSV.read_text().splitlines()[-1] == "pair,pair.tdms,up;down,tall,mat,high;low,,,,"
-
-
 def test_what_is_not_told_is_asked_for(capsys):
     Path("config/campaigns/lab.yaml").write_text(
         YAML.replace("  mat: {}", "  mat: {}\n  marble: {}")
@@ -282,28 +194,6 @@ def test_what_can_not_be_added(capsys, words, lines):
     assert refused(capsys, *words) == lines
 
 
-def test_a_campaign_with_a_mistake_gets_nothing(capsys):
-    CSV.write_text(f"{HEADER}\n{FIRST.replace('tall', 'tal')}\n")
-    assert refused(capsys, "stick/second.tdms") == [
-        "config/campaigns/lab.csv:2: block: 'tal' is not a block of config/campaigns/lab.yaml; "
-        "did you mean 'tall'?"
-    ]
-
-
-def test_a_file_listed_with_another_content(capsys):
-    MANIFEST.write_text(f"{MANIFEST.read_text()}second.tdms,{'0' * 64},1\n")
-    assert refused(capsys, "stick/second.tdms", "--block", "tall") == [
-        "stick/second.tdms: raw/lab/manifest.csv lists another file of that name; rename the file"
-    ]
-
-
-def test_there_is_no_such_campaign(capsys):
-    assert cli.main(["add", "lob", "stick/second.tdms"]) == 1
-    assert capsys.readouterr().err == (
-        "campaigns: there is no campaign 'lob': config/campaigns/lob.yaml is missing; did you mean 'lab'?\n"
-    )
-
-
 @pytest.mark.parametrize("at", [0, 1, 2, 3])
 def test_what_fails_half_way_is_undone(monkeypatch, at):
     """Of two copies, the manifest and the CSV each fails in turn, and nothing of what came before stays."""
@@ -323,19 +213,3 @@ def test_what_fails_half_way_is_undone(monkeypatch, at):
     monkeypatch.setattr(add_command, "_replace", failing(write_one))
     assert cli.main(["add", "lab", "stick/second.tdms", "stick/third-1.tdms", "--block", "tall"]) == 1
     assert everything() == before
-
-
-def test_a_csv_that_changes_meanwhile_is_not_overwritten(monkeypatch, capsys):
-    copy_one = add_command.take
-
-    def edited_meanwhile(*arguments):
-        CSV.write_text(f"{HEADER}\n{FIRST}wet\n")
-        copy_one(*arguments)
-
-    monkeypatch.setattr(add_command, "take", edited_meanwhile)
-    manifest = MANIFEST.read_bytes()
-    assert cli.main(["add", "lab", "stick/second.tdms", "--block", "tall"]) == 1
-    assert capsys.readouterr().err == f"{CSV.resolve()}: was changed meanwhile; run the same command again\n"
-    assert CSV.read_text() == f"{HEADER}\n{FIRST}wet\n"
-    assert MANIFEST.read_bytes() == manifest
-    assert {path.name for path in Path("raw/lab").iterdir()} == {"first.tdms", "manifest.csv"}

@@ -1,16 +1,14 @@
 """How often each candidate is named, and with what numbers."""
 
 import numpy as np
-import pandas as pd
 import pytest
 from evidence import NAMED, ON_ANY_RUN, POSSIBLE, paper, scene
 from fabricated import campaign
 
-from freerock.tables.candidates import answers, candidates_table
+from freerock.tables.candidates import candidates_table
 from freerock.tables.columns import CANDIDATES_COLUMNS
-from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.printed_tables import printed_candidates
-from freerock.tables.tidy_tables import choice_table, parameters_table
+from freerock.tables.tidy_tables import choice_table
 
 RUNS = (
     paper() | {"hunt_crossley": NAMED},
@@ -68,22 +66,6 @@ def test_printed_are_the_candidates_that_were_fitted():
     plain = printed_candidates(candidates_table(*scene(RUNS[0])), "measured")
     assert "2b / m" not in plain.text and "r" not in plain.text
     assert len(plain.notes) == 1
-
-
-def test_tables_read_back_say_the_same(tmp_path):
-    frames = {"choice": scene(*RUNS)[0], "candidates": candidates_table(*scene(*RUNS))}
-    for name, frame in frames.items():
-        write_csv(frame, tmp_path / f"{name}.csv")
-    choice, table = (read_csv(tmp_path / f"{name}.csv") for name in frames)
-    assert answers(choice) == answers(frames["choice"])
-    pd.testing.assert_frame_equal(table, frames["candidates"], check_dtype=False)
-
-
-def test_a_campaign_without_a_fit():
-    empty = choice_table([]), parameters_table([])
-    table = candidates_table(*empty)
-    assert list(table) == CANDIDATES_COLUMNS and table.empty
-    assert printed_candidates(table, "measured").text.empty
 
 
 def test_choices_are_those_stored_with_the_fits():

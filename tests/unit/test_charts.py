@@ -24,19 +24,6 @@ def test_curves_of_a_run_hold_its_highest_and_lowest_angle():
     assert curves["impacts"]["measured"][0][:2] == pytest.approx([0.3, 0.94])
 
 
-def test_rate_of_a_model_is_the_derivative_of_its_angle():
-    tree = record()
-    run = fits(tree)["run_1"]
-    rate = run_curves(tree, 1, run)["rate"]["housner"]
-    peak = np.abs(np.frombuffer(base64.b64decode(rate["data"]), "<i2")).max() * rate["scale"]
-    model = np.degrees(np.gradient(run["housner"]["theta_model"].values, run["time"].values))
-    assert peak == pytest.approx(np.abs(model).max(), rel=0.02)
-
-
-def test_a_run_without_fits_has_its_measured_curve_alone():
-    assert list(run_curves(record(), 3)["theta"]) == ["measured"]
-
-
 def test_packing_keeps_gaps_and_five_digits():
     values = np.array([1.0, np.nan, -20.0, 0.001])
     got = packed(values)

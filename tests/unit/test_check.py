@@ -1,7 +1,6 @@
 """freerock check: every problem of configuration and files at once, each with its file and line."""
 
 import json
-import re
 import shutil
 from pathlib import Path
 
@@ -11,8 +10,6 @@ from nptdms import ChannelObject, TdmsWriter
 
 from freerock.cli import subcommands as cli
 from freerock.cli.check_command import check_config
-from freerock.config.campaign import load_campaign
-from freerock.config.mistakes import ConfigError
 from freerock.files import sha256, write_manifest
 
 ROOT = Path(__file__).parents[2]
@@ -192,14 +189,6 @@ def test_a_problem_of_the_files_is_reported_with_its_line(lab, mistake):
     assert problems() == [line]
 
 
-def test_a_campaign_that_is_missing_is_one_line(lab):
-    path = "config/campaigns/nothing.yaml"
-    line = f"{path}: cannot be read (No such file or directory); write the file"
-    assert problems(campaign=path) == [line]
-    with pytest.raises(ConfigError, match=f"^{re.escape(line)}$"):
-        load_campaign(path)
-
-
 def test_a_changed_record_is_reported_by_its_checksum(lab):
     listed = sha256(lab / "a.tdms")
     write_volts(lab / "a.tdms", "V", "laser", "laser_2")
@@ -243,9 +232,3 @@ def test_a_sample_that_cannot_be_read_is_a_problem_unless_its_record_is_excluded
     edit("config/campaigns/lab.csv", "marble,near\n", "marble,near,record,damaged file\n")
     edit("config/campaigns/lab.csv", "marble,table\n", "marble,table,,\n")
     assert problems() == []
-
-
-def test_nothing_is_written(lab):
-    before = sorted(Path().rglob("*"))
-    assert cli.main(["check"]) == 0
-    assert sorted(Path().rglob("*")) == before

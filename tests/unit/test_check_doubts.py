@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 from nptdms import ChannelObject, RootObject, TdmsWriter
 
-from freerock.cli import subcommands as cli
-from freerock.cli.check_command import _swept_deg, check_config
-from freerock.files import write_manifest
+from freerock.cli.check_command import check_config
 from freerock.models.block import Block
 from freerock.models.simulate import simulate
-from freerock.rotation.sensor import Laser
 
 YAML = """\
 title: Blocks
@@ -65,12 +62,6 @@ def doubts(tmp_path, monkeypatch):
     return doubts
 
 
-def test_samples_at_the_limits_of_the_output_are_swept():
-    laser, block = Laser("horizontal", 0.2, 0.1), Block(1.2, 0.25, 150)
-    swept = _swept_deg(np.repeat([-0.1, 10.1], 2000), "voltage", laser, block)
-    assert math.tan(math.radians(swept)) == pytest.approx(0.102 / 0.2)
-
-
 def test_a_usual_record_is_not_doubted(doubts):
     assert doubts() == []
     assert doubts(("release_angle_deg: 7", "release_angle_deg: 8.5")) == []
@@ -84,16 +75,6 @@ def test_a_measured_campaign_is_asked_whether_its_base_is_level(doubts):
         "tenth of a degree changes k; level its base in the plane of rocking, and state levelled_deg"
     ]
     assert doubts(measured, ("floor: {}", "floor: {levelled_deg: 0.02}")) == []
-
-
-def test_a_record_that_calls_itself_simulated_in_a_measured_campaign(doubts):
-    changes = [("origin: simulated", "origin: measured"), ("floor: {}", "floor: {levelled_deg: 0.02}")]
-    title = "SIMULATED free-rocking record"
-    assert doubts(*changes, title=title) == [
-        "config/campaigns/lab.csv:2: a: raw/lab/a.tdms calls itself simulated, and the campaign says "
-        "origin: measured; state origin: simulated, or name the measured file"
-    ]
-    assert doubts(title=title) == doubts(*changes, title="on the earthquake simulator") == []
 
 
 def test_radians_for_degrees(doubts):
@@ -163,30 +144,6 @@ def test_volts_outside_the_declared_output(doubts):
     assert doubts(("range_m: 0.5", declared), volts=below) == []
 
 
-def test_one_level_outside_the_declared_output_may_mean_no_target(doubts):
-    volts = swings()
-    volts[2000:2100] = 10.5
-    (doubt,) = doubts(volts=volts)
-    assert doubt.endswith(
-        "if that means no target give error_level_v, else correct volts_at_end, valid_high_v of the laser"
-    )
-
-
-def test_a_run_set_by_hand_beyond_the_record(doubts):
-    csv = CSV.replace("laser\n", "laser,override,reason\n").replace("near\n", "near,{},why\n")
-    assert doubts(csv=csv.format("1@2:9.998")) == []
-    left_out = CSV.replace("laser\n", "laser,exclude,reason\n").replace("near\n", "near,{},why\n")
-    assert doubts(csv=left_out.format("2;9:9.5;@9.7")) == []
-    assert doubts(csv=left_out.format("9:9.5;@10.5")) == [
-        "config/campaigns/lab.csv:2: exclude: it ends at 10.5 s, the record at 9.998 s; "
-        "give times within the record"
-    ]
-    assert doubts(csv=csv.format("1@2:8;2@9:10.5")) == [
-        "config/campaigns/lab.csv:2: override: run 2 ends at 10.5 s, the record at 9.998 s; "
-        "give times within the record"
-    ]
-
-
 @pytest.mark.parametrize("step", [2.0, 2e-6])
 def test_time_in_another_unit(doubts, step):
     (doubt,) = doubts(step=step)
@@ -223,45 +180,6 @@ def test_blocks_of_an_impossible_density_are_refused(doubts, old, new):
 def test_gravity_is_that_of_the_earth(doubts, g, doubted):
     found = doubts(("mass_kg: 150", f"mass_kg: 150, gravity_m_s2: {g}"))
     assert any(f"gravity_m_s2 is {g:g}, on Earth 9.76 to 9.84 m/s²" in each for each in found) is doubted
-
-
-def test_milliamperes_that_are_declared_as_volts(doubts):
-    volts = 12 + (swings() - 5) * 1.6
-    assert doubts(volts=volts, unit="mA") == []
-    (doubt,) = doubts(("range_m: 0.5", "units: V, range_m: 0.5"), volts=volts, unit="")
-    assert doubt == (
-        "config/campaigns/lab.csv:2: a: the signal, "
-        f"{volts.min():.3g} to {volts.max():.3g} V, looks like mA; "
-        "declare units: mA of the laser, or name its channel"
-    )
-
-
-def test_a_doubt_is_printed_and_no_error(doubts, capsys):
-    doubts(step=2.0)
-    assert cli.main(["check"]) == 0
-    out = capsys.readouterr().out.splitlines()
-    assert out[0].startswith("doubt: config/campaigns/lab.csv:2: a: 0.5 Hz are ")
-    found = "lab: 1 record, 1 block, 1 foundation: nothing to correct"
-    assert out[-1] == f"{found}, but see the doubts"
-
-
-def test_two_records_of_one_signal_are_doubted(doubts):
-    Path("raw/lab/b.tdms").write_bytes(b"a record")
-    assert doubts(csv=CSV + "b,a.tdms,,tall,floor,near\n") == [
-        "config/campaigns/lab.csv:3: b: a.tdms is the signal of a too; "
-        "name the file and channel of this record"
-    ]
-
-
-def test_a_record_that_the_manifest_lists_and_no_line_names_is_doubted(doubts):
-    Path("raw/lab/b.tdms").write_bytes(b"a record")
-    Path("raw/lab/reading.txt").write_bytes(b"how it was measured")
-    assert doubts() == []
-    write_manifest("raw/lab", ["a.tdms", "b.tdms", "reading.txt"])
-    assert doubts() == [
-        "config/campaigns/lab.csv: no line names b.tdms, which raw/lab/manifest.csv lists; add a line for "
-        "it, or take it out of the manifest"
-    ]
 
 
 def test_a_channel_in_which_nothing_rocks_is_doubted(doubts):

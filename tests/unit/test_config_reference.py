@@ -4,10 +4,8 @@ import json
 import re
 from pathlib import Path
 
-import pytest
 import yaml
 from jsonschema import Draft202012Validator
-from laboratory import YAML
 
 from freerock.config.campaign import ConfigFile
 from freerock.config.keys_of_campaign import CampaignFile
@@ -36,16 +34,6 @@ def test_shipped_files_name_their_schema_and_agree_with_it():
         assert list(Draft202012Validator(schema).iter_errors(data | {"titel": 1})) != []
 
 
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [("5.84", "-5.84"), ("mass_kg", "mass"), ("0.05}", "0.05, range_m: 0}"), ("0.1,", "FILL_IN,")],
-)
-def test_the_schema_refuses_what_an_editor_should_mark(old, new):
-    schema = Draft202012Validator(json_schema(CampaignFile))
-    assert list(schema.iter_errors(yaml.safe_load(YAML))) == []
-    assert list(schema.iter_errors(yaml.safe_load(YAML.replace(old, new)))) != []
-
-
 def test_every_key_is_described():
     def descriptions(schema):
         for definition in [schema, *schema.get("$defs", {}).values()]:
@@ -56,8 +44,3 @@ def test_every_key_is_described():
     found = [item for model in models for item in descriptions(json_schema(model))]
     assert len(found) > 40
     assert [name for name, description in found if not description] == []
-
-
-def test_schema_has_the_keys_of_the_example():
-    keys = yaml.safe_load((ROOT / "config/campaigns/palermo_virtual.yaml").read_text(encoding="utf-8"))
-    assert set(keys) <= set(json_schema(CampaignFile)["properties"])

@@ -2,19 +2,13 @@
 
 import csv
 import io
-import os
-import signal
-import subprocess
-import sys
-import time
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from freerock.config.record import read_records
 from freerock.errors import FreerockError
-from freerock.review.csv_edit import Edit, digest, edited, parsed, save_edits
+from freerock.review.csv_edit import Edit, edited
 
 HEAD = "test,file,channel,block,foundation,laser,exclude,override,reason,note"
 ROW = "{0},{0}.tdms,,tall,mat,high,{1},{2},{3},{4}"
@@ -182,49 +176,6 @@ def test_only_the_cells_that_change_change(name):
     assert edited(text.encode(), EDITS).decode() == text.replace(before, after)
 
 
-def test_there_are_thirty_awkward_files():
-    assert len(AWKWARD) >= 30
-
-
-@pytest.mark.parametrize("name", AWKWARD)
-def test_nothing_changed_is_the_same_file(name):
-    content = AWKWARD[name][0].encode()
-    table = parsed(content)
-    same = [
-        Edit(test, column, table.value(test, column)) for test in table.rows for column in ("file", "test")
-    ]
-    assert edited(content, [edit for edit in same if "\n" not in edit.value]) == content
-
-
-@pytest.mark.parametrize("name", AWKWARD)
-def test_back_and_forth_leaves_what_was_there(name):
-    """Undone, each cell holds what it held; a cell whose quotes were not needed may have lost them."""
-    content = AWKWARD[name][0].encode()
-    table = parsed(content)
-    back = [Edit("two", edit.column, table.value("two", edit.column)) for edit in EDITS]
-    again = parsed(edited(edited(content, EDITS), back))
-    for test in table.rows:
-        for column in (cell.value for cell in table.header):
-            assert again.value(test, column) == table.value(test, column)
-
-
-def test_bytes_that_are_no_utf8_stay():
-    content = lines("one,1.tdms,,tall,mat,high,,,,caf\xe9", TWO).encode("latin-1")
-    assert b"caf\xe9" in edited(content, EDITS)
-
-
-@pytest.mark.parametrize("name", [name for name in AWKWARD if name not in ("semicolons", "tabs")])
-def test_cells_are_those_that_the_configuration_reads(name, tmp_path):
-    """Where the file is a sound campaign's, both read the same records."""
-    path = tmp_path / "c.csv"
-    path.write_bytes(edited(AWKWARD[name][0].encode(), EDITS))
-    table, problems = parsed(path.read_bytes()), []
-    records = read_records(path, {key: None for key in ("block", "foundation", "laser")}, path, problems)
-    for _, record in records:
-        for column in ("exclude", "reason", "file"):
-            assert " ".join(table.value(record.test, column).split()) == getattr(record, column)
-
-
 CELL = st.text(st.sampled_from('ab,;"# \n\u2028é\t'), max_size=6)
 
 
@@ -275,88 +226,4 @@ def test_refused(name):
     assert str(error.value) == told
 
 
-@pytest.mark.parametrize("value", ["two\nlines", "a\x00b", "a\u2028b", "\x1b[31m"])
-def test_a_value_is_one_line_of_text(value):
-    with pytest.raises(FreerockError, match="the note of two would hold a line break or another control"):
-        edited(lines(TWO).encode(), [Edit("two", "note", value)])
-
-
 # a file that others write as well
-
-
-@pytest.fixture
-def path(tmp_path):
-    path = tmp_path / "campaign.csv"
-    path.write_text(lines(ONE, TWO))
-    return path
-
-
-def test_the_second_of_two_editors_is_told_and_nothing_is_lost(path):
-    known = digest(path.read_bytes())
-    save_edits(path, known, [Edit("one", "note", "by the first")])
-    after = path.read_bytes()
-    with pytest.raises(FreerockError, match="was changed by someone else since it was read; read the file"):
-        save_edits(path, known, EDITS)
-    assert path.read_bytes() == after
-    save_edits(path, digest(after), EDITS)
-    table = parsed(path.read_bytes())
-    assert (table.value("one", "note"), table.value("two", "exclude")) == ("by the first", "2")
-
-
-SAVES = """\
-import sys
-from pathlib import Path
-from freerock.errors import FreerockError
-from freerock.review.csv_edit import Edit, digest, parsed, save_edits
-path, name = Path(sys.argv[1]), sys.argv[2]
-for i in range(50):
-    while True:
-        content = path.read_bytes()
-        try:
-            n = int(parsed(content).value(name, "note") or 0) + 1
-            save_edits(path, digest(content), [Edit(name, "note", str(n))])
-            break
-        except FreerockError as error:
-            assert "someone else" in str(error)
-"""
-
-
-def test_no_change_of_editors_at_once_is_lost(path):
-    both = [subprocess.Popen([sys.executable, "-c", SAVES, str(path), name]) for name in ("one", "two")]
-    assert [each.wait(60) for each in both] == [0, 0]
-    table = parsed(path.read_bytes())
-    assert [table.value(name, "note") for name in ("one", "two")] == ["50", "50"]
-    assert [file.name for file in path.parent.iterdir()] == ["campaign.csv"]
-
-
-FOREVER = SAVES.replace("range(50)", "iter(int, 1)")
-
-
-def test_killed_while_it_saves_the_file_is_the_old_or_the_new_one(path):
-    path.write_text(lines(*(ROW.format(f"t{i}", "", "", "", "x" * 90) for i in range(2000)), TWO))
-    for i in range(8):
-        before = path.read_bytes()
-        writer = subprocess.Popen([sys.executable, "-c", FOREVER, str(path), "two"])
-        until = time.monotonic() + 20
-        while path.read_bytes() == before and time.monotonic() < until:
-            time.sleep(0.01)
-        time.sleep(0.013 * i)
-        os.kill(writer.pid, signal.SIGKILL)
-        writer.wait()
-        table = parsed(path.read_bytes())
-        assert len(table.rows) == 2001
-        note = table.value("two", "note")
-        assert path.read_text() == lines(
-            *(ROW.format(f"t{i}", "", "", "", "x" * 90) for i in range(2000)), TWO + note
-        )
-        assert int(note) > 0
-
-
-def test_rights_and_links_stay(path, tmp_path):
-    path.chmod(0o640)
-    link = tmp_path / "link.csv"
-    link.symlink_to(path)
-    save_edits(link, digest(path.read_bytes()), EDITS)
-    assert link.is_symlink()
-    assert path.stat().st_mode & 0o777 == 0o640
-    assert b"slipped" in path.read_bytes()

@@ -23,20 +23,6 @@ def test_names_of_digits_stay_names(tmp_path):
     assert again["r"].tolist() == [0.9, 0.8]
 
 
-def test_a_table_without_rows_keeps_its_flags(tmp_path):
-    empty = pd.DataFrame({"test": [], "success": [], "excluded": [], "r": []})
-    write_csv(empty, tmp_path / "empty.csv")
-    again = read_csv(tmp_path / "empty.csv")
-    assert again.columns.tolist() == ["test", "success", "excluded", "r"]
-    assert again[~again["success"]].columns.tolist() == again.columns.tolist()
-    assert again[~again["excluded"]].empty
-
-
-def test_units_of_pure_numbers_stay_texts(tmp_path):
-    write_csv(pd.DataFrame({"parameter": ["r"], "unit": ["1"], "value": [0.9]}), tmp_path / "housner.csv")
-    assert read_csv(tmp_path / "housner.csv")["unit"].tolist() == ["1"]
-
-
 def test_a_table_that_is_gone_is_one_line(tmp_path):
     with pytest.raises(DamagedProduct, match=r"gone\.csv: there is no such file; run snakemake again"):
         read_csv(tmp_path / "gone.csv")

@@ -7,7 +7,6 @@ import pytest
 
 from freerock.errors import FreerockError
 from freerock.jobs.each_record import make_each, of_the_machine
-from freerock.jobs.make_record import make_record
 
 
 def error(number):
@@ -49,34 +48,3 @@ def test_one_record_stops_no_other(failure):
     assert made == ["one", "other"]
     assert list(given_up) == ["bad"]
     assert given_up["bad"].startswith(f"unforeseen: {type(failure).__name__}: ")
-
-
-@pytest.mark.parametrize(
-    "failure", [*MACHINE, FreerockError("x.nc", "cannot be written", "free some")], ids=str
-)
-def test_the_machine_stops_the_job(failure):
-    def make(test):
-        raise failure
-
-    with pytest.raises(type(failure)):
-        make_each(["one"], make, lambda test, reason: pytest.fail("a product was made"))
-
-
-@pytest.mark.parametrize("failure", MACHINE, ids=str)
-def test_what_the_machine_lacks_is_no_verdict_on_a_record(tmp_path, failure):
-    def rotate(settings):
-        raise caused_by(failure)
-
-    attributes = {"campaign": "lab", "test": "a", "origin": "measured"}
-    settings = {
-        "raw": str(tmp_path),
-        "file": "a.tdms",
-        "lasers": [],
-        "excluded": "",
-        "overrides": [],
-        "exclusions": [],
-        "attributes": attributes,
-    }
-    with pytest.raises(FreerockError, match="can't be read"):
-        make_record(settings, tmp_path / "a.nc", rotate)
-    assert not list(tmp_path.iterdir())

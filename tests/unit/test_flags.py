@@ -26,31 +26,6 @@ def test_a_good_signal_has_no_flag():
         assert not flag_samples(swinging(seed=seed), LIMITS, step=STEP).any()
 
 
-def test_levels_and_limits():
-    volts = swinging()
-    volts[100:110] = 10.2 + np.linspace(-0.009, 0.009, 10)
-    volts[200], volts[201], volts[202], volts[203] = 10.12, -0.2, np.nan, np.inf
-    assert list(flagged(volts, "error_level")) == list(range(100, 110))
-    assert list(flagged(volts, "out_of_range")) == [200, 201, 203]
-    assert list(flagged(volts, "dropout")) == [202]
-
-
-def test_an_error_level_within_the_valid_output():
-    inside = Limits(-0.1, 10.1, 0.0, 0.02)
-    volts = swinging()
-    volts[2000:7000] = 0.004 * np.random.default_rng(1).standard_normal(5000)
-    flags = flag_samples(volts, inside, step=STEP)
-    assert list(np.flatnonzero(flags & FLAGS["error_level"])) == list(range(2000, 7000))
-    assert not (flags & FLAGS["out_of_range"]).any()
-
-
-def test_a_passage_of_an_error_level_costs_only_the_samples_at_it():
-    volts = swinging()
-    flags = flag_samples(volts, Limits(-0.1, 10.1, 6.0, 0.02), step=STEP)
-    np.testing.assert_array_equal(flags == FLAGS["error_level"], np.abs(volts - 6.0) <= 0.02)
-    assert 0 < np.count_nonzero(flags) < 0.01 * volts.size
-
-
 @pytest.mark.parametrize("bits", [16, 24])
 def test_saturation(bits):
     count = 21 / 2**bits

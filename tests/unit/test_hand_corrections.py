@@ -1,16 +1,14 @@
 """Runs set by hand and what is left out: cells read and written again, what they do, what can't be done."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_segment import RATE_HZ, SIGMA, one_run, record
+from test_segment import SIGMA, one_run, record
 
 from freerock.config.hand_corrections import (
-    Exclusions,
     Override,
     read_exclusions,
     read_overrides,
@@ -18,13 +16,11 @@ from freerock.config.hand_corrections import (
     written_overrides,
 )
 from freerock.config.keys_of_processing import RunLimits
-from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.flags import BY_HAND
-from freerock.runs import impacts_left_out
 from freerock.runs.beginning import begun_by_hand
 from freerock.runs.by_hand import ByHand
-from freerock.runs.impacts import IMPACT_COLUMNS, Impacts
+from freerock.runs.impacts import IMPACT_COLUMNS
 from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.runs.segment import find_runs
 from freerock.runs.signal import signal_of
@@ -48,24 +44,6 @@ def cells(draw):
 @given(cells())
 def test_a_cell_is_written_as_it_was_read(runs):
     assert read_overrides(written_overrides(runs)) == runs
-
-
-def test_a_record_may_begin_before_the_zero_of_its_time():
-    runs = (Override(1, -0.5, 2.0, hold_s=(-2.0, -0.75)),)
-    assert read_overrides(written_overrides(runs)) == runs
-
-
-def test_cells_as_people_write_them():
-    assert written_overrides(read_overrides("2@8.75:16.0")) == "2@8.750:16.000"
-    assert read_overrides("") == ()
-    spaced = " 1 @ 2 : 3.5 ; 2@8.75:16 hold 7:8.5; "
-    assert read_overrides(spaced) == (Override(1, 2.0, 3.5), Override(2, 8.75, 16.0, hold_s=(7.0, 8.5)))
-    assert written_overrides(read_overrides(spaced)) == "1@2.000:3.500;2@8.750:16.000 hold 7.000:8.500"
-
-
-@pytest.mark.parametrize("cell", ["1@2:3.5;2@3.5:4", "1@2:3.5 hold 1:2;2@4:5 hold 3.5:4"])
-def test_a_run_or_hold_may_begin_where_the_last_ends(cell):
-    assert [each.run for each in read_overrides(cell)] == [1, 2]
 
 
 def three():
@@ -135,31 +113,6 @@ def test_a_hold_that_was_not_found_is_what_stands_still_before_the_release(still
     assert begun.held.theta0 == pytest.approx(0.1) and begun.fit_start_s == 2.03
 
 
-def test_split_a_run():
-    arguments, (first, _, _), found = three()
-    middle = first + 1.0
-    one, two, *others = by_hand(arguments, (1, first, middle), (2, middle, found[0].end_s))
-    assert (one.release_s, one.end_s) == (first, middle) and one.verdict.level == "ok"
-    assert middle < two.release_s < two.end_s == found[0].end_s
-    assert [(run.number, run.release_s) for run in others] == [
-        (3, found[1].release_s),
-        (4, found[2].release_s),
-    ]
-
-
-def test_a_caught_run_split_where_it_is_let_go_again():
-    """Held for 0.2 s at 5° between: too short a hold to be found, long enough to read θ0."""
-    (first, release), (second, again) = one_run(r=0.95), one_run(5.0, hold_s=0.2, tilt_s=0.0)
-    cut = round((release + 0.2) * RATE_HZ)
-    slowed = np.linspace(first[cut], math.radians(5.0), 30)
-    arguments, (at,) = record((np.concatenate([first[:cut], slowed, second]), release))
-    let_go = at + 0.2 + 0.03 + again
-    (found,) = find_runs(*arguments)
-    one, two = by_hand(arguments, (1, at, at + 0.2), (2, let_go, found.end_s))
-    assert one.verdict.level == "fail" and "few_impacts" in one.verdict.names
-    assert two.verdict.level == "ok" and math.degrees(two.theta0) == pytest.approx(5.0, abs=0.01)
-
-
 def test_renumber():
     arguments, _, found = three()
     one, two, three_ = by_hand(arguments, (3, found[0].release_s, found[0].end_s))
@@ -167,13 +120,6 @@ def test_renumber():
         "set by hand as run 3, it is run 1 in the order of release: correct the number, and those in exclude"
     )
     assert (two, three_) == (found[1], found[2])
-
-
-def test_exclusions_count_all_runs():
-    arguments, (_, second, _), found = three()
-    added = (2, second, found[1].end_s)
-    runs = by_hand(hidden(arguments, second), added, exclusions=[(3, "slid")])
-    assert [run.excluded for run in runs] == [False, False, True]
 
 
 def test_hold_window():
@@ -191,17 +137,6 @@ def cannot(what, others_from, *overrides, exclusions=()):
     assert runs[0].verdict.level == "fail" and runs[0].verdict.texts[1] == what
 
 
-def test_a_window_that_shows_no_hold():
-    _, (first, _, _), found = three()
-    window = (first - 0.5, first - 0.45)
-    cannot(
-        f"no hold is seen from {window[0]:g} to {window[1]:g} s, where it was set by hand: "
-        "give a hold window with 0.1 s of valid samples or more",
-        1,
-        (1, first, found[0].end_s, window),
-    )
-
-
 def test_a_run_that_ends_after_the_next_is_released():
     _, (first, _, _), found = three()
     end_s = found[1].release_s + 0.5
@@ -211,13 +146,6 @@ def test_a_run_that_ends_after_the_next_is_released():
         1,
         (1, first, end_s),
     )
-
-
-def test_a_run_that_takes_the_place_of_two_where_one_is_excluded():
-    arguments, (first, _, _), found = three()
-    one, two, three_ = by_hand(arguments, (1, first, found[1].end_s), exclusions=[(2, "none")])
-    assert one.end_s == found[1].end_s and not any("exclude" in text for text in one.verdict.texts)
-    assert two.excluded and three_ == found[2]
 
 
 def test_a_run_that_is_released_before_the_one_before_it_ends():
@@ -237,31 +165,6 @@ def test_a_run_that_ends_after_the_record():
     assert others == found[:2] and last.end_s == arguments[0][-1]
     ends = f"the record ends at {arguments[0][-1]:.3f} s: give an end within the record"
     assert last.verdict.level == "fail" and last.verdict.texts[1] == f"set by hand to end at 99 s, {ends}"
-
-
-def test_a_run_where_nothing_moves():
-    arguments, _, found = three()
-    still, *others = by_hand(arguments, (1, 0.2, 0.8))
-    assert [run.release_s for run in others] == [run.release_s for run in found]
-    assert still.verdict.level == "fail" and still.verdict.texts[1] == (
-        "neither a hold before 0.2 s nor a clean peak after it is seen: "
-        "give a hold window with 0.1 s of valid samples or more"
-    )
-
-
-@pytest.mark.parametrize(
-    ("overrides", "exclusions", "text"),
-    [
-        ([(4, 99.0, 101.0, WHY)], (), "override: run 4 is released at 99 s, the record ends at {:.3f} s"),
-        ((), [(7, WHY)], "exclude: there is no run 7: name one of runs 1 to 3"),
-    ],
-)
-def test_what_meets_no_run_is_warned_of_on_all(overrides, exclusions, text):
-    arguments, _, found = three()
-    runs = find_runs(*arguments, by_hand=ByHand(overrides, exclusions))
-    assert [run.release_s for run in runs] == [run.release_s for run in found]
-    assert all(run.verdict.texts == (text.format(arguments[0][-1]),) for run in runs)
-    assert all(run.verdict.level == "warn" for run in runs)
 
 
 def test_a_record_in_which_only_a_person_sees_a_run():
@@ -305,13 +208,6 @@ times = st.floats(-1e6, 1e6, allow_subnormal=False).map(lambda t: round(t, 9))
 def test_what_is_left_out_is_written_as_it_was_read(runs, stretches):
     found = read_exclusions(written_exclusions(runs, stretches))
     assert (set(found.runs), set(found.stretches)) == (runs, stretches)
-
-
-def test_exclusions_as_people_write_them():
-    assert read_exclusions("") == read_exclusions("record") == Exclusions()
-    spaced = read_exclusions("3; 2;@ 14.2 ; 12.31 : 12.5")
-    assert spaced == Exclusions((3, 2), ((14.2, 14.2), (12.31, 12.5)))
-    assert written_exclusions(*spaced) == "2;3;12.310:12.500;@14.200"
 
 
 def judged(arguments, *stretches):
@@ -372,31 +268,3 @@ def test_a_run_that_is_hidden_altogether_is_none():
         [found[0].release_s, found[2].release_s], abs=1e-4
     )
     assert all("meets no run" in run.verdict.texts[0] for run, _ in runs)
-
-
-def test_what_is_left_out_in_vain_is_told_in_a_line():
-    arguments, _, found = three()
-    late = found[-1].end_s + 5
-    runs = judged(arguments, (late, late + 1), (late, late))
-    nearest = max(impacts.time_s[-1] for _, impacts in runs)
-    spans = ", ".join(f"{run.hold_start_s:.3f} s to {run.end_s:.3f} s" for run, _ in runs)
-    told = (
-        f"exclude: {late:g} s to {late + 1:g} s meets no run: they last from {spans}",
-        f"exclude: there is no impact at {late:g} s: the nearest is at {nearest:.3f} s",
-    )
-    assert {run.verdict.texts for run, _ in runs} == {told}
-    assert {run.verdict.names for run, _ in runs} == {("by_hand", "by_hand")}
-
-
-@pytest.mark.parametrize(("r", "peaks"), [(1.0, (0.06, 0.05)), (0.9, (0.05, 0.06))])
-def test_a_gap_over_which_no_energy_is_lost_hides_as_few_impacts_as_its_sides_allow(r, peaks):
-    def part(peak):
-        columns = {name: np.array([0.1]) for name in IMPACT_COLUMNS}
-        return Impacts(
-            **columns | {"restitution": np.array([r]), "peak_after_rad": np.array([peak])}, theta_uplift=0.0
-        )
-
-    before, after = map(part, peaks)
-    assert impacts_left_out._hidden(before, after, SimpleNamespace(theta0=0.1), Block(0.28, 0.07, 5.84)) == 1
-    other = part(-peaks[1])
-    assert impacts_left_out._hidden(before, other, SimpleNamespace(theta0=0.1), Block(0.28, 0.07, 5.84)) == 0

@@ -13,8 +13,7 @@ from hypothesis.extra.numpy import arrays
 from freerock.config.keys_of_processing import ImpactLimits
 from freerock.models.block import Block
 from freerock.models.housner import housner_motion, housner_swings
-from freerock.models.simulate import simulate
-from freerock.runs.impacts import Impacts, find_impacts, reasons_of_impacts
+from freerock.runs.impacts import Impacts, find_impacts
 
 BLOCK = Block(0.28, 0.07, 5.84)
 THETA0, R = math.radians(10), 0.9
@@ -40,25 +39,11 @@ def test_one_value_per_impact():
     assert isinstance(found.theta_uplift, float)
 
 
-def test_release_to_the_other_side_mirrors_the_peaks_only():
-    here, there = values(impacts()), values(impacts(theta=-NOISY, theta0=-THETA0))
-    for name in here:
-        sign = -1 if name in ("peak_before_rad", "peak_after_rad") else 1
-        assert np.array_equal(here[name], sign * there[name], equal_nan=True), name
-
-
 def test_error_of_the_release_angle_is_propagated_to_the_first_impact_only():
     sharp, blurred = impacts(), impacts(theta0_stderr=math.radians(0.1))
     assert blurred.peak_before_stderr_rad[0] == math.radians(0.1)
     assert blurred.restitution_stderr[0] > 5 * sharp.restitution_stderr[0]
     assert np.array_equal(blurred.restitution_stderr[1:], sharp.restitution_stderr[1:])
-
-
-def test_without_release_angle_the_first_restitution_is_unknown():
-    known, unknown = impacts(), impacts(theta0=None)
-    assert np.isnan([unknown.peak_before_rad[0], unknown.restitution[0], unknown.restitution_rate[0]]).all()
-    assert unknown.time_s == pytest.approx(known.time_s, abs=1e-4)
-    assert np.array_equal(unknown.restitution[1:], known.restitution[1:])
 
 
 def test_invalid_samples_are_left_out():
@@ -71,22 +56,10 @@ def test_invalid_samples_are_left_out():
     assert np.abs(difference).max() < 4
 
 
-def test_noise_may_vary_from_sample_to_sample():
-    same = impacts(sigma=np.full(TIME.size, SIGMA))
-    assert np.array_equal(same.restitution, impacts().restitution)
-
-
 def test_a_swing_cut_off_by_the_end_is_not_used():
     for end in (SWINGS.peak_time[4] - 0.05, SWINGS.peak_time[4] + 0.05):
         found = impacts(TIME[end > TIME], NOISY[end > TIME])
         assert found.time_s.size == 3
-
-
-def test_a_later_start_changes_nothing_but_the_first_impact():
-    late = TIME > 0.1
-    whole, cut = impacts(), impacts(TIME[late], NOISY[late])
-    assert cut.restitution == pytest.approx(whole.restitution, abs=1e-9)
-    assert cut.time_s[1:] == pytest.approx(whole.time_s[1:], abs=1e-9)
 
 
 def test_thresholds_end_the_list():
@@ -110,10 +83,6 @@ def test_no_impact(theta):
     assert impacts(TIME[:2000], theta).time_s.size == 0
 
 
-def test_empty_signal():
-    assert impacts(np.empty(0), np.empty(0)).time_s.size == 0
-
-
 @settings(deadline=None, derandomize=True, max_examples=150)
 @given(
     steps=arrays(float, st.integers(2, 400), elements=st.floats(-1, 1)),
@@ -131,16 +100,3 @@ def test_any_signal_is_answered(steps, smoothing, scale, sigma, theta0, holes):
         found = impacts(np.arange(theta.size) / 500, theta, sigma, theta0=theta0)
     assert np.isfinite(found.time_s).all()
     assert not (found.restitution < 0).any()
-
-
-def test_soft_mat_has_no_restitution_to_speak_of():
-    block, time = Block(0.14, 0.07, 2.98), np.arange(6000) / 2000
-    soft = simulate("winkler", block, {"k": 1.2e5, "c": 900.0}, time, theta0=math.radians(6))
-    hard = simulate("winkler", block, {"k": 6e6, "c": 2e4}, time, theta0=math.radians(6))
-    found = [find_impacts(time, motion.theta, 1e-5, block, theta0=0.1) for motion in (soft, hard)]
-    (doubt,) = reasons_of_impacts(found[0])
-    assert doubt[:2] == ("warn", "no_restitution")
-    assert doubt.text.startswith("per-impact r is not meaningful here: no swing exceeds 2 times the ")
-    assert reasons_of_impacts(found[1]) == [] and found[1].time_s.size > 3
-    low = np.abs(found[1].peak_after_rad).min()
-    assert low >= 2 * found[1].theta_uplift > 0

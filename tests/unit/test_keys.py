@@ -1,63 +1,27 @@
 """Sections of the configuration: the settings of the steps."""
 
-import dataclasses
-import inspect
 import math
 import re
 from pathlib import Path
 from typing import get_args
 
 import pytest
-from laboratory import CSV, YAML
 
-from freerock.config.campaign import ConfigFile, load_campaign
-from freerock.config.fit_settings import FitSettings
+from freerock.config.campaign import ConfigFile
 from freerock.config.keys_of_blocks import BlockSection
 from freerock.config.keys_of_campaign import CampaignFile
 from freerock.config.keys_of_fits import FitsSection, FreeSection
-from freerock.config.keys_of_lasers import LaserSection
 from freerock.config.record import Record
 from freerock.config.values import Model, Unit, section_in
 from freerock.models.block import Block
 from freerock.models.free_parameters import PER_RUN
 from freerock.models.laws import KINEMATICS, LAWS
-from freerock.rotation.sensor import Laser
 from freerock.units import CHANNEL_UNITS
 
 ROOT = Path(__file__).parents[2]
 FREED = [
     name for name, law in LAWS.items() if not law.bounces
 ]  # of a block that bounces it is always the start
-
-
-def keyword_arguments(function, without):
-    parameters = inspect.signature(function).parameters.items()
-    made = {each.name: each.default_factory for each in dataclasses.fields(function)}
-    return {
-        name: parameter.default if made[name] is dataclasses.MISSING else made[name]()
-        for name, parameter in parameters
-        if name not in without
-    }
-
-
-def defaults(section, without=()):
-    return {
-        name: inspect.Parameter.empty if field.is_required() else field.default
-        for name, field in section.model_fields.items()
-        if name not in without
-    }
-
-
-@pytest.mark.parametrize(
-    ("step", "data", "section", "own"),
-    [
-        (Laser, "", LaserSection, "uncertainty"),
-        (Block, "edge_radius_m", BlockSection, "label release_angle_deg uncertainty"),
-        (FitSettings, "free", FitsSection, "models kinematics free paper_mode pooled"),
-    ],
-)
-def test_section_has_the_arguments_and_defaults_of_its_step(step, data, section, own):
-    assert defaults(section, own.split()) == keyword_arguments(step, data.split())
 
 
 def test_a_block_can_not_be_released_at_its_critical_angle():
@@ -97,27 +61,6 @@ def test_rivals_take_both_kinematics_unless_told_otherwise_and_there_are_none_in
     assert FitsSection().rivals == FitsSection().kinematics == KINEMATICS
     assert FitsSection(kinematics=["pivoting"]).rivals == ("pivoting",)
     assert FitsSection(paper_mode=True).rivals == ()
-
-
-NAMED = [
-    found
-    for page in sorted((ROOT / "docs").rglob("*.md"))
-    for found in re.findall(r"`([a-z]+)\.([a-z_]+): ([^`]+)`", page.read_text(encoding="utf-8"))
-]
-
-
-def test_settings_named_in_the_docs_are_accepted(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("config/campaigns").mkdir(parents=True)
-    Path("config/campaigns/lab.csv").write_text(CSV)
-    assert {"kinematics", "paper_mode", "profile"} <= {key for _, key, _ in NAMED}
-    for section, key, value in NAMED:
-        Path("config/campaigns/lab.yaml").write_text(f"{YAML}{section}: {{{key}: {value}}}\n")
-        load_campaign("config/campaigns/lab.yaml")
-
-
-def test_a_rotation_needs_no_beam():
-    assert Laser(**LaserSection(units="deg").model_dump(exclude={"uncertainty"})) == Laser(units="deg")
 
 
 def test_every_key_is_used():

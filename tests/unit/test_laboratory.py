@@ -9,12 +9,10 @@ from laboratory import CSV, YAML, problems
 
 from freerock.config.campaign import load_campaign
 from freerock.config.step_settings import inputs
-from freerock.identification.fit import fit_run
 from freerock.models.block import GRAVITY, Block
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
-from freerock_bench.virtual_run import Truth, virtual_motion
 
 BLOCK = Block(0.28, 0.07, 5.84)
 HIGH, LOW = Laser("horizontal", 0.2, 0.1), Laser("horizontal", 0.1, 0.1)
@@ -32,19 +30,6 @@ def test_a_higher_beam_makes_of_its_reading_a_smaller_angle():
         atol=1e-15,
     )
     assert theta[3] == pytest.approx(THETA[3] * 0.2 / 0.202, rel=1e-3)
-
-
-def test_a_scale_multiplies_displacements_and_a_channel_that_holds_the_rotation():
-    scale = Input("high", "scale_fraction", 0.01, True)
-    laboratory = Laboratory(BLOCK, {"high": HIGH})
-    theta = laboratory.reread(THETA, laboratory.moved(scale, 1.0))
-    np.testing.assert_allclose(
-        displacement_from_rotation(theta, BLOCK, HIGH),
-        1.01 * displacement_from_rotation(THETA, BLOCK, HIGH),
-        atol=1e-15,
-    )
-    turned = Laboratory(BLOCK, {"high": Laser(units="deg")})
-    np.testing.assert_allclose(turned.reread(THETA, turned.moved(scale, 1.0)), 1.01 * THETA)
 
 
 def test_two_lasers_know_the_angle_by_the_distance_of_their_beams():
@@ -89,16 +74,6 @@ def test_inputs_are_stated_or_defaults(tmp_path):
     assert (stated["u"], stated["stated"]) == (2e-3, True)
 
 
-def test_the_centre_of_mass_moves_and_what_a_beam_sees_does_not():
-    laboratory = Laboratory(BLOCK, {"high": HIGH})
-    for name, u in (("com_height_m", 1e-3), ("com_offset_m", 2e-3), ("inertia_kg_m2", 1e-3)):
-        moved = laboratory.moved(Input("b", name, u, True), 2.0)
-        numbers = moved.block.h - BLOCK.h, moved.block.e, moved.block.inertia_cm - BLOCK.inertia_cm
-        expected = {"com_height_m": (2e-3, 0, 0), "com_offset_m": (0, 4e-3, 0), "inertia_kg_m2": (0, 0, 2e-3)}
-        assert numbers == pytest.approx(expected[name], abs=1e-15)
-        assert laboratory.reread(THETA, moved) is THETA
-
-
 def test_a_campaign_states_the_centre_of_mass(tmp_path):
     stated = "5.84\n    com_height_m: 0.15\n    com_offset_m: 0.001\n    inertia_kg_m2: 0.05"
     of_record(tmp_path, "5.84", stated)
@@ -108,35 +83,6 @@ def test_a_campaign_states_the_centre_of_mass(tmp_path):
     assert found.g == GRAVITY
 
 
-def test_gravity_is_an_input_where_it_is_stated(tmp_path):
-    assert "gravity_m_s2" not in of_record(tmp_path, "5.84", "5.84")
-    known = of_record(tmp_path, "5.84", "5.84\n    gravity_m_s2: 9.787")["gravity_m_s2"]
-    assert (known["u"], known["stated"]) == (5e-4, False)
-    (found,) = [each.block for each in load_campaign(tmp_path / "lab.yaml").blocks.values()]
-    assert (found.g, found.weight) == (9.787, 5.84 * 9.787)
-    moved = Laboratory(found, {"high": HIGH}).moved(Input("b", "gravity_m_s2", 5e-4, True), -2.0).block
-    assert moved.g == pytest.approx(9.786)
-    assert moved.p / found.p == pytest.approx(1 - 5e-4 / 9.787, rel=1e-8)
-
-
-def test_a_run_of_another_gravity_is_explained_where_that_is_stated_or_moves():
-    there = replace(BLOCK, gravity_m_s2=9.78)
-    truth = Truth(
-        "hunt_crossley", there, {"k": 6.88e6, "lambda": 1.3e8}, math.radians(8), math.radians(0.002)
-    )
-    motion, laser = virtual_motion(truth, np.random.default_rng(1)), Laser(units="deg")
-    fits = []
-    for stated, u in ((9.78, 0.0), (9.81, 0.0), (9.81, 0.02)):
-        block = replace(BLOCK, gravity_m_s2=stated)
-        inputs_of = (Input("b", "gravity_m_s2", u, True),) if u else ()
-        seen = replace(motion, laboratory=Laboratory(block, {"l": laser}, inputs_of))
-        fits.append(fit_run("hunt_crossley", block, seen))
-    assert [bool(fit.diagnostics["noise"]) for fit in fits] == [True, False, True]
-    right, wrong, moved = (fit.values["k"] / 6.88e6 - 1 for fit in fits)
-    assert max(abs(right), abs(moved)) < 3 * fits[0].stderr[0] / 6.88e6 < abs(wrong) / 10
-    assert fits[2].contributions.moved[0] == pytest.approx(-1.5, abs=0.02)
-
-
 @pytest.mark.parametrize(
     ("sensor", "u", "stated"),
     [("", 2.9, False), (", response_ms: 4", 0.4, False), (", uncertainty: {response_ms: 0.1}", 0.1, True)],
@@ -144,15 +90,6 @@ def test_a_run_of_another_gravity_is_explained_where_that_is_stated_or_moves():
 def test_a_sensors_response_is_known_as_stated_or_by_default(tmp_path, sensor, u, stated):
     known = of_record(tmp_path, "range_m: 0.05}", f"range_m: 0.05{sensor}}}")
     assert known["response_ms"]["u"] == pytest.approx(u) and known["response_ms"]["stated"] is stated
-
-
-def test_lasers_of_a_record_get_slower_together_and_no_faster_than_at_once():
-    laboratory = Laboratory(BLOCK, {"high": HIGH, "low": LOW})
-    response = Input("high", "response_ms", 2.0, False)
-    assert [each.response_ms for each in laboratory.moved(response, 1.0).lasers.values()] == [2.0, 2.0]
-    assert laboratory.moved(response, -1.0) == laboratory
-    moved = laboratory.moved(response, 1.0)
-    np.testing.assert_allclose(laboratory.reread(THETA, moved), THETA, atol=1e-15)
 
 
 def test_a_levelled_base_lies_evenly_within_its_bound(tmp_path):

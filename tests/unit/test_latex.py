@@ -6,17 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from fabricated import campaign, tidy_tables
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from matplotlib.image import imsave
 
 from freerock.config.figure_names import FIGURES
 from freerock.figures.declared import declared
 from freerock.models.block import Block
-from freerock.models.laws import MODEL_LABELS
 from freerock.tables.candidates import candidates_table
-from freerock.tables.columns import CANDIDATES_COLUMNS
-from freerock.tables.latex import figures_tex, latex, numbers_tex, spelt_test
+from freerock.tables.latex import figures_tex, latex, numbers_tex
 from freerock.tables.populations import populations_table
 from freerock.tables.printed_tables import (
     printed_candidates,
@@ -43,20 +39,6 @@ def has_latex():
     )
 
 
-def test_latex_translates_every_sign():
-    frame = pd.DataFrame({"λ / (N s m⁻³)": ["(6.880 ± 0.012)·10⁶"], "ε_θ / %": ["−1 & _x"]})
-    text = latex(frame, "Angles θ₀", ["50 %"])
-    assert r"$\lambda$ / (\unit{N.s.m^{-3}}) & $\varepsilon_\theta$ / \%" in text
-    assert r"\num{6.880 +- 0.012e6} & $-$1 \& \_x \\" in text
-    assert text.isascii()
-
-
-def test_latex_keeps_a_cell_on_its_line():
-    text = latex(pd.DataFrame({"Block": ["a <b>\n\n% c"]}), "Two\nlines")
-    assert r"a $<$b$>$ \% c \\" in text
-    assert r"\caption{Two lines}" in text
-
-
 def test_latex_sets_symbols_in_italics_and_numbers_by_siunitx():
     cells = {
         "Parameter": ["r", "k / (N m⁻²)", "2b / m", "Hunt–Crossley ‡"],
@@ -79,12 +61,6 @@ def test_latex_continues_a_table_that_is_higher_than_a_page():
     assert all(re.search(r"\\midrule\n\\multicolumn\{2\}", part) for part in parts)
     assert [part.count(r"\addtocounter{table}{-1}") for part in parts] == [0, 1, 1]
     assert text.count(r"\label{tab:long}") == 1 and text.count("A note.") == 1 and "A note." in parts[-1]
-
-
-def test_latex_leaves_names_alone():
-    text = latex(pd.DataFrame({"Record": ["wet_felt"], "t_f / s": ["3.20"]}), "Felt")
-    assert r"Record & $t_f$ / \unit{s} \\" in text
-    assert r"wet\_felt & 3.20 \\" in text
 
 
 def test_numbers_are_macros_of_letters_alone(datasets):
@@ -118,58 +94,6 @@ def test_numbers_are_macros_of_letters_alone(datasets):
     candidates.loc[one, "n_also_possible"] = 1
     means = [line for line in numbers_tex(tidy).splitlines() if r"{\frmean" in line and "Winkler" in line]
     assert [re.search(r"frmean(\w+)", line)[1] for line in means] == ["MarbleWinklerK", "MarbleWinklerC"]
-
-
-LIKE = st.lists(
-    st.sampled_from([*"abQRun_019éX", "run", "Run", "One", "one", "housner", "Housner", "R", "block", "1"]),
-    min_size=1,
-).map("".join)
-FITS = st.tuples(LIKE, st.integers(0, 120), st.sampled_from(list(MODEL_LABELS)))
-
-
-def macros(fits):
-    """Names of the macros of these fits, and of their records."""
-    rows = [{"test": test, "run": run, "model": model} for test, run, model in fits]
-    rows = [row | {"parameter": name} for row in rows for name in ("r", "k")]
-    numbers = {"value": 1.0, "mean": 1.0, "u_total": 0.1, "unit": "", "success": True, "level": "record"}
-    frame = pd.DataFrame(rows).assign(**numbers, origin="", epsilon_theta=0.1, final_time_s=1.0)
-    tidy = {"runs": frame, "parameters": frame, "epsilon": frame.drop_duplicates(["test", "run", "model"])}
-    tidy["populations"] = frame.drop_duplicates(["test", "model", "parameter"])
-    tidy["candidates"] = pd.DataFrame(columns=CANDIDATES_COLUMNS)
-    return re.findall(r"\\newcommand\{\\(.*?)\}", numbers_tex(tidy))
-
-
-@settings(max_examples=300, deadline=None)
-@given(st.lists(FITS, min_size=1, max_size=6, unique=True))
-def test_no_two_numbers_have_the_same_macro(fits):
-    names = macros(fits)
-    records = {(test, model) for test, _, model in fits}
-    assert len(set(names)) == len(names) == 2 + 3 * len(records) + 4 * len(fits)
-    assert all(re.fullmatch("[a-zA-Z]+", name) for name in names)
-
-
-@settings(max_examples=300, deadline=None)
-@given(st.lists(LIKE, min_size=2, unique=True))
-def test_a_macro_is_of_one_test_whatever_others_there_are(tests):
-    spelt = [spelt_test(test) for test in tests]
-    assert len(set(spelt)) == len(spelt)
-
-
-@pytest.mark.parametrize(
-    ("one", "other"),
-    [("block1_1", "block11"), ("b_1", "b1"), ("a_run1", "a"), ("wetFelt", "wet_felt"), ("one", "1")],
-)
-def test_names_that_sound_alike(one, other):
-    mine, others = (set(macros([(test, 1, "housner")])) for test in (one, other))
-    assert mine & others == {"frRecords", "frRuns"}
-
-
-@pytest.mark.parametrize(
-    ("test", "spelt"),
-    [("config2_marble", "ConfigTwoMarble"), ("r00010", "RZeroZeroZeroOneZero"), ("block11", "BlockOneOne")],
-)
-def test_usual_names_are_spelt_plainly(test, spelt):
-    assert spelt_test(test) == spelt
 
 
 @pytest.mark.skipif(not has_latex(), reason="needs pdflatex with booktabs and siunitx")

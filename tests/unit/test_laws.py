@@ -1,19 +1,13 @@
 """The rows of laws and parameters: complete, and consistent with one another."""
 
-import subprocess
-import sys
-
 import pytest
 
 from freerock.models.free_parameters import (
-    COMMON_NUISANCES,
     PARAMETERS,
-    SYMBOLS,
     parameter_of,
-    symbol_of,
     unit_of,
 )
-from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS, Rules, alike, extended_by, law_of
+from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS, Rules, extended_by
 
 
 @pytest.mark.parametrize("model", LAWS)
@@ -50,19 +44,6 @@ def test_candidates_are_the_laws_with_their_kinematics_and_width_from_few_number
     assert MODEL_LABELS["housner_width"] == "Housner, width free"
 
 
-def test_a_candidate_is_simulated_under_its_kinematics():
-    assert CANDIDATES["winkler"].rules() == Rules("geometric", "guided")
-    assert CANDIDATES["winkler_pivoting_width"].rules("tensionless") == Rules("tensionless", "pivoting")
-    assert CANDIDATES["housner"].kinematics == CANDIDATES["housner_width"].kinematics == "pivoting"
-    assert law_of("winkler_pivoting_width") is LAWS["winkler"]
-
-
-def test_candidates_of_two_laws_are_alike():
-    assert alike("general_pivoting_width", "winkler") == "winkler_pivoting_width"
-    assert extended_by("winkler_pivoting_width") == {"lambda": "general_pivoting_width"}
-    assert not extended_by("housner_width")
-
-
 def test_parameters_are_numbered_by_run_and_impact():
     assert unit_of("theta0") == unit_of("theta0_2") == "rad"
     assert parameter_of("r_12") is PARAMETERS["r"]
@@ -70,22 +51,7 @@ def test_parameters_are_numbered_by_run_and_impact():
         unit_of("stiffness")
 
 
-@pytest.mark.parametrize("name", [*COMMON_NUISANCES, "r", "k"])
-def test_whatever_a_fit_may_free_has_a_symbol(name):
-    assert symbol_of(name) == SYMBOLS[name]
-
-
-def test_numbered_parameters_say_of_what_they_are():
-    assert [symbol_of("r_2"), symbol_of("theta0_3")] == ["r of impact 2", "θ₀ of run 3"]
-
-
 def test_tensionless_rule_is_for_one_damping_at_a_time():
     general, tensionless = LAWS["general"], Rules("tensionless").debonding
     assert general.allows(tensionless, 1) and not general.allows(tensionless, 2)
     assert general.allows(Rules().debonding, 2) and LAWS["winkler"].allows(tensionless, 1)
-
-
-def test_rows_load_without_the_numerical_libraries():
-    code = "import sys, freerock.models.laws; print([m for m in ('numpy', 'scipy') if m in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"

@@ -27,19 +27,6 @@ def test_an_input_of_each_member_is_in_the_scatter_already():
     assert found.weights * 0.1 == pytest.approx([0.1 / 3] * 3)
 
 
-def test_members_that_agree_by_chance_are_no_better_than_their_inputs():
-    values, inputs = [1.0, 1.0001], 0.1 * np.eye(2)
-    assert population(values, [1e-5] * 2, inputs).u == pytest.approx(0.1 / math.sqrt(2))
-    scattered = population_of_means(values, np.full(2, 0.02), inputs, math.inf, [False] * 2)
-    assert scattered.u == pytest.approx(math.hypot(0.1 / math.sqrt(2), 0.1))
-
-
-def test_one_member_has_its_noise_and_all_of_its_inputs():
-    found = population([1.0], [0.03], np.array([[0.04]]))
-    assert found.u == pytest.approx(0.05)
-    assert found.total_high - found.mean == pytest.approx(1.96 * 0.05, rel=1e-4)
-
-
 @pytest.mark.parametrize(("own", "shared"), [(0.0, 1.0), (1.0, 0.0), (1.0, 1.0), (3.0, 1.0)])
 @pytest.mark.parametrize("n", [2, 3, 6])
 def test_intervals_hold_the_truth(n, own, shared):
@@ -99,14 +86,6 @@ def test_weights_are_those_of_generalised_least_squares_where_none_is_negative()
             slope = covariance @ found  # least among the weights above zero (Karush, Kuhn and Tucker)
             assert slope[found > 1e-12] == pytest.approx(slope.min(), rel=1e-6)
     assert positive > 20 and negative > 20
-
-
-def test_a_member_that_is_not_explained_counts_little():
-    """Its misfit is an input of all fits of a law, larger for one of them."""
-    values, own = np.array([0.0, 0.5]), np.full(2, 1e-4)
-    found = population_of_means(values, own, np.array([[0.02], [0.6]]), 4, [False])
-    assert found.weights[0] > 0.99
-    assert found.u <= math.hypot(0.01, 0.02)
 
 
 def test_intervals_of_drawn_campaigns():

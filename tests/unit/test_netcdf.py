@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import sys
 from dataclasses import fields, replace
-from pathlib import Path
 
 import netCDF4
 import numpy as np
@@ -19,13 +18,11 @@ from freerock.identification.fit import Fit, ImpactEnergy
 from freerock.identification.model_discrepancy import Part
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import CANDIDATES, MODELS, law_of
-from freerock.products import names
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import (
     open_fits,
     open_record,
     samples_in,
-    start_of,
     verdict_of,
     write_failure,
     write_fits,
@@ -184,38 +181,6 @@ def test_runs_and_impacts_come_back(folder):
     assert_equal(impacts_in(tree["run_2"]), made_up_impacts(0))
 
 
-def test_total_uncertainties_stand_beside_what_they_are_of(folder):
-    run, total = open_record(folder / "record_a.nc")["run_1"], made_up_total(5)
-    assert run["theta0_u"].item() == total.theta0
-    for name in ("peak_before", "peak_after", "restitution"):
-        np.testing.assert_array_equal(run[f"{name}_u"].values, getattr(total, name))
-        assert run[f"{name}_u"].attrs.get("units") == run[name].attrs["units"]
-        assert run[name].attrs["ancillary_variables"] == f"{name}_stderr {name}_u"
-    model = open_fits(folder / "fits_a.nc")["run_1/winkler"]
-    assert model["restitution"].attrs["ancillary_variables"] == "restitution_stderr"
-
-
-def test_of_all_variables_only_those_named_are_read(folder):
-    whole = open_fits(folder / "fits_a.nc")
-    found = open_fits(folder / "fits_a.nc", only=["parameter", "value", "time", "theta"])
-    run, fit = found["run_1"].to_dataset(inherit=False), found["run_1/winkler"].to_dataset(inherit=False)
-    xr.testing.assert_identical(run, whole["run_1"].to_dataset(inherit=False)[["time", "theta"]])
-    assert {*fit.variables} == {"parameter", "value"}
-    assert fit.identical(whole["run_1/winkler"].to_dataset(inherit=False)[["parameter", "value"]])
-
-
-def test_record_has_the_verdict_of_its_runs(folder):
-    tree = open_record(folder / "record_a.nc")
-    assert tree.attrs["verdict"] == "warn"
-    assert json.loads(tree.attrs["reasons"]) == [
-        ["warn", "late", "run 2: late; and short", None, None, "", ""],
-        ["ok", "overridden", "run 2: overridden: so", None, None, "", ""],
-    ]
-    reasons = reasons_in(tree.attrs)
-    assert verdict_of(folder / "record_a.nc") == ("warn", reasons)
-    assert in_one_line(reasons) == "run 2: late, and short; run 2: overridden: so"
-
-
 @pytest.mark.parametrize(
     ("verdicts", "excluded", "expected"),
     [
@@ -238,28 +203,6 @@ def test_record_fails_only_when_no_run_can_be_used(tmp_path, verdicts, excluded,
     ]
     write_record(tmp_path / "a.nc", made_up_record(), runs, [made_up_impacts()] * 2, ATTRS)
     assert open_record(tmp_path / "a.nc").attrs["verdict"] == expected
-
-
-def test_what_stands_in_the_root_is_read_without_the_runs(folder, tmp_path):
-    tree = open_record(folder / "record_a.nc")
-    found = samples_in(folder / "record_a.nc", ["time", "theta", "flags", "voltage", "nothing"])
-    assert {*found} == {"time", "theta", "flags", "voltage"} & {*tree.variables}
-    for name, values in found.items():
-        assert values.dtype == tree[name].dtype
-        assert np.array_equal(values, tree[name].values, equal_nan=name != "flags")
-    assert start_of(folder / "record_a.nc") == tree.attrs.get("time_coverage_start", "")
-    write_record(tmp_path / "b.nc", made_up_record(), [], [], ATTRS | {"start_time": "2017-05-02T10:00:00"})
-    assert start_of(tmp_path / "b.nc") == "2017-05-02T10:00:00"
-
-
-@pytest.mark.filterwarnings("error::UserWarning")
-@pytest.mark.parametrize("order", "<>")
-def test_samples_that_state_their_order_of_bytes_are_written_without_a_warning(tmp_path, order):
-    record = made_up_record()
-    theta = record["theta"].values.astype(np.dtype("f8").newbyteorder(order))
-    assert theta.dtype.byteorder == order
-    write_record(tmp_path / "a.nc", record.assign(theta=("time", theta)), [], [], ATTRS)
-    assert np.array_equal(open_record(tmp_path / "a.nc")["theta"].values, theta, equal_nan=True)
 
 
 def test_fits_come_back(folder):
@@ -292,33 +235,6 @@ def test_fits_come_back(folder):
     assert node["impact_speed"].attrs["units"] == "m s-1"
     assert "restitution_energy" not in tree["run_1/housner"]
     np.testing.assert_array_equal(tree["run_1/winkler"]["time"].values, tree["run_1"]["time"].values)
-
-
-def test_failed_fit_is_written_as_such(tmp_path):
-    nothing = np.full(3, np.nan)
-    fit = made_up_fit(
-        "housner", value=nothing, covariance=np.full((3, 3), np.nan), success=False, message="no"
-    )
-    write_fits(tmp_path / "a.nc", {4: {"housner": fit}}, ATTRS)
-    node = open_fits(tmp_path / "a.nc")["run_4/housner"]
-    assert (node["success"].item(), node.attrs["message"]) == (0, "no")
-    assert np.isnan(node["value"].values).all()
-
-
-def test_what_the_fits_say_against_a_run_is_kept(tmp_path):
-    hit = Reason("warn", "disturbed", "something acted on the block")
-    fits = {number: {"housner": made_up_fit("housner")} for number in (1, 2)}
-    write_fits(tmp_path / "a.nc", fits, ATTRS, reasons={1: [], 2: [hit]})
-    tree = open_fits(tmp_path / "a.nc")
-    assert "reasons" not in tree["run_1"].attrs
-    assert reasons_in(tree["run_2"].attrs) == (hit,)
-
-
-def test_fits_of_a_run_share_their_time(tmp_path):
-    fits = {"housner": made_up_fit("housner"), "winkler": made_up_fit("winkler", time=np.arange(SAMPLES))}
-    with pytest.raises(ValueError, match="run_1: the fits must share their time axis"):
-        write_fits(tmp_path / "a.nc", {1: fits}, ATTRS)
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_failed_record_is_a_product(tmp_path):
@@ -367,17 +283,6 @@ def test_attributes_follow_cf_and_acdd(folder):
         assert "time" not in file["run_1"].variables
 
 
-@pytest.mark.parametrize(
-    ("origin", "content"), [("measured", "physicalMeasurement"), ("simulated", "modelResult")]
-)
-def test_simulated_data_are_called_simulated(tmp_path, origin, content):
-    write_record(tmp_path / "a.nc", made_up_record(), [], [], ATTRS | {"origin": origin})
-    tree = open_record(tmp_path / "a.nc")
-    assert tree.attrs["origin"] == origin
-    assert ("simulated" in tree.attrs["source"]) == (origin == "simulated")
-    assert tree["theta"].attrs["coverage_content_type"] == content
-
-
 def test_same_inputs_same_bytes(folder, tmp_path):
     write(tmp_path, "b")
     for product in ("record", "fits"):
@@ -406,44 +311,6 @@ def test_unreadable_datasets_are_told_in_one_line(folder, tmp_path):
         open_fits(folder / "record_a.nc")
 
 
-def test_example_of_the_documentation_runs(folder, tmp_path, monkeypatch, capsys):
-    text = (Path(__file__).parents[2] / "docs/datasets.md").read_text(encoding="utf-8")
-    for kind, product in (("records", "record"), ("fits", "fits")):
-        (tmp_path / "results/palermo_virtual" / kind).mkdir(parents=True)
-        copy = tmp_path / "results/palermo_virtual" / kind / "config2_marble.nc"
-        copy.write_bytes((folder / f"{product}_a.nc").read_bytes())
-    monkeypatch.chdir(tmp_path)
-    for block in text.split("```python\n")[1:]:
-        exec(block.split("```")[0], {})
-    assert "k = 1 ± 0.1 N m-2" in capsys.readouterr().out
-
-
-def test_every_variable_is_documented(folder):
-    text = (Path(__file__).parents[2] / "docs/datasets.md").read_text(encoding="utf-8")
-    documented = set(re.findall(r"`(\w+)`", text))
-    for tree in (open_record(folder / "record_a.nc"), open_fits(folder / "fits_a.nc")):
-        written = {str(name).removesuffix("_stderr") for node in tree.subtree for name in node.variables}
-        assert written <= documented
-
-
-# What a reader without freerock gets: it runs in a Python that can't import freerock.
-PLAIN_XARRAY = """
-import sys
-sys.modules["freerock"] = None
-import xarray as xr
-
-record = xr.open_dataset("record_a.nc")
-print(record.time.dtype, record.time.values[-1], record.set_xindex("time").theta.sel(time=0.5).item())
-print(record.to_dataframe().time.dtype)
-runs = xr.open_datatree("record_a.nc")
-print(runs["run_1/impact_time"].dtype, runs["run_1/release"].item())
-fits = xr.open_datatree("fits_a.nc")
-print(fits["run_1"]["time"].dtype, fits["run_1"]["time"].values[-1])
-print(fits["run_1/winkler/value"].sel(parameter="k").item(), *fits["run_1/winkler/unit"].values[:1])
-for product in ("record_a.nc", "fits_a.nc"):
-    for node in xr.open_datatree(product).subtree:
-        assert all(each.dtype.kind not in "Mm" for each in node.variables.values()), node.path
-"""
 # As MATLAB reads it: ncread and ncreadatt of the netCDF library, h5read of HDF5.
 PLAIN_NETCDF = """
 import sys
@@ -470,13 +337,6 @@ def printed_by(program, folder):
     return [float(word) if re.fullmatch(r"-?[\d.]+(e-?\d+)?", word) else word for word in words]
 
 
-def test_plain_xarray_opens_the_products(folder):
-    last, theta = (SAMPLES - 1) / 400, pytest.approx(0.17 * np.cos(3.5))
-    fit = [last, 1.0, "N"]
-    expected = ["float64", last, theta, "float64", "float64", 0.2, "float64", *fit]
-    assert printed_by(PLAIN_XARRAY, folder)[: len(expected)] == expected
-
-
 def test_readers_of_netcdf_and_hdf5_open_the_products(folder):
     last, theta = (SAMPLES - 1) / 400, pytest.approx(0.17 * np.cos(3.5))
     record = ["float64", last, theta, 0.1]
@@ -490,27 +350,3 @@ def test_ncdump_shows_the_head_of_a_product(folder, product):
     done = subprocess.run(["ncdump", "-h", folder / f"{product}_a.nc"], capture_output=True, text=True)
     assert done.returncode == 0
     assert "group: run_2" in done.stdout
-
-
-@pytest.mark.skipif(
-    not shutil.which("compliance-checker"),
-    reason="no compliance-checker here: pip install compliance-checker",
-)
-@pytest.mark.parametrize("product", ["record", "fits", "failure"])
-def test_compliance_checker_finds_no_error(folder, product):
-    path = folder / f"{product}_a.nc"
-    if product == "failure":
-        write_failure(path, Reason("fail", "not_processed", "a.tdms: is cut off"), ATTRS)
-    suites = ["cf:1.11", "acdd:1.3"]
-    command = ["compliance-checker", "--test=cf:1.11", "--test=acdd:1.3", "--format=json", "-o", "-", path]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
-    found = json.loads(done.stdout[done.stdout.index("{") :])
-    assert found["cf:1.11"]["high_priorities"] and found["acdd:1.3"]["high_priorities"]
-    missed = {text for suite in suites for each in found[suite]["high_priorities"] for text in each["msgs"]}
-    assert missed <= {"standard_name"}
-
-
-def test_every_field_of_runs_and_impacts_is_written():
-    in_attributes = {"number", "verdict", "excluded", "overridden"}
-    assert {field.name for field in fields(Run)} == set(names.RUN_VARIABLES) | in_attributes
-    assert {field.name for field in fields(Impacts)} == set(names.IMPACT_VARIABLES)

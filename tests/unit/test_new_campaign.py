@@ -1,6 +1,5 @@
 """freerock inspect and new-campaign: what a folder of records shows, and what it leaves to be filled in."""
 
-import os
 import re
 from pathlib import Path
 
@@ -11,7 +10,7 @@ from openpyxl import Workbook
 
 from freerock.cli import subcommands as cli
 from freerock.cli.inspect_command import look_into, look_text
-from freerock.config.campaign import load_campaign, read_campaign
+from freerock.config.campaign import load_campaign
 from freerock.config.mistakes import FILL_IN, ConfigError
 from freerock.files import listed_checksums, sha256
 
@@ -58,72 +57,6 @@ def test_inspect_tells_channels_units_rates_ranges_and_the_checksum(folder, caps
         "laser    V     2000 Hz  0.002 s   4     5   1\n"
     )
     assert not Path("results").exists()
-
-
-def test_inspect_draws_the_same_picture_each_time(folder, capsys):
-    pictures = []
-    for _ in range(2):
-        assert cli.main(["inspect", str(folder / "tall_2.tdms")]) == 0
-        picture = Path(capsys.readouterr().out.splitlines()[-1].removeprefix("written: "))
-        pictures.append(picture.read_bytes())
-    assert picture == Path("results/inspect/tall_2.tdms.png")
-    assert pictures[0] == pictures[1]
-    assert pictures[0][:4] == b"\x89PNG"
-
-
-def test_names_with_dollars_are_drawn_as_they_are(folder):
-    write(folder / "cost $_$.tdms", 1000, **{"p$_$": ("V", [5, 4])})
-    assert cli.main(["inspect", str(folder / "cost $_$.tdms")]) == 0
-    assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
-
-
-def test_a_record_may_have_the_longest_name_of_all(folder):
-    path = folder / f"{'ä' * 125}.tdms"
-    write(path, 1000, laser=("V", [5, 4]))
-    assert cli.main(["inspect", str(path)]) == 0
-    assert [picture.name for picture in Path("results/inspect").iterdir()] == [f"{'ä' * 100}.png"]
-    assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
-    text = Path("config/campaigns/lab.csv").read_text(encoding="utf-8")
-    assert f",{path.name},,block1," in text
-
-
-def test_a_channel_whose_name_has_two_lines_stays_in_its_comment(folder):
-    write(folder / "lines.tdms", 1000, **{"upper\rlaser": ("V", [5, 4])})
-    assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
-    text = Path("config/campaigns/lab.csv").read_text(encoding="utf-8")
-    assert "\n# lines.tdms: upper laser (V, 1000 Hz, 0.0 s)\nlines,lines.tdms,,block1," in text
-
-
-def test_a_quote_in_a_comment_begins_no_cell(folder):
-    (folder / "gauge.tdms").rename(folder / ',"gauge.tdms')
-    assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
-    text = Path("config/campaigns/lab.csv").read_text(encoding="utf-8")
-    assert '\n# ,"gauge.tdms: ' in text
-    assert all(
-        "is still to be filled in" in str(each)
-        for each in read_campaign(Path("config/campaigns/lab.yaml")).problems
-    )
-
-
-def test_names_that_are_not_utf8_or_steer_a_terminal_stop_no_other(folder, capsys):
-    (folder / "gauge.tdms").rename(folder / os.fsdecode(b"Block M\xe4rz.tdms"))
-    write(folder / "escape.tdms", 1000, **{"\x1b[31mlaser\n": ("V", [5, 4])})
-    (folder / "tall 1.tdms").rename(folder / "tall {x}.tdms")
-    (folder / "tall_2.tdms").rename(folder / "tall\x1b[2J.tdms")
-    assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
-    out, err = capsys.readouterr()
-    assert "\x1b" not in out + err
-    assert r"\x1b[31mlaser  V" in out
-    refused = [line for line in err.splitlines() if line.startswith("left out: ")]
-    assert [line.removeprefix(f"left out: {folder}/") for line in refused[:1] + refused[2:]] == [
-        r"Block M\udce4rz.tdms: the file name is not UTF-8, or holds control characters; rename the file",
-        r"tall\x1b[2J.tdms: the file name is not UTF-8, or holds control characters; rename the file",
-        "tall {x}.tdms: 'tall {x}.tdms' has braces, which Snakemake takes for wildcards; rename it",
-    ]
-    text = Path("config/campaigns/lab.csv").read_text(encoding="utf-8")
-    assert "\x1b" not in text
-    assert "\nescape,escape.tdms,,block1," in text
-    assert "\ntall_1,tall-1.tdms,,block1," in text
 
 
 def test_inspect_tells_what_the_reader_found_out_and_what_can_not_be_read(folder):
@@ -189,29 +122,6 @@ def test_filled_in_it_is_sound(folder):
     table = path.with_suffix(".csv")
     table.write_text(table.read_text().replace(FILL_IN, "upper"))
     assert cli.main(["check", "lab"]) == 0
-
-
-def test_channels_of_their_own_times_are_a_test_each(folder):
-    for path in folder.iterdir():
-        path.unlink()
-    book = Workbook()
-    rows = [["t [s]", "A1 [deg]", "t [s]", "A2 [deg]"]]
-    for row in rows + [[0.01 * i, i, 0.02 * i, i] for i in range(12)]:
-        book.active.append(row)
-    book.save(folder / "pairs.xlsx")
-    assert cli.main(["new-campaign", "wood", "--from", str(folder)]) == 0
-    table = Path("config/campaigns/wood.csv").read_text()
-    assert "pairs_A1,pairs.xlsx,A1,block1,foundation1,laser1," in table
-    assert "pairs_A2,pairs.xlsx,A2,block1,foundation1,laser1," in table
-    assert "  laser1: {units: deg}  # rotation" in Path("config/campaigns/wood.yaml").read_text()
-
-
-def test_records_already_in_place_stay_where_they_are(folder):
-    Path("raw").mkdir()
-    raw = folder.rename("raw/lab")
-    before = {path: path.read_bytes() for path in raw.iterdir()}
-    assert cli.main(["new-campaign", "lab", "--from", "raw/lab"]) == 0
-    assert {path: path.read_bytes() for path in raw.iterdir() if path.name != "manifest.csv"} == before
 
 
 @pytest.mark.parametrize("existing", ["config/campaigns/lab.yaml", "config/campaigns/lab.csv", "raw/lab/x"])

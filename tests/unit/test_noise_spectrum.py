@@ -5,18 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fabricated import RATE_HZ as RATE_OF_RECORDS_HZ
-from fabricated import record
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from freerock.identification.against_noise import against_rest, noise_of, octave_limits
+from freerock.identification.against_noise import against_rest, octave_limits
 from freerock.identification.likelihood import Whitened
 from freerock.identification.significance_levels import RESIDUAL
-from freerock.products.runs import measured_in
-from freerock.rotation.lattice import converter_step
 from freerock.rotation.tapers import frequencies, tapered_power
-from freerock.runs.motion import Motion
 from freerock.runs.noise_spectrum import averaged, expected_power, noise_at_rest, slow_and_white, white_noise
 from freerock.runs.quiet import quiet_stretches
 
@@ -101,14 +96,6 @@ def test_a_swing_that_is_left_does_not_pass(kind, amplitude):
         assert found.ratio > 3
 
 
-def test_a_louder_residual_does_not_pass_but_within_a_tenth():
-    stretches, residual, jacobian, _ = run("white", 1)
-    at_rest = noise_at_rest(stretches, RATE_HZ)
-    assert against_rest(1.1 * residual, jacobian, [len(residual)], [at_rest]).is_noise
-    assert not against_rest(1.4 * residual, jacobian, [len(residual)], [at_rest]).is_noise
-    assert against_rest(0.5 * residual, jacobian, [len(residual)], [at_rest]).is_noise
-
-
 @pytest.mark.parametrize("band", [0, 4, -1])
 def test_a_residual_is_rejected_where_an_octave_is_louder_than_its_limit(band):
     """Noise of which a fit has taken nothing, with one octave scaled to either side of the limit."""
@@ -126,41 +113,6 @@ def test_a_residual_is_rejected_where_an_octave_is_louder_than_its_limit(band):
     for by, agrees in ((0.8, True), (1.25, False)):
         louder = np.fft.irfft(np.where(inside, math.sqrt(by * limit / own), 1.0) * lines, n)
         assert against_rest(louder, np.zeros((n, 1)), [n], [at_rest]).is_noise is agrees
-
-
-@pytest.mark.parametrize("kind", ["correlated 20 ms", "correlated 200 ms"])
-def test_a_short_rest_lets_no_swing_pass_that_is_far_above_it(kind):
-    """It has one or two values in its lowest octave, which say next to nothing of that octave alone."""
-    slow = 40 * SIGMA * np.sin(np.pi * np.arange(8000) / RATE_HZ)
-    for seed in range(6):
-        stretches, residual, jacobian, _ = run(kind, seed)
-        at_rest = noise_at_rest([stretches[0][:800]], RATE_HZ)
-        assert against_rest(residual, jacobian, [8000], [at_rest]).is_noise
-        assert not against_rest(residual + slow, jacobian, [8000], [at_rest]).is_noise
-
-
-def test_without_a_rest_the_noise_is_white():
-    _, residual, jacobian, _ = run("white", 1)
-    motion = Motion(np.arange(8000) / RATE_HZ, residual, SIGMA, 0.1)
-    assert against_rest(residual, jacobian, [8000], [noise_of(motion)]).is_noise
-    slow = run("correlated 20 ms", 1)[1]
-    assert not against_rest(slow, jacobian, [8000], [noise_of(motion)]).is_noise
-    assert not against_rest(residual, jacobian, [8000], [white_noise(0.0, RATE_HZ)]).is_noise
-
-
-def test_several_runs_each_with_its_noise():
-    parts = [run(kind, 3) for kind in ("white", "correlated 20 ms")]
-    noises = [noise_at_rest(stretches, RATE_HZ) for stretches, *_ in parts]
-    residual, jacobian = (np.concatenate([part[i] for part in parts]) for i in (1, 2))
-    assert against_rest(residual, jacobian, [8000, 8000], noises).is_noise
-    assert not against_rest(residual, jacobian, [8000, 8000], noises[::-1]).is_noise
-
-
-@pytest.mark.parametrize("kind", ["white", "correlated 2 ms", "correlated 20 ms", "hum"])
-def test_variance_of_one_sample(kind):
-    whole = [noise(kind, 8000, np.random.default_rng(seed)) for seed in range(8)]
-    found = [noise_at_rest([SIGMA * each], RATE_HZ).variance for each in whole]
-    assert np.mean(found) == pytest.approx(np.mean(np.square(whole)) * SIGMA**2, rel=0.35)
 
 
 def test_the_spectrum_of_a_rest():
@@ -202,16 +154,6 @@ def test_the_corner_of_slow_noise_is_found(kind, time_s):
     rests = [noise(kind, 5000, np.random.default_rng([5, i])) for i in range(15)]
     corners = [found.corner * found.rate_hz for found in (noise_at_rest([each], RATE_HZ) for each in rests)]
     assert np.median(corners) == pytest.approx(1 / (2 * np.pi * time_s), rel=0.12)
-
-
-def test_stretches_too_short_say_nothing():
-    assert noise_at_rest([np.ones(200)], RATE_HZ) is None
-    assert noise_at_rest([], RATE_HZ) is None
-
-
-def test_a_rest_within_one_step_of_the_converter_is_its_rounding():
-    found = noise_at_rest([np.zeros(4000)], RATE_HZ, step=3e-4)
-    assert found.density(np.array([0.1])) == pytest.approx(3e-4**2 / 12)
 
 
 def test_without_a_rest_the_likelihood_is_that_of_least_squares():
@@ -293,27 +235,6 @@ def test_noise_is_as_loud_as_the_beam_makes_it():
     assert [each.std() for each in found] == pytest.approx([usual] * len(found), rel=0.05)
 
 
-def test_the_step_of_a_converter():
-    theta = 0.1 * np.sin(np.linspace(0, 20, 20_000))
-    volts = np.round(50 * theta / 0.02) * 0.02
-    assert converter_step(volts, theta) == pytest.approx(0.02 / 50, rel=0.02)
-    assert converter_step(50 * theta, theta) == 0
-    assert converter_step(np.zeros(20_000), theta) == 0
-
-
-def test_averages_keep_the_variance_of_white_noise():
-    values = np.random.default_rng(6).standard_normal((8003, 2))
-    assert averaged(values, 4).shape == (2000, 2)
-    assert averaged(values, 4).std() == pytest.approx(1, abs=0.05)
-
-
-def test_nothing_is_averaged_where_all_fitted_numbers_are_held_at_a_bound():
-    assert averaged(np.empty((9, 0)), 4).shape == (2, 0)
-    residual, rate_hz = np.random.default_rng(1).normal(0, 1e-4, 4000), 2000.0
-    found = against_rest(residual, np.empty((4000, 0)), [4000], [white_noise(1e-4, rate_hz)])
-    assert found.is_noise
-
-
 @pytest.mark.parametrize("coarse", [1.0, 3.0, 5.0, 10.0])
 def test_a_block_that_stands_between_two_steps_is_off_by_no_more_than_is_stated(coarse):
     """The mean of many samples against the level, over all places between two steps of a converter."""
@@ -326,11 +247,3 @@ def test_a_block_that_stands_between_two_steps_is_off_by_no_more_than_is_stated(
     seen = float(np.mean(off**2))
     assert seen < 1.05 * stated + 2 / 4000
     assert stated < max(2.5 * seen, 0.03)
-
-
-def test_the_noise_of_a_record_has_its_sampling_rate():
-    tree = record(n_runs=1)
-    found = measured_in(
-        tree, {name: tree[name].values for name in ("time", "theta", "sigma_theta", "voltage")}
-    )
-    assert found.rests.rate_hz == pytest.approx(RATE_OF_RECORDS_HZ)

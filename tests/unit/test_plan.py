@@ -59,21 +59,6 @@ def test_prediction_is_what_a_fit_reports(model, block, parameters, angle):
     assert dict(zip(fit.parameters, fit.stderr, strict=True)) == pytest.approx(predicted, rel=0.01)
 
 
-@pytest.mark.parametrize(
-    "model, parameters, free",
-    [
-        ("hunt_crossley", MARBLE, ("width", "theta0", "t0")),
-        ("hunt_crossley", MARBLE, ("t0",)),
-        ("general", {"k": 6.88e6, "c": 1e4, "lambda": 8e7}, ("theta0", "t0")),
-    ],
-)
-def test_whatever_is_freed(model, parameters, free):
-    predicted = standard_errors(model, CONFIG2, parameters, TIME, TEN, SIGMA, free=free)
-    fit = fitted(model, CONFIG2, parameters, TEN, seed=1, noise=KNOWN, free=free)
-    assert fit.success, fit.message
-    assert dict(zip(fit.parameters, fit.stderr, strict=True)) == pytest.approx(predicted, rel=0.01)
-
-
 def test_prediction_is_the_scatter_of_fits():
     """Squared deviations of 40 fits over the predicted variance, within 99.9 % of their distribution.
 
@@ -111,12 +96,6 @@ def test_errors_grow_with_the_noise_with_fewer_samples_and_with_what_is_free():
     assert all(held[name] < base[name] for name in held)
 
 
-def test_what_the_samples_do_not_tell_is_infinite():
-    before_the_impact = TIME[TIME < 0.2]
-    assert standard_errors("housner", CONFIG2, {"r": 0.9}, before_the_impact, TEN, SIGMA)["r"] == math.inf
-    assert standard_errors("housner", CONFIG2, {"r": 0.9}, TIME[:3], TEN, SIGMA)["r"] == math.inf
-
-
 @pytest.mark.parametrize("face", ["left", "right"])
 def test_noise_of_the_sensor_becomes_noise_of_the_rotation(face):
     laser = Laser("horizontal", 0.2, 0.1, face=face)
@@ -143,13 +122,6 @@ def test_noise_in_volts_needs_a_range():
     )
     scaled = sigma_theta_of(SensorSection(noise_v=0.002, range_m=0.1), TEN, CONFIG2, tabled)
     assert scaled == sigma_theta_of(SensorSection(noise_v=0.002), TEN, CONFIG2, Laser("horizontal", 0.2, 0.1))
-
-
-def test_a_record_of_rotations_is_planned_by_the_noise_of_the_rotation():
-    rotation = Laser(units="deg")
-    assert sigma_theta_of(SensorSection(noise_deg=0.01), TEN, CONFIG2, rotation) == (pytest.approx(SIGMA), "")
-    with pytest.raises(FreerockError, match="the records hold the rotation itself; give noise_deg"):
-        sigma_theta_of(SensorSection(noise_v=0.002), TEN, CONFIG2, rotation)
 
 
 def table(expected, angles=(10,), **options):
@@ -187,15 +159,6 @@ def test_plan_has_a_row_per_case_and_parameter():
     assert plan_text(frame).splitlines()[-1] == told
 
 
-def test_what_cannot_be_had_is_said():
-    soft = table({"hunt_crossley": {"k": 1e4, "lambda": 1e5}}, durations_s=(2,))
-    assert soft["stderr"].isna().all()
-    assert plan_text(soft).endswith("\nb on f from 10°: hunt_crossley released at 10°: overturned")
-    short = table({"housner": {"r": 0.958}}, durations_s=(0.2,))
-    assert short["stderr"].item() == math.inf
-    assert plan_text(short).endswith("\nb on f from 10°: not determined by such a run")
-
-
 def test_plan_of_a_campaign_its_text_and_figure(tmp_path):
     lab = campaign(tmp_path)
     frame, rivals = plan_campaign(lab)[:2]
@@ -215,38 +178,6 @@ def test_plan_of_a_campaign_its_text_and_figure(tmp_path):
     assert len(pages) == 2
     assert len(pages[0].axes) == 2 * 5
     assert len(pd.read_csv(tmp_path / "plan.csv")) == len(frame)
-
-
-def test_only_what_is_expected_of_a_foundation_has_a_panel():
-    one = table({"hunt_crossley": {"k": 1e7, "lambda": 1e8}}, durations_s=(1,)).assign(foundation="hard")
-    other = table({"housner": {"r": 0.9}}, durations_s=(1,)).assign(foundation="soft")
-    (page,), _ = draw(pd.concat([one, other], ignore_index=True))
-    assert [ax.get_title(loc="left") for ax in page.axes] == [
-        "Hunt–Crossley k",
-        "Hunt–Crossley λ",
-        "Housner r",
-    ]
-    assert [bool(ax.get_xlabel()) for ax in page.axes] == [False, True, True]
-    assert [ax.get_ylabel().split("\n")[0] for ax in page.axes] == ["hard", "", "soft"]
-    assert all(ax.lines for ax in page.axes)
-
-
-def test_a_restitution_per_impact_is_planned_as_one(tmp_path):
-    def plain(keys):
-        keys["plan"]["expected"] = {name: {"housner": {"r": 0.9}} for name in keys["foundations"]}
-
-    def per_impact(keys):
-        plain(keys)
-        keys["fits"] = {"free": {"housner": ["theta0", "t0", "r_per_impact"]}}
-
-    (*frames,) = (plan_campaign(campaign(tmp_path, change))[0] for change in (plain, per_impact))
-    pd.testing.assert_frame_equal(*frames)
-
-
-def test_a_plan_without_any_number_is_drawn_too(tmp_path):
-    pages, data = draw(table({"hunt_crossley": {"k": 1e4, "lambda": 1e5}}, durations_s=(1,)))
-    save(pages, data, tmp_path / "plan")
-    assert (tmp_path / "plan.png").stat().st_size > 3000
 
 
 def test_a_campaign_without_a_plan_is_refused(tmp_path):
@@ -313,11 +244,3 @@ def test_mistakes_in_the_section_are_told_in_one_line(change, line, tmp_path):
         campaign(tmp_path, change)
     (message,) = str(caught.value).splitlines()
     assert message.partition(": ")[2] == line
-
-
-def test_a_freed_width_is_that_of_the_worn_block():
-    laboratory = Laboratory(CONFIG2, {"l": Laser("horizontal", 0.2, 0.1)}, ())
-    setup = Setup(("b", "f", "l"), laboratory, {"housner_width": {"r": 0.95, "width_fraction": 0.9}}, [10.0])
-    choices = Choices({"s": SensorSection(noise_deg=0.01)}, durations_s=(2.0,))
-    values = plan([setup], choices).set_index("parameter")["value"]
-    assert values.to_dict() == pytest.approx({"r": 0.95, "width": 0.9 * CONFIG2.width_m})

@@ -4,15 +4,11 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 from planned import campaign
-from scipy.stats import t
 
 from freerock.config.keys_of_plan import SensorSection
 from freerock.config.mistakes import ConfigError
-from freerock.figures.plan_pages import draw_totals
-from freerock.figures.style import save
 from freerock.identification.fit import fit_run
 from freerock.models.laws import LAWS
 from freerock.models.simulate import Solver, simulate_theta
@@ -23,9 +19,6 @@ from freerock.planning.plan_total import (
     BUDGET,
     NOISE,
     TOTALS,
-    Known,
-    _mean,
-    _Member,
     plan_budget,
     plan_known,
     plan_totals,
@@ -34,7 +27,6 @@ from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
 from freerock.runs.noise_spectrum import white_noise
-from freerock.tables.plan_text import _first, best_known, totals_text
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
 BLOCKS = {name: CONFIGURATIONS[name][0] for name in ("config1", "config2")}
@@ -117,12 +109,6 @@ def test_the_two_parts_of_u_and_what_no_number_of_runs_makes_smaller():
     assert k.loc[3, "first_share"] == pytest.approx(1 - (exact[first] / k.loc[3, "u_total"]) ** 2, rel=0.01)
 
 
-def test_the_share_of_the_runs_and_what_to_measure_first_are_told_in_per_cent():
-    row = {"runs_fraction": 0.03, "value": 100.0, "u_total": 5.0, "u_total_without_first": 3.5}
-    told = _first(pd.Series(row | {"first_input": "width_m", "first_owner": "config1"}))
-    assert told == {"runs": "36 %", "measure first": "width of config1", "if exact": "3.5"}
-
-
 def test_draws_of_campaigns_scatter_as_planned():
     """Runs drawn with their spread, inputs with their errors, over two blocks that share a laser."""
     setups = [setup(name, {"hunt_crossley": SOIL}) for name in BLOCKS]
@@ -153,32 +139,6 @@ def row_of(totals, block, n):
     return rows.iloc[0]
 
 
-def test_text_and_figure(tmp_path):
-    setups = [setup(name, {"hunt_crossley": SOIL}) for name in BLOCKS]
-    totals = table(setups)[2]
-    text = totals_text(totals, {"config1": "Slender"})
-    assert text.startswith("Total uncertainty u (k = 1) of the mean of n runs of each block in %\n")
-    (line,) = [line for line in text.splitlines() if "Hunt–Crossley k" in line]
-    known = row_of(totals, "config1", 1)
-    assert "Slender" in line and f"{100 * known['u_total'] / known['value']:.2g}" in line
-    assert "all blocks" in text and text.count("s, 2 s, 2000 Hz, 6°") == 4
-    assert text.splitlines()[-1] == "the spread between runs is 0 where plan.spread_fraction gives none"
-    pages, data = draw_totals(totals)
-    save(pages, data, tmp_path / "total")
-    assert len(pages) == 1 and len(pages[0].axes) == 2
-    assert len(pd.read_csv(tmp_path / "total.csv")) == len(best_known(totals)) == 2 * 3 * 3
-
-
-def test_the_case_of_least_uncertainty_is_shown():
-    near, far = (setup("config2", {"hunt_crossley": SOIL}, angle) for angle in (10.0, 5.0))
-    errors = pd.concat([plan([each], CHOICES) for each in (near, far)], ignore_index=True)
-    totals = plan_totals(errors, [*plan_known([near], CHOICES), *plan_known([far], CHOICES)], (3,), {})
-    k = totals[totals["parameter"] == "k"]
-    assert len(k) == 2
-    best = best_known(totals)
-    assert best[best["parameter"] == "k"]["u_total"].item() == k["u_total"].min()
-
-
 def test_a_campaign_plans_its_total_from_its_own_inputs(tmp_path):
     def change(keys):
         keys["plan"]["n_runs"] = [1, 3]
@@ -195,19 +155,6 @@ def test_a_campaign_plans_its_total_from_its_own_inputs(tmp_path):
     assert set(k["block"]) == {"config1", "config2", "config3", ALL} and set(k["n_runs"]) == {1, 3}
     assert np.isfinite(k["u_total"]).all()
     assert set(found.totals["model"]) == {"housner", "winkler", "hunt_crossley"}
-
-
-def test_each_laser_of_a_record_with_two_is_planned_alone(tmp_path):
-    def change(keys):
-        keys["plan"]["expected"] = {name: {"housner": {"r": 0.9}} for name in keys["foundations"]}
-
-    lab = campaign(tmp_path, change)
-    both = lab.records[0].model_copy(update={"laser": "at_220mm; at_200mm"})
-    budget = plan_campaign(lab.model_copy(update={"records": (both,)})).budget
-    assert {*budget["laser"]} == {"at_220mm", "at_200mm"}
-    for laser, own in budget.groupby("laser"):
-        owners = {*own["input_owner"]}
-        assert owners & {"at_220mm", "at_200mm"} == {laser}
 
 
 MISTAKES = {
@@ -236,31 +183,3 @@ def test_mistakes_are_told_in_one_line(change, line, tmp_path):
         campaign(tmp_path, lambda keys: change(keys["plan"]))
     (message,) = str(caught.value).splitlines()
     assert message.partition(": ")[2] == line
-
-
-def test_the_degrees_of_freedom_of_a_mean_are_those_of_welch_and_satterthwaite():
-    """JCGM 100:2008, G.4.1: of n - 1 for the runs of each block, none of inputs."""
-    keys = [("a", "height_m"), ("a", "mass_kg")]
-    parts = np.array([[0.01, 0.03, 0.04], [0.0, 0.03, 0.04], [0.01, 0.0, 0.04]])
-    for blocks, n in ((1, 4), (3, 3)):
-        found = _mean([_Member({"value": 2.0}, 0.0, keys, parts)] * blocks, n)
-        runs = 0.04 / math.sqrt(n * blocks)
-        u = math.hypot(runs, 0.01, 0.03)
-        dof = blocks * (n - 1) * (u / runs) ** 4
-        assert found["u_total"] == pytest.approx(2.0 * u)
-        assert found["half95"] == pytest.approx(2.0 * u * t.ppf(0.975, dof))
-        assert (found["first_input"], found["first_owner"]) == ("mass_kg", "a")
-
-
-def test_of_all_blocks_each_has_the_laser_that_is_best_for_the_most_runs():
-    """One laser has noise and no error of its inputs, the other the reverse."""
-    place, known, rows = Input("laser", "position_m", 1e-3, True), [], []
-    for block in ("a", "b"):
-        for laser, shift, noise in (("noisy", 0.0, 0.1), ("biased", 0.05, 0.0)):
-            case = block, "mat", laser, "s", 2.0, 1000.0, 6.0, "hunt_crossley"
-            known.append(Known(case, "k", (place,), np.array([[shift, noise], [0.0, noise]])))
-            rows.append(dict(zip(COLUMNS, (*case, 0.01, "k", 1e6, 1e4, "N m⁻²"), strict=False)))
-    totals = plan_totals(pd.DataFrame(rows), known, [1, 100], {})
-    of_all = totals[totals["block"] == ALL]
-    assert of_all["inputs_fraction"].tolist() == [0, 0]
-    np.testing.assert_allclose(of_all["runs_fraction"], 0.1 / np.sqrt([2, 200]))

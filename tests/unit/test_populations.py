@@ -78,39 +78,6 @@ def test_r_belongs_to_the_block_and_stays_below_one():
     assert 0 < row["next_low"] < row["mean"] < row["next_high"] < 1
 
 
-def test_a_single_run_has_its_own_error_and_no_spread():
-    (row,) = populations_table(fitted("a", "mat", [3e6])).itertuples()
-    assert (row.level, row.n_runs, row.mean) == ("record", 1, pytest.approx(3e6))
-    assert row.stderr == pytest.approx(30)
-    assert math.isnan(row.tau) and math.isnan(row.next_low)
-
-
-def test_runs_without_a_standard_error_do_not_count_beside_others():
-    parameters = fitted("a", "mat", [3e6, 3.1e6, 9e6])
-    parameters.loc[2, "stderr"] = math.nan
-    (row,) = by_level(populations_table(parameters))["record"].itertuples()
-    assert (row.n_runs, row.mean) == (2, pytest.approx(math.sqrt(3e6 * 3.1e6)))
-    (lost,) = populations_table(parameters[2:]).itertuples()
-    assert (lost.n_runs, lost.mean) == (0, pytest.approx(9e6))
-    assert math.isnan(lost.stderr)
-
-
-def test_failed_fits_and_releases_are_left_out():
-    parameters = fitted("a", "mat", [3e6, 3e6])
-    assert populations_table(parameters.assign(success=False)).empty
-    assert populations_table(parameters.assign(parameter="theta0", unit="rad")).empty
-    assert list(populations_table(parameters[:0])) == POPULATIONS_COLUMNS
-
-
-def test_a_tilt_has_a_sign():
-    parameters = fitted("a", "mat", [3e6, 3.1e6, 3.2e6])
-    tilts = parameters.assign(parameter="tilt", unit="rad", value=[-1e-3, 1.2e-3, 1.1e-3], stderr=1e-4)
-    (row,) = by_level(populations_table(tilts))["record"].itertuples()
-    assert row.mean == pytest.approx(1.3e-3 / 3)
-    assert row.next_low < 0 < row.next_high
-    assert populations_table(pd.concat([parameters, tilts]))["next_low"].dtype == float
-
-
 def choice_of(parameters, explained):
     """The tidy table choice, where the law of each fit is named and explains its run, or is rejected."""
     named = np.array(explained)

@@ -1,5 +1,4 @@
 import json
-import os
 
 import numpy as np
 import pytest
@@ -7,9 +6,7 @@ import pytest
 from freerock.errors import DamagedProduct, FreerockError
 from freerock.files import sha256, write_json
 from freerock.products import provenance as made
-from freerock.products.netcdf import open_record, write_failure
 from freerock.products.provenance import made_by, other_software, provenance
-from freerock.runs.verdict import Reason
 
 
 def test_provenance_names_inputs_config_and_versions(tmp_path, monkeypatch):
@@ -23,12 +20,6 @@ def test_provenance_names_inputs_config_and_versions(tmp_path, monkeypatch):
     assert found["git"]
     write_json("provenance.json", found)
     assert json.loads((tmp_path / "provenance.json").read_text()) == found
-
-
-def test_git_state_is_unknown_without_git(monkeypatch):
-    monkeypatch.setitem(os.environ, "PATH", "")
-    monkeypatch.setattr(made, "_git_state", made._git_state.__wrapped__)
-    assert provenance([], {})["git"] == "unknown"
 
 
 def test_other_versions_are_told_with_what_they_made():
@@ -48,16 +39,6 @@ def test_other_versions_are_told_with_what_they_made():
     older = {"python": "3.10", "numpy": "1.26"}
     made_by = {"a": {"software": older}, "b": {"software": dict(reversed(older.items()))}}
     assert [each["datasets"] for each in other_software(made_by, now)] == [["a", "b"]]
-
-
-@pytest.mark.parametrize("name", ["stone_1.tdms", "λ/Stein_ä.tdms"])
-def test_what_made_a_product_is_read_without_its_groups(tmp_path, name):
-    file, attrs = tmp_path / "a.nc", {"origin": "simulated", "test": "a", "campaign": "c"}
-    known = {"inputs": {name: "00"}, "software": {"numpy": "2.0"}}
-    write_failure(file, Reason("fail", "not_processed", "why"), attrs | {"provenance": known})
-    assert made_by(file) == known == json.loads(open_record(file).attrs["provenance"])
-    write_failure(file, Reason("fail", "not_processed", "why"), attrs)
-    assert made_by(file) == {}
 
 
 def test_a_product_that_is_missing_or_damaged_is_named(tmp_path):

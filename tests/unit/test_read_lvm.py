@@ -72,29 +72,6 @@ def test_decimal_comma_and_old_encoding(tmp_path):
     assert dataset.attrs["start_time"] == "2017-05-02T09:00:00.250"
 
 
-def test_separated_by_commas(tmp_path):
-    rows = [line.replace("\t", ",") for line in segment("One")]
-    path = write(tmp_path / "a.lvm", rows, head=("Separator,Comma", "Decimal_Separator,."))
-    np.testing.assert_array_equal(read_record(path, "laser")["laser"], VOLTS)
-
-
-def test_comments_and_special_blocks(tmp_path):
-    rows = segment("One", comment="released by hand")
-    rows[1:1] = [
-        "***Start_Special***",
-        "Channels\t7",
-        "Samples\t99999",
-        "***End_Special***",
-        "Notes\tfirst try",
-    ]
-    np.testing.assert_array_equal(read_record(write(tmp_path / "a.lvm", rows))["wire"], -VOLTS)
-
-
-def test_text_file_that_labview_wrote(tmp_path):
-    dataset = read_record(write(tmp_path / "a.txt", segment()))
-    assert dataset.attrs["format"] == "LVM"
-
-
 def test_segments_are_joined_by_their_dates(tmp_path):
     path = write(tmp_path / "a.lvm", segment("No"), segment("No", time="09:00:00.50", values=-VOLTS))
     dataset = read_record(path, "laser")
@@ -102,46 +79,6 @@ def test_segments_are_joined_by_their_dates(tmp_path):
     np.testing.assert_array_equal(dataset["laser"][50:], -VOLTS)
     assert np.isnan(dataset["laser"][40:50]).all()
     assert dataset.attrs["time_base"] == "10 samples missing in 1 gap, the longest of 10 after 0.195 s"
-
-
-def test_segments_whose_x_goes_on(tmp_path):
-    path = write(tmp_path / "a.lvm", segment("One"), segment("One", start=0.2, time="09:00:00.45"))
-    dataset = read_record(path)
-    assert dataset.sizes["time"] == 80 and "time_base" not in dataset.attrs
-
-
-def test_segments_without_dates_or_with_other_channels(tmp_path):
-    undated = [line for line in segment() if not line.startswith("Date")]
-    assert refusal(write(tmp_path / "a.lvm", undated, undated)) == (
-        "X_Value starts again in its segments, and they give no date; split it, one file per segment"
-    )
-    other = [line.replace("wire", "rope") for line in segment()]
-    assert refusal(write(tmp_path / "b.lvm", segment(), other)) == (
-        "its segments hold different channels; split it, one file per segment"
-    )
-
-
-def test_segments_that_overlap(tmp_path):
-    path = write(tmp_path / "a.lvm", segment(), segment(time="09:00:00.30"))
-    assert refusal(path, "laser").startswith(
-        "'X_Value of its segments': time runs backwards once, first from "
-    )
-
-
-def test_more_rows_than_a_header_tells(tmp_path):
-    dataset = read_record(write(tmp_path / "a.lvm", segment("No", samples=20)))
-    assert dataset.sizes["time"] == 40
-    assert dataset.attrs["reading"].endswith(
-        "40 rows under a header of 20 samples are taken for one recording"
-    )
-
-
-def test_empty_channel(tmp_path):
-    rows = [line.replace("\t40\t40", "\t40\t0") for line in segment("One")]
-    rows = [*rows[:10], *(line.rsplit("\t", 1)[0] + "\t" for line in rows[10:])]
-    path = write(tmp_path / "a.lvm", rows)
-    assert list(read_record(path).data_vars) == ["laser"]
-    assert refusal(path, "wire") == "channel 'wire' is empty; name a channel that holds numbers"
 
 
 @pytest.mark.parametrize(
@@ -159,19 +96,6 @@ def test_truncated(tmp_path, lines, message):
     path = write(tmp_path / "a.lvm", segment())
     path.write_bytes(b"\r\n".join(path.read_bytes().split(b"\r\n")[:lines]) + b"\r\n")
     assert refusal(path) == f"{message}; {COPY}"
-
-
-def test_a_cell_that_is_no_number(tmp_path):
-    rows = segment()
-    rows[20] = rows[20].replace("\t-", "\t?")
-    assert refusal(write(tmp_path / "a.lvm", rows)).startswith("line 27, column 3: '?")
-
-
-def test_no_sampling_interval(tmp_path):
-    rows = [line for line in segment("No") if not line.startswith("Delta_X")]
-    assert refusal(write(tmp_path / "a.lvm", rows)) == (
-        "channel 'laser' gives no sampling rate (no X_Value, no Delta_X); write the file with one X column"
-    )
 
 
 def test_another_file(tmp_path):

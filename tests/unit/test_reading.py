@@ -5,9 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from nonsense import random_signal
 
 from freerock.config.keys_of_processing import RotationOptions
 from freerock.errors import FreerockError
@@ -52,16 +49,6 @@ def test_rotation_scores_have_unit_variance(laser):
     assert not found.flags.any()
 
 
-def test_mains_stay_when_asked_to():
-    time, _, volts = record(np.random.default_rng(3), mains=0.004)
-    found = find_rotation(time, volts, LASER, BLOCK, options=RotationOptions(mains_hz=None))
-    assert found.attrs["mains_amplitude_v"] == 0
-    assert (
-        found.theta[: int(RATE)].std()
-        > 1.5 * find_rotation(time, volts, LASER, BLOCK).theta[: int(RATE)].std()
-    )
-
-
 def test_noise_free_rotation_is_exact():
     time, theta, volts = (x[: int(8 * RATE)] for x in record(np.random.default_rng(4), noise=0.0))
     found = find_rotation(time, volts, LASER, BLOCK, options=RotationOptions(mains_hz=None))
@@ -75,16 +62,6 @@ def test_vertical_beam_between_the_corners_changes_side_at_touch_down():
     clear = np.abs(theta) > math.radians(0.4)
     assert np.abs(found.theta - theta)[clear].max() < 6 * found.sigma_theta.max()
     assert {1.0, -1.0} == set(np.sign(theta[clear]))
-
-
-def test_invalid_samples_leave_the_rest_untouched():
-    time, theta, volts = record(np.random.default_rng(6))
-    volts[9000:9800] = 10.2  # a hand in the beam during the tilt
-    volts[2000:2003] = np.nan
-    found = find_rotation(time, volts, LASER, BLOCK)
-    assert (found.flags[9000:9800] == FLAGS["error_level"]).all()
-    assert np.isnan(found.theta[9000:9800]).all() and np.isnan(found.sigma_theta[9000:9800]).all()
-    assert ((found.theta - theta) / found.sigma_theta).var().item() == pytest.approx(1, abs=0.03)
 
 
 def test_target_lost_is_flagged():
@@ -137,35 +114,3 @@ def test_useless_signals(volts, message):
     with pytest.raises(FreerockError) as error:
         find_rotation(np.arange(volts.size) / RATE, volts, LASER, BLOCK)
     assert str(error.value) == message
-
-
-def test_uneven_time():
-    time, _, volts = record(np.random.default_rng(8))
-    with pytest.raises(FreerockError, match="time is not evenly spaced; resample it"):
-        find_rotation(np.where(time > 10, time + 1, time), volts, LASER, BLOCK)
-    with pytest.raises(FreerockError, match="one equal length"):
-        find_rotation(time[:-1], volts, LASER, BLOCK)
-
-
-@settings(max_examples=200, deadline=None, derandomize=True)
-@given(
-    kind=st.sampled_from(["noise", "walk", "steps", "swing", "spoilt"]),
-    n=st.integers(2, 6000),
-    scale=st.sampled_from([1e-300, 1e-9, 1e-3, 1.0, 1e3, 1e300]),
-    centre=st.sampled_from([0.0, 5.0, -1e6]),
-    seed=st.integers(0, 1000),
-    units=st.sampled_from(["V", "mA", "mm", "deg"]),
-    two=st.booleans(),
-)
-@pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_any_signal_is_answered_or_refused(kind, n, scale, centre, seed, units, two):
-    draw = np.random.default_rng(seed)
-    signals = [centre + scale * random_signal(kind, n, draw) for _ in range(1 + two)]
-    lasers = [Laser("horizontal", height, 0.1, units=units) for height in (0.2, 0.1)[: 1 + two]]
-    what = (signals, lasers) if two else (signals[0], lasers[0])
-    try:
-        found = find_rotation(np.arange(n) / 500, *what, BLOCK)
-    except FreerockError as error:
-        assert "\n" not in str(error)
-        return
-    assert found.theta.size == n and np.isfinite(found.attrs["zero_stderr_rad"])

@@ -77,12 +77,6 @@ def test_nothing_speaks_against_a_good_run():
     assert verdict_on(GOOD) == Verdict()
 
 
-@pytest.mark.parametrize(("change", "level", "name"), ONE_FACT)
-def test_one_fact_one_reason(change, level, name):
-    (reason,) = verdict_on(replace(GOOD, **change)).reasons
-    assert reason[:2] == (level, name)
-
-
 def test_a_reason_names_its_number_its_threshold_and_the_key_that_sets_it():
     keys = set()
     for change, _, name in ONE_FACT:
@@ -102,21 +96,6 @@ def test_a_reason_names_its_number_its_threshold_and_the_key_that_sets_it():
     assert grown.value == pytest.approx(0.13, abs=0.1) and grown.limit == 0.05
     of_checks = {"push_fraction", "hold_drift_deg", "rest_shift_deg", "flagged_fraction", "growth_fraction"}
     assert keys == {f"processing.runs.max_{key}" for key in of_checks} | {"processing.runs.min_impacts"}
-
-
-def test_a_swing_higher_within_noise_is_free():
-    assert verdict_on(replace(GOOD, signal=signal(grow=1.5), sigma_theta=1e-4)) == Verdict()
-
-
-@pytest.mark.parametrize(("longer", "names"), [(1, ()), (3, ("touched",))])
-def test_a_swing_longer_by_a_sample_is_free(longer, names):
-    """Of swings of eight samples each: one sample is more than a tenth of them."""
-    sizes = 8 + longer * (np.arange(25) == 10)
-    swings = [0.1 * (-0.95) ** i * np.sin(np.pi * (np.arange(n) + 0.5) / n) for i, n in enumerate(sizes)]
-    time_s, held, rest = np.arange(0, 10, 0.01), np.full(300, 0.1), np.zeros(700)
-    theta = np.concatenate([held, *swings, rest])[: time_s.size]
-    coarse = signal_of(time_s, theta, 1e-5, np.zeros(time_s.size, np.uint8))
-    assert verdict_on(replace(GOOD, signal=coarse)).names == names
 
 
 KEYS = ": check valid_low_v, valid_high_v (of a current valid_low_ma, valid_high_ma) of the laser"
@@ -140,21 +119,11 @@ def test_a_run_without_impacts_names_what_its_record_lost(flag, share, told):
     assert reason.text == f"2 impacts, fewer than 3{told}"
 
 
-def test_a_run_without_impacts_that_is_cut_short_needs_a_longer_record():
-    few, _ = verdict_on(replace(GOOD, n_impacts=2, rest=None)).reasons
-    assert few.text == "2 impacts, fewer than 3: record longer, or release at a larger angle"
-
-
 def test_every_key_of_a_reason_is_one_of_the_configuration():
     told = (ROOT / "config/README.md").read_text(encoding="utf-8")
     for file in (ROOT / "src/freerock").rglob("*.py"):
         for section, key in re.findall(r'"(processing\.\w+)\.(\w+)"', file.read_text(encoding="utf-8")):
             assert f"| `{key}` |" in told.partition(f"### {section}\n")[2].partition("###")[0], file
-
-
-def test_faults_that_do_not_meet_the_run_do_not_count():
-    before, after = Fault("aliasing", 0.0, 0.9, ""), Fault("aliasing", 7.6, 9.0, "")
-    assert verdict_on(replace(GOOD, faults=(before, after))) == Verdict()
 
 
 def test_every_reason_is_documented():

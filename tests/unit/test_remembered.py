@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import pytest
 import xarray as xr
 
-from freerock.models.block import Block
-from freerock.review.remembered import Remembered, content
+from freerock.review.remembered import Remembered
 
 
 @dataclass(frozen=True)
@@ -54,45 +52,3 @@ def test_fits_come_back_as_they_were(tmp_path, monkeypatch):
     assert again.fits["housner"].unit == (1.5, "s")
     again.rest[0][0] = 1.0
     assert known.get("a", lambda: None).rest[0][0] == 0.0 == found.rest[0][0]
-
-
-def test_the_one_not_asked_for_longest_is_let_go_and_the_folder_goes_with_the_process(tmp_path, monkeypatch):
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-
-    def asked():
-        known, made = Remembered(2), []
-        for number in (1, 2, 1, 3, 1, 2):
-            assert known.get(number, lambda number=number: made.append(number) or number) == number
-        (folder,) = tmp_path.iterdir()
-        assert len([*folder.iterdir()]) == 2
-        return made
-
-    assert asked() == [1, 2, 3, 2]
-    assert [*tmp_path.iterdir()] == []
-
-
-def test_without_space_it_is_made_again(tmp_path, monkeypatch):
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    known = Remembered(2)
-
-    def full(*_):
-        raise OSError("no space left on device")
-
-    monkeypatch.setattr("freerock.review.remembered.np.save", full)
-    assert [known.get(1, lambda n=n: np.full(5000, n))[0] for n in (7, 8)] == [7, 8]
-    assert [each for each in tmp_path.rglob("*") if each.is_file()] == []
-
-
-@pytest.mark.parametrize(
-    ("one", "other"),
-    [
-        (np.arange(3), np.arange(3.0)),
-        (np.zeros(4), np.zeros((2, 2))),
-        (Block(0.28, 0.07, 5.84), Block(0.28, 0.07, 5.85)),
-        ({"a": 1}, {"a": 2}),
-        ([1, 2], [2, 1]),
-    ],
-)
-def test_contents_that_differ_have_keys_that_differ(one, other):
-    assert content(one) != content(other)
-    assert content(one) == content(one)

@@ -3,11 +3,11 @@
 import re
 
 import pytest
-from fabricated import campaign, fits, record
+from fabricated import campaign
 from reported import make, settings
 
 from freerock.identification.significance_levels import REJECTS
-from freerock.report.methods import REFERENCES, Paragraph, bib, methods_markdown
+from freerock.report.methods import REFERENCES
 
 ENTRY = re.compile(r"@(?:article|book)\{(\w+),\n(?:  \w+ = \{.+\},\n)+\}\n")
 
@@ -79,31 +79,3 @@ def test_methods_tell_the_objective_the_conditions_and_the_runs_of_a_mean(writte
     assert "plus the squares of the shifts of the inputs" in text
     assert "the inputs were fixed as stated" in text
     assert "The mean of a law uses only the runs that the law explains" in text
-
-
-def test_no_test_between_blocks_is_told_where_there_is_one(written):
-    one = record(n_runs=1)
-    assert "a spread for each block" not in written(([one], [fits(one)]))[0]
-
-
-def test_the_page_has_the_same_methods_with_names_for_keys(tmp_path):
-    page = make(tmp_path, campaign())
-    methods = page.text.partition("Choice of a model.")[2]
-    assert "(Riedel and Sidorenko 1995)" in methods and "(Hartung and Knapp 2001)" in methods
-    assert "[@" not in page.html
-
-
-def test_nothing_in_a_label_is_markdown_or_cited():
-    hostile = "<script>[x](y) [@nobody1999] *b* | @SUM"
-    text = methods_markdown([Paragraph("Tests", f"On {hostile} [@housner1963].")])
-    assert "&lt;script&gt;\\[x\\](y) \\[\\@nobody1999\\] \\*b\\* \\| \\@SUM [@housner1963]." in text
-    assert "nobody1999" not in bib([Paragraph("Tests", hostile)])
-
-
-def test_the_page_lists_each_cited_source_once(tmp_path):
-    page = make(tmp_path, campaign())
-    listed = page.text.partition("References.")[2].partition("To be pasted")[0]
-    for key in ENTRY.findall((tmp_path / "methods.bib").read_text(encoding="utf-8")):
-        known = REFERENCES[key]
-        assert listed.count(f"{known.short}, doi:{known.doi}") == 1
-    assert "Bandis" not in listed  # of a law that was not fitted

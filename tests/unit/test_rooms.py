@@ -2,7 +2,6 @@
 
 import ast
 import re
-from collections import Counter
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -72,34 +71,3 @@ def test_others_import_what_the_door_names(room):
 
 def test_modules_import_no_circle():
     TopologicalSorter({name: imported(path) - {name} for name, path in MODULES.items()}).prepare()
-
-
-# Names that each module of a kind has: a subcommand, a figure, a reader of a format, a program for an engine.
-PROTOCOLS = {"run", "add_arguments", "draw", "caption", "contents", "prepare"}
-
-
-def test_one_name_is_one_thing():
-    """A public function or class, and a file, is found by its name alone."""
-    files = [file for file in PACKAGE.rglob("*.py") if not file.stem.startswith("__")]
-    nodes = [node for file in files for node in ast.parse(file.read_text(encoding="utf-8")).body]
-    names = Counter(node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef))
-    shared = {name for name, n in names.items() if n > 1 and not name.startswith("_")}
-    assert shared <= PROTOCOLS
-    assert len({file.stem for file in files}) == len(files)
-
-
-def test_a_constant_that_is_imported_is_one_thing():
-    """Of compiled modules alone two have codes of outcomes and contacts of their own."""
-    bound, taken = Counter(), set()
-    for file in PACKAGE.rglob("*.py"):
-        name = name_of(file)
-        for node in ast.parse(file.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.Assign | ast.AnnAssign):
-                targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-                names = (
-                    each.id for target in targets for each in ast.walk(target) if isinstance(each, ast.Name)
-                )
-                bound.update({each for each in names if each.isupper()})
-            elif isinstance(node, ast.ImportFrom) and not name.startswith("freerock.models."):
-                taken |= {each.name for each in node.names if each.name.isupper()}
-    assert {each for each in taken if bound[each] > 1} == set()

@@ -3,7 +3,6 @@
 import json
 import math
 import re
-import time
 from pathlib import Path
 
 import numpy as np
@@ -12,21 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from freerock.config.keys_of_processing import RunLimits
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.contact import Foundation
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
 from freerock.rotation.faults import Fault, SignalQuality, signal_quality
-from freerock.rotation.still import Phase
-from freerock.runs.by_hand import ByHand
-from freerock.runs.ending import OUT_OF_NOISE, end_of_motion
-from freerock.runs.release import FALL, FALL_MOST, _falls
-from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.runs.segment import find_runs
-from freerock.runs.signal import signal_of
-from freerock.runs.verdict import Verdict
 
 BLOCK = Block(0.28, 0.07, 5.84)
 SIGMA = math.radians(0.005)
@@ -62,17 +53,6 @@ def record(*runs, rest_s=1.0, seed=1):
     return [np.arange(theta.size) / RATE_HZ, theta, SIGMA, np.zeros(theta.size, np.uint8), BLOCK], releases
 
 
-def test_alone_a_converter_counts_as_in_a_record():
-    """Its step is below the noise of a sample, and far above that of a mean."""
-    (time_s, theta, sigma, flags, block), _ = record()
-    step = 5 * SIGMA
-    theta, sigma = step * np.rint(theta / step), np.full(theta.size, sigma)
-    quality = SignalQuality(converter_step=step)
-    (run,) = find_runs(time_s, theta, sigma, flags, block, quality)
-    ((as_judged, _),) = runs_with_impacts((time_s, theta, sigma, flags), block, quality)
-    assert run == as_judged
-
-
 def test_every_run_is_found_and_timed():
     angles = (10.0, -9.0, 11.0, 6.0)
     arguments, releases = record(
@@ -92,15 +72,6 @@ def test_every_run_is_found_and_timed():
         assert 0 < math.degrees(run.theta0_stderr) < 1e-3
         assert run.sigma_theta == pytest.approx(SIGMA, rel=0.1)
         assert run.n_impacts >= 5
-
-
-def test_release_error_is_honest():
-    scores = []
-    for seed in range(30):
-        arguments, (release,) = record(one_run(theta0_deg=5 + 0.25 * seed), seed=seed)
-        (run,) = find_runs(*arguments)
-        scores.append((run.release_s - release) / run.release_stderr_s)
-    assert np.sqrt(np.mean(np.square(scores))) < 1.4
 
 
 def test_end_is_where_the_motion_is_lost_in_noise():
@@ -124,52 +95,6 @@ def test_a_tilt_in_steps_and_a_hand_in_the_beam():
     assert run.verdict.level == "ok"
 
 
-def test_zero_error_enters_the_held_angle():
-    arguments, _ = record()
-    (run,) = find_runs(*arguments, SignalQuality(math.radians(0.01)))
-    assert math.degrees(run.theta0_stderr) == pytest.approx(0.01, rel=0.01)
-
-
-def test_the_zero_has_most_of_the_noise_of_the_nearer_rest():
-    """Its variance is 1 + 15 times the weight of a rest that is four times as loud; the first lies nearer."""
-    stderr = []
-    for loud in (slice(0), slice(0, 1000), slice(-1000, None)):
-        arguments, _ = record()
-        arguments[2] = np.full(arguments[1].size, SIGMA)
-        for each in arguments[1:3]:
-            each[loud] *= 4
-        stderr += [run.zero_stderr for run in find_runs(*arguments)]
-    first, second = (np.divide(stderr[1:], stderr[0]) ** 2 - 1) / 15
-    assert first + second == pytest.approx(1, abs=0.02) and first > 0.7
-
-
-def test_a_fall_is_timed_by_its_shares_of_the_held_angle():
-    """A quarter of `FALL`, `FALL` and `FALL_MOST`, of a fall that grows as time squared."""
-    time_s = np.arange(0, 3, 1e-3)
-    theta = 0.1 * (1 - np.maximum(time_s - 2, 0) ** 2)
-    signal = signal_of(time_s, theta, 1e-5, np.zeros(time_s.size, np.uint8))
-    found = _falls(signal, Phase(1.0, 2.0, 0.1, 1e-6, "held"), 3.0)
-    assert found == pytest.approx(2 + np.sqrt([FALL / 4, FALL, FALL_MOST]), abs=1.1e-3)
-
-
-def test_overridden_run_takes_its_times_and_reason():
-    arguments, (_, second) = record(one_run(), one_run(9.0))
-    free, run = find_runs(*arguments, by_hand=ByHand([(2, second + 0.01, second + 1.2, "a truck passed by")]))
-    assert not free.overridden and free.verdict == Verdict()
-    assert (run.release_s, run.end_s) == (second + 0.01, second + 1.2)
-    assert run.fit_start_s == pytest.approx(second + 0.04)
-    assert run.release_stderr_s == 0.03
-    assert run.overridden and run.verdict.texts == ("overridden: a truck passed by",)
-    assert math.degrees(run.theta0) == pytest.approx(9.0, abs=0.002)
-
-
-def test_excluded_run_stays_with_its_verdict():
-    arguments, _ = record(one_run(), one_run())
-    kept, left_out = find_runs(*arguments, by_hand=ByHand(exclusions=[(2, "slipped")]))
-    assert not kept.excluded and left_out.excluded
-    assert left_out.verdict.level == "ok" and left_out.verdict.texts == ("excluded: slipped",)
-
-
 @pytest.mark.parametrize(
     ("run", "expected", "reason"),
     [
@@ -183,47 +108,6 @@ def test_faults_of_a_run(run, expected, reason):
     (found,) = find_runs(*record(run)[0])
     assert found.verdict.level == expected
     assert reason in found.verdict.texts[0]
-
-
-def test_a_run_far_off_its_hold_begins_at_a_peak():
-    theta, release = one_run()
-    seen = np.minimum(theta, 0.85 * theta.max())  # the sensor reads no farther
-    (run,) = find_runs(*record((seen, release))[0])
-    assert run.verdict.names == ("hold_unseen",)
-    peak = theta[round((run.release_s - 1.0) * RATE_HZ)]
-    assert peak < 0
-    assert run.theta0 == pytest.approx(peak, rel=2e-3)
-
-
-def touched(grow=1.0, slow=1.0):
-    """A run that from 1.5 s after its release on is driven, or slowed, by a hand."""
-    theta, release = one_run(r=0.95)
-    t = np.arange(theta.size) / RATE_HZ - release
-    late = t > 1.5
-    stretched = np.interp(1.5 + (t[late] - 1.5) / slow, t, theta)
-    theta[late] = grow * stretched
-    return theta, release
-
-
-def test_a_hand_on_a_rocking_block_is_noticed():
-    (run,) = find_runs(*record(touched(grow=1.8))[0])
-    assert run.verdict.level == "fail"
-    assert "higher than before: the block was touched" in run.verdict.texts[0]
-    (run,) = find_runs(*record(touched(slow=1.7))[0])
-    assert run.verdict.level == "fail"
-    assert "longer than before: the block was touched" in run.verdict.texts[0]
-    (run,) = find_runs(*record(touched())[0])
-    assert run.verdict.level == "ok"
-
-
-def test_an_aborted_release_is_no_run():
-    theta, release = one_run()
-    n = round(0.8 * RATE_HZ)
-    lowered = math.radians(9) * (1 + np.cos(np.pi * np.arange(n) / n)) / 2
-    aborted = [math.radians(9) * np.linspace(0, 1, n), np.full(n, math.radians(9)), lowered, np.zeros(n)]
-    arguments, (at,) = record((np.concatenate([*aborted, theta]), release + 4 * n / RATE_HZ))
-    (run,) = find_runs(*arguments)
-    assert run.verdict.level == "ok" and abs(run.release_s - at) < 1e-3
 
 
 def test_faults_of_the_signal_count_against_the_runs_they_meet():
@@ -251,27 +135,6 @@ def invalid(arguments, at_s):
     t, theta, sigma, flags = arguments[:4]
     at = np.searchsorted(t, at_s)
     theta[at], sigma[at], flags[at] = np.nan, np.nan, 1
-
-
-@pytest.mark.parametrize("share", [0.95, 0.7, 0.4])
-def test_a_hold_beyond_the_range_begins_a_run_at_its_first_clean_peak(share):
-    arguments, releases = record(one_run(10.0), one_run(9.7), one_run(3.5))
-    t, theta, _, flags = arguments[:4]
-    flags[theta > math.radians(10.0) * share] = 4
-    arguments[2] = np.full(t.size, SIGMA)
-    for each in releases:  # one sample in the run, as `find_rotation` flags it
-        invalid(arguments, each + 1.5)
-    runs = find_runs(*arguments)
-    assert [run.number for run in runs] == [1, 2, 3]
-    for run, release in zip(runs[:2], releases, strict=False):
-        assert release + 0.2 < run.release_s == run.fit_start_s < run.end_s
-        assert run.verdict.names == ("hold_unseen", "invalid_samples") and run.verdict.texts[0] == (
-            f"no hold is seen (saturated): the run begins at its first clean peak, {run.release_s:.3f} s"
-        )
-        near = np.abs(t - run.release_s) < 0.005
-        assert run.theta0 == pytest.approx(np.mean(theta[near]), rel=run.theta0_stderr / abs(run.theta0))
-        assert np.count_nonzero(flags[(t > run.release_s) & (t < run.end_s)]) == 1
-    assert abs(runs[2].release_s - releases[2]) < 2e-3 and runs[2].verdict.names == ("invalid_samples",)
 
 
 def caught(after_s, stands_s, braked_to=0.0):
@@ -320,85 +183,11 @@ def test_a_braked_block_rocks_freely_from_its_first_peak_on(flagged_s):
     assert run.theta0 < 0 and run.theta0 == pytest.approx(np.mean(arguments[1][near]), rel=2e-3)
 
 
-def test_a_braked_block_without_a_clean_peak_after_it_is_warned_of(monkeypatch):
-    monkeypatch.setattr("freerock.runs.beginning.from_peak", lambda *arguments: None)
-    arguments, (release,) = record(caught(0.15, 0.0, braked_to=0.2))
-    (run,) = find_runs(*arguments)
-    assert abs(run.release_s - release) < 4e-3
-    (text,) = (text for text in run.verdict.texts if "braked" in text)
-    assert (run.verdict.level, run.verdict.names[0]) == ("warn", "braked")
-    assert re.fullmatch(
-        rf"it fell by \d\.\d\d° and was braked at {release + 0.15:.2f} s, and no clean peak follows: the "
-        "motion before is not free rocking; exclude the run, or set its release by hand",
-        text,
-    )
-
-
 @given(st.integers(0, 10**6), st.floats(4, 12), st.floats(0.6, 0.98), st.floats(0, 0.05))
 @settings(max_examples=40, deadline=None)
 def test_a_free_block_never_stops(seed, theta0_deg, r, creep_deg):
     (run,) = find_runs(*record(one_run(theta0_deg, r, creep_deg=creep_deg), seed=seed)[0])
     assert not {"let_go_again", "braked"} & {*run.verdict.names}
-
-
-def test_record_that_starts_during_a_run():
-    arguments, (first, second) = record(one_run(), one_run(9.0))
-    cut = arguments[0] > first + 0.5
-    arguments[1:4:2] = [each[cut] for each in arguments[1:4:2]]
-    (run,) = find_runs(arguments[0][cut], *arguments[1:])
-    assert abs(run.release_s - second) < 1e-3 and run.verdict.level == "ok"
-
-
-def test_few_impacts():
-    arguments, _ = record(one_run(r=0.5))
-    (run,) = find_runs(*arguments, limits=RunLimits(min_impacts=run_impacts(0.5) + 1))
-    assert run.verdict.level == "fail"
-    assert run.verdict.texts == (
-        f"{run_impacts(0.5)} impacts, fewer than {run_impacts(0.5) + 1}: release at a larger angle",
-    )
-
-
-def run_impacts(r):
-    """Impacts followed by a peak that stands out of the noise."""
-    return int(np.count_nonzero(housner_swings(BLOCK, r, math.radians(10)).peak[1:] > 5 * SIGMA))
-
-
-def test_held_angle_beyond_the_critical_one():
-    arguments, _ = record()
-    (run,) = find_runs(*arguments[:4], Block(0.28, 0.04, 5.84))
-    assert run.verdict.level == "fail"
-    assert run.verdict.texts == (
-        "θ0 = 10.00° is beyond θ_cr = 8.13°: check the settings of the laser and the block's size",
-    )
-
-
-@pytest.mark.parametrize(("samples", "expected"), [(3, "warn"), (150, "fail")])
-def test_invalid_samples_within_a_run(samples, expected):
-    arguments, (release,) = record()
-    start = round((release + 0.3) * RATE_HZ)
-    arguments[3][start : start + samples] = 2
-    (run,) = find_runs(*arguments)
-    assert run.verdict.level == expected
-    assert "of its samples are invalid" in run.verdict.texts[0]
-
-
-def test_release_hidden_by_invalid_samples_fails():
-    arguments, (release,) = record()
-    arguments[3][round((release - 0.1) * RATE_HZ) : round((release + 0.5) * RATE_HZ)] = 2
-    (run,) = find_runs(*arguments)
-    assert run.verdict.level == "fail"
-    assert any("of its samples are invalid" in reason for reason in run.verdict.texts)
-
-
-def test_record_that_ends_during_a_run():
-    arguments, (release,) = record(one_run(r=0.95))
-    cut = arguments[0] < release + 2.0
-    arguments[1:4:2] = [each[cut] for each in arguments[1:4:2]]
-    (run,) = find_runs(arguments[0][cut], *arguments[1:])
-    assert run.verdict.level == "warn"
-    assert run.verdict.texts == ("the record ends before the block is at rest: record longer",)
-    assert run.end_s == arguments[0][cut][-1]
-    assert abs(run.release_s - release) < 1e-3
 
 
 def test_no_release():
@@ -462,23 +251,6 @@ def test_a_squat_block_that_bounces(parameters):
     assert all(run.n_impacts > 3 for run in runs)
 
 
-def test_noise_free_record():
-    arguments, (release,) = record()
-    arguments[1] = np.append(np.zeros(round(RATE_HZ)), one_run()[0])
-    (run,) = find_runs(*arguments[:2], 0.0, *arguments[3:])
-    assert run.verdict.level == "ok"
-    assert abs(run.release_s - release) < 1e-3
-
-
-def test_a_minute_at_2_khz_takes_no_time():
-    t, theta, sigma, _, block = record(*[one_run(r=0.95)] * 6)[0]
-    n = 120_000
-    theta = np.interp(np.arange(n) / 2000, t, theta)
-    started = time.process_time()
-    find_runs(np.arange(n) / 2000, theta, sigma, np.zeros(n), block)
-    assert time.process_time() - started < 0.5
-
-
 @settings(deadline=None, derandomize=True, max_examples=150)
 @given(
     levels=arrays(float, st.integers(1, 60), elements=st.floats(-1, 1)),
@@ -530,13 +302,3 @@ def test_virtual_campaign(test):
         assert run.fit_start_s > begin + fade
         soil, held = Foundation(true["k"]), true["theta0_rad"]
         assert view.released(run.theta0, block, soil) == pytest.approx(held, abs=4 * run.theta0_stderr)
-
-
-def test_a_motion_ends_where_it_is_lost_in_the_steps_of_the_converter():
-    """A decay in steps: five standard deviations of rounding to a step, step/√12, are 1.4 steps."""
-    step, time_s = 1e-4, np.arange(0, 8, 1e-3)
-    theta = step * np.round(100 * np.exp(-time_s))
-    signal = signal_of(time_s, theta, np.full(time_s.size, 1e-9), np.zeros(time_s.size, int), step)
-    end_s = end_of_motion(signal, slice(7000, 8000), 0.0, 7.0)
-    least = math.ceil(OUT_OF_NOISE / math.sqrt(12)) - 0.5
-    assert end_s == pytest.approx(math.log(100 / least), abs=0.02)

@@ -6,7 +6,7 @@ import pytest
 
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
-from freerock.tables.swings import first_runs, named_models, swings
+from freerock.tables.swings import swings
 
 BLOCK = Block(0.28, 0.07, 5.84)
 R = 0.93
@@ -54,39 +54,3 @@ def test_an_impact_that_was_not_seen_makes_no_period(rocking):
     runs, restitution, epsilon, blocks = tables(rocking)
     found = swings(runs, restitution.drop(index=5), epsilon, blocks)
     assert found["period_s"].isna().tolist() == [True, *[False] * 4, True, *[False] * 5]
-
-
-@pytest.mark.parametrize("longer, seen", [(1.2, True), (1.4, False)])
-def test_a_period_that_grows_by_a_quarter_holds_an_impact_that_was_not_seen(rocking, longer, seen):
-    runs, restitution, epsilon, blocks = tables(rocking)
-    restitution["time_s"] = np.cumsum([0.3, 0.4, 0.4 * longer, *[0.4] * 9])
-    assert np.isfinite(swings(runs, restitution, epsilon, blocks)["period_s"].iloc[2]) == seen
-
-
-def test_failed_fits_and_excluded_runs_are_left_out(rocking):
-    runs, restitution, epsilon, blocks = tables(rocking, "housner")
-    assert swings(runs, restitution, epsilon, blocks).empty
-    assert len(swings(runs, restitution, epsilon.assign(success=True), blocks)) == 12
-    assert swings(runs.assign(excluded=True), restitution, epsilon.assign(success=True), blocks).empty
-
-
-def test_first_runs_are_those_of_each_scene_with_their_models():
-    rows = [
-        ("a", 1, "experiment", "f"),
-        ("a", 1, "winkler", "f"),
-        ("a", 2, "experiment", "f"),
-        ("b", 3, "experiment", "g"),
-    ]
-    found = pd.DataFrame(rows, columns=["test", "run", "source", "foundation"]).assign(block="x")
-    assert first_runs(found)[["test", "run", "source"]].to_numpy().tolist() == [
-        [*rows[i][:3]] for i in (0, 1, 3)
-    ]
-
-
-def test_the_model_of_a_run_is_the_one_named_or_the_nearest():
-    columns = ["test", "run", "model", "epsilon_theta", "selected", "success"]
-    rows = [("a", 1, "winkler", 0.1, True, True), ("a", 1, "housner", 0.01, False, True)]
-    rows += [("a", 2, "winkler", 0.1, False, True), ("a", 2, "housner", 0.01, False, True)]
-    rows += [("a", 3, "winkler", 0.1, False, True), ("a", 3, "housner", 0.01, False, False)]
-    named = named_models(pd.DataFrame(rows, columns=columns))
-    assert named == {("a", "1"): "winkler", ("a", "2"): "housner", ("a", "3"): "winkler"}

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.records import timebase
 from freerock.records.timebase import on_grid, regular_grid
 
 RATE = 2000
@@ -22,11 +21,6 @@ def test_even_stamps():
     assert grid.step_s == pytest.approx(1 / RATE, rel=1e-12)
     values = np.arange(4000.0)
     assert on_grid("file", grid, values) is values
-
-
-def test_stamps_far_from_zero():
-    grid = regular_grid("file", 1.5e9 + TIME)
-    assert grid.size == 4000 and grid.step_s == pytest.approx(1 / RATE, rel=1e-6)
 
 
 def test_mild_jitter_gives_an_even_grid():
@@ -69,48 +63,11 @@ def test_gaps_become_missing_samples():
     np.testing.assert_array_equal(values, np.where(kept, np.arange(4000.0), np.nan))
 
 
-def test_a_gap_that_is_no_whole_number_of_samples():
-    time = np.concatenate([TIME, 2.5 + 0.3 / RATE + TIME])
-    grid = regular_grid("file", time)
-    assert grid.size == 9000
-    assert grid.faults == ("1000 samples missing in 1 gap, the longest of 1000 after 1.9995 s",)
-    assert grid.place(4000, 4001) == [5000]
-
-
-def test_gaps_longer_than_the_recording_are_refused():
-    assert refusal(np.concatenate([TIME, 100 + TIME])) == (
-        "196000 of 204000 samples are missing in 1 gap; split it into one file per recording"
-    )
-
-
-def test_regular_losses_are_no_rounding():
-    """Every 50th sample at 2 kHz; at 1 kHz in milliseconds nothing distinguishes this from another rate."""
-    kept = np.arange(4000) % 50 != 7
-    grid = regular_grid("file", TIME[kept])
-    np.testing.assert_array_equal(grid.place(0, kept.sum()), np.flatnonzero(kept))
-
-
 def test_random_losses_are_found_where_they_are():
     kept = np.random.default_rng(2).random(4000) > 0.03
     kept[[0, -1]] = True
     grid = regular_grid("file", TIME[kept])
     np.testing.assert_array_equal(grid.place(0, kept.sum()), np.flatnonzero(kept))
-
-
-def test_repeated_samples_are_dropped():
-    twice = np.sort(np.concatenate([TIME, TIME[[5, 77]]]))
-    grid = regular_grid("file", twice)
-    assert grid.size == 4000 and grid.faults == ("2 repeated samples dropped",)
-    np.testing.assert_array_equal(on_grid("file", grid, np.sin(twice)), np.sin(TIME))
-
-
-def test_one_stamp_for_different_samples_is_refused():
-    values = np.arange(4000.0)
-    time = TIME.copy()
-    time[78:] -= 1 / RATE
-    assert refusal(time, values) == (
-        "samples 77 and 78 have one time stamp and differ (77, 78); export the time column with more digits"
-    )
 
 
 def test_time_that_runs_backwards_is_refused():
@@ -140,39 +97,3 @@ def test_time_that_runs_backwards_is_refused():
 )
 def test_stamps_without_a_grid(time, message):
     assert refusal(time) == message
-
-
-KEPT = np.random.default_rng(3).random(4000) > 0.03
-
-
-@pytest.mark.parametrize("at_once", [2, 7, 1000])
-@pytest.mark.parametrize(
-    "stamps",
-    [
-        TIME,
-        np.round(np.arange(5000) / 1024, 3),
-        TIME[KEPT],
-        np.sort(np.concatenate([TIME, TIME[[5, 77, 77, 3999]]])),
-        np.concatenate([TIME, 2.5 + 0.3 / RATE + TIME[KEPT], [5.0]]),
-        TIME + np.random.default_rng(1).uniform(-0.2, 0.2, TIME.size) / RATE,
-    ],
-    ids=["even", "rounded", "losses", "repeated", "gap", "jitter"],
-)
-def test_parts_give_the_grid_of_the_whole(monkeypatch, stamps, at_once):
-    values = np.sin(stamps)
-    whole = regular_grid("file", stamps)
-    on_whole = on_grid("file", whole, values)
-    monkeypatch.setattr(timebase, "SAMPLES_AT_ONCE", at_once)
-    grid = regular_grid("file", stamps)
-    assert (grid.size, grid.faults) == (whole.size, whole.faults)
-    assert grid.step_s == pytest.approx(whole.step_s, rel=1e-12)
-    assert grid.start_s == pytest.approx(whole.start_s, abs=1e-12)
-    np.testing.assert_array_equal(grid.place(0, stamps.size), whole.place(0, stamps.size))
-    np.testing.assert_array_equal(on_grid("file", grid, values), on_whole)
-
-
-@pytest.mark.parametrize("at_once", [3, 78, 79])
-def test_two_samples_of_one_stamp_are_seen_across_parts(monkeypatch, at_once):
-    monkeypatch.setattr(timebase, "SAMPLES_AT_ONCE", at_once)
-    test_one_stamp_for_different_samples_is_refused()
-    test_time_that_runs_backwards_is_refused()

@@ -58,28 +58,6 @@ def test_two_statements_of_a_text(tmp_path):
     assert read_record(path, "column 1").attrs["sampling_rate_hz"] == 2000
 
 
-def test_two_statements_of_a_workbook(tmp_path):
-    path = workbook(tmp_path / "a.xlsx", ["fs", 2000], ["dt", 0.001], ["V", "V"])
-    assert refusal(path) == f"sheet 'Sheet': fs {TWO.format('dt')}"
-
-
-def test_two_statements_of_an_hdf5_file(tmp_path):
-    path = hdf5(tmp_path / "a.h5", {"fs": 2000.0, "dt": 0.001})
-    assert refusal(path).endswith("leave it out")
-    path = hdf5(tmp_path / "a.h5", {"fs": 2000.0}, {"dt": 0.001})
-    assert (
-        refusal(path)
-        == f"one clock gives 2000 Hz, and the file states 1000 Hz{REMEDY}its unit, or leave it out"
-    )
-    path = hdf5(tmp_path / "a.h5", {"fs": 2048.0}, {"dt": 0.00049})
-    assert read_record(path).attrs["sampling_rate_hz"] == 2048
-
-
-def test_two_statements_of_a_matlab_file(tmp_path):
-    savemat(tmp_path / "a.mat", {"laser": VOLTS, "fs": 2000.0, "dt": 0.001})
-    assert "gives 2000 Hz" in refusal(tmp_path / "a.mat") and "gives 1000 Hz" in refusal(tmp_path / "a.mat")
-
-
 def test_a_column_of_time_and_a_statement(tmp_path):
     mat = tmp_path / "a.mat"
     savemat(mat, {"laser": VOLTS, "t": np.arange(N) * 0.001, "fs": 2000.0})
@@ -96,28 +74,6 @@ def test_a_column_of_time_and_a_statement(tmp_path):
     assert read_record(path).attrs["sampling_rate_hz"] == pytest.approx(1000)
 
 
-def lvm(path, delta, step):
-    rows = "".join(f"{n * step:.6f}\t{v:.4f}\n" for n, v in enumerate(VOLTS))
-    header = f"Samples\t{N}\nDelta_X\t{delta}\n***End_of_Header***\nX_Value\tlaser\n"
-    path.write_text(f"LabVIEW Measurement\nSeparator\tTab\n***End_of_Header***\n\n{header}{rows}")
-    return path
-
-
-def test_the_interval_of_an_lvm_header_and_its_column_of_time(tmp_path):
-    for delta in (0.0005, 1.0):  # 1: LabVIEW knows none
-        assert read_record(lvm(tmp_path / "a.lvm", delta, 0.0005)).attrs["sampling_rate_hz"] == pytest.approx(
-            2000
-        )
-    assert refusal(lvm(tmp_path / "a.lvm", 0.0005, 0.001)) == (
-        f"one clock gives 1000 Hz, and the file states 2000 Hz{REMEDY}its unit, or leave it out"
-    )
-
-
-def test_milliseconds_that_are_taken_for_seconds_contradict_a_statement(tmp_path):
-    path = text(tmp_path / "a.csv", "fs = 2000 Hz", "time;V", step=0.5)
-    assert refusal(path).startswith("one clock gives 2 Hz, and the file states 2000 Hz; correct ")
-
-
 @pytest.mark.parametrize(("unit", "factor"), [("s", 1), ("ms", 1e3), ("", 1e3), ("", 1), ("counts", 1)])
 def test_an_increment_and_a_channel_of_time_that_agree(tmp_path, unit, factor):
     path = tdms(tmp_path / "a.tdms", 5e-4, unit, np.arange(N) * 5e-4 * factor)
@@ -128,24 +84,3 @@ def test_an_increment_and_a_channel_of_time_that_agree(tmp_path, unit, factor):
 def test_an_increment_and_a_channel_of_time_that_differ(tmp_path, unit, step):
     path = tdms(tmp_path / "a.tdms", 5e-4, unit, np.arange(N) * step)
     assert refusal(path, "laser").startswith("one clock gives 2000 Hz, and 'Time' gives ")
-
-
-@pytest.mark.parametrize("delimiter", ["\t", ";", " "])
-@pytest.mark.parametrize(("first", "then"), [(".", ","), (",", ".")])
-@pytest.mark.parametrize("change", [5, 100, 150])
-def test_a_decimal_mark_that_changes_is_refused(tmp_path, delimiter, first, then, change):
-    rows = [f"{n / 100:.2f}{delimiter}{v:.4f}" for n, v in enumerate(VOLTS)]
-    rows = [row.replace(".", first if n < change else then) for n, row in enumerate(rows)]
-    (tmp_path / "a.txt").write_text("\n".join([f"time{delimiter}V", *rows, ""]))
-    names = {".": "point", ",": "comma"}
-    assert refusal(tmp_path / "a.txt") == (
-        f"the numbers change from decimal {names[first]} to {names[then]} at line {change + 2}; "
-        "export the file again, in one go"
-    )
-
-
-@pytest.mark.parametrize(("first", "then"), [(".", ","), (",", ".")])
-def test_a_decimal_mark_that_changes_far_below_is_refused(tmp_path, first, then):
-    rows = [f"{n / 1000:.3f};{n % 7:.4f}".replace(".", first if n < 20_000 else then) for n in range(20_100)]
-    (tmp_path / "a.txt").write_text("\n".join(["time;V", *rows, ""]))
-    assert refusal(tmp_path / "a.txt").startswith("line 20002, column 1: '20")

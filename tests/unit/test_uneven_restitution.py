@@ -2,7 +2,6 @@
 
 import math
 import re
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 
 from freerock.models.block import Block
 from freerock.runs.impacts import Impacts, restitution_covariance, restitution_from_peaks
-from freerock.runs.uneven_restitution import BENT, EVEN, reasons_of_unevenness, unevennesses
+from freerock.runs.uneven_restitution import reasons_of_unevenness
 
 BLOCK = Block(0.28, 0.07, 5.84)
 STDERR = 5e-5  # of a peak [rad]
@@ -78,27 +77,3 @@ def test_one_impact_is_seen_and_named(impact):
     )
     assert said and int(said[1]) == impact and float(said[2]) == pytest.approx(0.02, abs=0.002)
     assert ";" not in reason.text
-
-
-def test_what_is_not_sure_is_not_said():
-    off = EVENLY + 0.003 * (-1) ** np.arange(12)
-    assert names(run(off, stderr=100 * STDERR)) == []
-
-
-def test_an_unknown_first_restitution_is_left_out():
-    found = run(EVENLY + 0.003 * (-1) ** np.arange(12))
-    r, peaks = found.restitution.copy(), found.peak_before_rad.copy()
-    r[0] = peaks[0] = np.nan
-    assert names(replace(found, restitution=r, peak_before_rad=peaks)) == [
-        ("warn", "alternating_restitution")
-    ]
-
-
-def test_size_and_error_of_an_alternation():
-    n = np.arange(10)
-    r = 0.9 + 0.001 * n + 0.005 * (-1.0) ** n
-    found = unevennesses(n, r, 4e-6 * np.eye(10), EVEN[0])
-    assert found[0].size == pytest.approx(0.005)
-    assert found[0].left < 1e-9 < min(each.left for each in found[1:])
-    variance = 4e-6 + EVEN[0].scatter ** 2 + (BENT * (r[-1] - r[1])) ** 2
-    assert found[0].stderr == pytest.approx(math.sqrt(variance / 10), rel=0.1)

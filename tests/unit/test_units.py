@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.units import CHANNEL_UNITS, OTHER_UNITS, in_base_units, quantity_of_other, understood
+from freerock.units import in_base_units, understood
 
 
 @pytest.mark.parametrize(
@@ -75,16 +75,3 @@ def test_units_are_not_guessed(declared, stated, what):
         in_base_units([1.0], declared, stated)
     assert str(error.value).startswith(f"lasers: units: {what}")
     assert "\n" not in str(error.value)
-
-
-def test_every_unit_names_itself():
-    assert all(understood(unit) == unit for unit in CHANNEL_UNITS)
-
-
-def test_no_unit_is_one_of_a_sensor_and_of_something_else():
-    others = [unit for units in OTHER_UNITS.values() for unit in units]
-    assert len(others) == len(set(others))
-    assert not any(understood(unit) for unit in others)
-    assert not any(quantity_of_other(unit) for unit in CHANNEL_UNITS)
-    assert quantity_of_other(" kN ") == "force"
-    assert quantity_of_other("arbitrary") == ""

@@ -7,22 +7,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, static_depth
 from freerock.models.simulate import Solver
 from freerock.rotation.as_measured import as_measured
 from freerock.rotation.beam import displaced, rotation_from_displacement
-from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.rotation.sensor_response import delay_s, moments
 from freerock.rotation.view import View, sensor_attributes, view_in, view_of
-from freerock.runs.segment import find_runs
-from freerock.virtual_lab.added_noise import AddedNoise
-from freerock.virtual_lab.virtual_record import Recording, VirtualRelease, simulate_record
-from freerock_bench import disturbances as faults
 
-QUIET = Recording(noise=AddedNoise(mains_v=0.0, drift_v=0.0))
 BLOCK = Block(0.28, 0.07, 5.84)
 SOIL = Foundation(6.88e6, 0.0, 1.3e8)
 PARAMETERS = {"k": SOIL.k, "lambda": SOIL.lam}
@@ -92,19 +85,6 @@ def test_the_held_angle_is_the_one_that_is_seen(name, sign):
     assert_allclose(view.seen(np.array([[true]]), np.array([[z_cb]]), BLOCK, SOIL), theta0, rtol=1e-13)
 
 
-@pytest.mark.parametrize("laser", [LEFT, replace(LEFT, response_ms=4.0), BEAMS["top"]])
-def test_mirrored_motions_are_seen_mirrored(laser):
-    mirrored = (
-        replace(laser, face="right") if laser.beam == "horizontal" else replace(laser, position_m=-0.02)
-    )
-    time_s = np.linspace(0, 2, 501)
-    one, other = (
-        as_measured("hunt_crossley", BLOCK, PARAMETERS | {"theta0": sign * 0.17}, time_s, View(BLOCK, own))
-        for sign, own in ((1, laser), (-1, mirrored))
-    )
-    assert_allclose(one, -other, rtol=0, atol=1e-12)
-
-
 def test_an_averaged_sine_is_late_and_smaller():
     rate, time_s, response_s = 2 * math.pi * 40.0, np.linspace(0, 0.1, 50), 4e-3
     for kind in ("average", "low_pass"):
@@ -124,12 +104,6 @@ def test_an_averaged_sine_is_late_and_smaller():
     assert_allclose(weights @ np.sin(slow * (time_s + beside[:, None])), exact, rtol=0, atol=1e-6)
 
 
-def test_a_parabola_is_averaged_exactly():
-    beside, weights = moments(6e-3)
-    assert_allclose(weights @ (1.0 + 3 * beside + 50 * beside**2), 1.0 + 50 * 6e-3**2 / 12, rtol=1e-14)
-    assert weights.sum() == pytest.approx(1.0, abs=1e-15)
-
-
 @pytest.mark.parametrize("laser", [LEFT, replace(LEFT, response_ms=4.0), Laser(units="deg", response_ms=4.0)])
 @pytest.mark.parametrize("law", ["hunt_crossley", "housner"])
 def test_the_rate_is_that_of_what_is_seen(laser, law):
@@ -147,26 +121,6 @@ def test_the_rate_is_that_of_what_is_seen(laser, law):
     )  # the rest is beside the impacts of a rigid block
 
 
-def test_without_a_beam_nothing_changes():
-    time_s = np.linspace(0, 2, 200)
-    values = PARAMETERS | {"theta0": 0.17}
-    assert view_of([Laser(units="deg")], BLOCK) is None
-    assert view_of([LEFT, replace(LEFT, position_m=0.1)], BLOCK) is None
-    plain = as_measured("hunt_crossley", BLOCK, values, time_s, None)
-    rigid = {"r": 0.95, "theta0": 0.17}
-    assert not np.array_equal(plain, as_measured("hunt_crossley", BLOCK, values, time_s, View(BLOCK, LEFT)))
-    assert np.array_equal(
-        as_measured("housner", BLOCK, rigid, time_s, None),
-        as_measured("housner", BLOCK, rigid, time_s, View(BLOCK, LEFT)),
-    )
-
-
-def test_an_overturned_block_lies():
-    values = PARAMETERS | {"theta0": math.radians(14.5)}
-    theta = as_measured("hunt_crossley", BLOCK, values, np.linspace(0, 5, 50), View(BLOCK, LEFT))
-    assert theta[-1] == pytest.approx(math.pi / 2)
-
-
 @pytest.mark.parametrize("laser", [*BEAMS.values(), Laser(units="rad", response_ms=2.0, response="low_pass")])
 def test_a_dataset_tells_the_view(laser):
     view = view_of([laser], BLOCK)
@@ -176,48 +130,3 @@ def test_a_dataset_tells_the_view(laser):
         as_measured("hunt_crossley", BLOCK, values, time_s, view),
         as_measured("hunt_crossley", BLOCK, values, time_s, again),
     )
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        (
-            {"response_ms": -1.0},
-            "laser.response_ms: -1 ms; give the time as a positive number, or 0",
-        ),
-        ({"response": "slow"}, "laser.response: 'slow' is unknown; use one of average, low_pass"),
-    ],
-)
-def test_a_response_that_no_sensor_has(changes, message):
-    with pytest.raises(FreerockError) as error:
-        replace(LEFT, **changes)
-    assert str(error.value) == message
-
-
-def test_two_lasers_of_different_response():
-    lasers = [LEFT, replace(LEFT, position_m=0.1, response_ms=4.0)]
-    time_s = np.arange(4000) / 1000
-    with pytest.raises(FreerockError) as error:
-        find_rotation(time_s, np.random.default_rng(1).normal(5, 0.002, (2, 4000)), lasers, BLOCK)
-    assert (
-        str(error.value)
-        == "laser signal: the two lasers differ in their response; give both the same response_ms"
-    )
-
-
-@pytest.mark.parametrize("sign", [1, -1])
-def test_the_release_before_a_sensor_that_averages(sign):
-    """Late by half the time it averages over, unless the laser is said to."""
-    laser, release = replace(LEFT, range_m=0.1), VirtualRelease(sign * 0.15, PARAMETERS, fade_s=0.0)
-    record = simulate_record(
-        BLOCK, laser, "hunt_crossley", [release], seed=3, faults=[faults.averaged(8e-3)], recording=QUIET
-    )
-    (truth,) = record.truth["runs"]
-    late = []
-    for told in (laser, replace(laser, response_ms=8.0)):
-        found = find_rotation(record.time_s, record.volts, told, BLOCK)
-        signal = [found[name].values for name in ("time", "theta", "sigma_theta", "flags")]
-        (run,) = find_runs(*signal, BLOCK)
-        late.append(run.release_s - truth["release_s"])
-    assert late[0] - late[1] == pytest.approx(4e-3, abs=1e-4)
-    assert abs(late[1]) < 1e-3

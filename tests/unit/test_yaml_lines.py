@@ -1,11 +1,7 @@
 """YAML: values are what they look like, and no file makes more work than a configuration may."""
 
-import resource
-import time
-
 import pytest
 
-from freerock.bounds import YAML_BYTES, YAML_NODES
 from freerock.config.yaml_lines import read_yaml
 
 MEANT = {
@@ -72,17 +68,6 @@ def test_what_has_no_plain_value_is_refused_with_its_line(read, written):
     assert problem.startswith(f"lab.yaml:{REFUSED[written]}; ")
 
 
-def test_a_decimal_comma_in_braces_is_named_and_cuts_no_number_in_two(read):
-    data, lines, problems = read("a: {b: 1,05, c: -0,5,\n d: 7, e: {f: 2,5}}\n")
-    assert data == {"a": {"b": 1.05, "c": -0.5, "d": 7, "e": {"f": 2.5}}}
-    assert list(lines) == [("a",), ("a", "b"), ("a", "c"), ("a", "d"), ("a", "e"), ("a", "e", "f")]
-    assert problems == [
-        "lab.yaml:1: a.b: 1,05 has a decimal comma; write 1.05",
-        "lab.yaml:1: a.c: -0,5 has a decimal comma; write -0.5",
-        "lab.yaml:2: a.e.f: 2,5 has a decimal comma; write 2.5",
-    ]
-
-
 def test_keys_are_words_and_have_their_lines(read):
     data, lines, problems = read("a:\n  017: 1\n\n  no: &x [2, 3]\nb: *x\n")
     assert data == {"a": {"017": 1, "no": [2, 3]}, "b": [2, 3]}
@@ -97,50 +82,3 @@ def test_keys_are_words_and_have_their_lines(read):
         ("b", "0"): 4,
         ("b", "1"): 4,
     }
-
-
-def bomb(step):
-    """Nine aliases of nine aliases, eight times: a few hundred bytes that stand for 43 million values."""
-    names = "abcdefghi"
-    lines = [
-        step.format(one=one, nine=",".join([f"*{other}"] * 9))
-        for one, other in zip(names[1:], names, strict=False)
-    ]
-    return "a: &a {x: 1}\n" + "\n".join(lines) + "\n"
-
-
-WORK = {
-    "aliases": bomb("{one}: &{one} [{nine}]"),
-    "merged groups": bomb("{one}: &{one} {{<<: [{nine}]}}"),
-    "brackets": "[" * YAML_BYTES,
-    "braces": "{a: " * (YAML_BYTES // 4),
-    "values": "a: [" + "1," * (YAML_BYTES // 2 - 2),
-    "lines": "a:\n" + "- 1\n" * (YAML_BYTES // 4 - 1),
-    "escapes": 'a: "' + "\\x41" * (YAML_BYTES // 4 - 2) + '"',
-    "blank lines": "\n" * YAML_BYTES,
-    "bytes": "a: " + "x" * YAML_BYTES,
-    "directives": "%a\n" * (YAML_BYTES // 3),
-}
-
-
-@pytest.mark.parametrize("work", WORK)
-@pytest.mark.slow
-def test_the_work_that_a_file_may_ask_for_is_bounded(read, work):
-    began, held = time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    data, _, problems = read(WORK[work])
-    assert (data is None) == bool(problems)
-    assert time.process_time() - began < 60  # of some seconds: work that grows as the square takes hours
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - held < 1e6  # kB
-
-
-def test_as_many_values_as_a_large_campaign_needs_are_read(read):
-    blocks = "".join(
-        f"  block{n}: {{height_m: 0.3, width_m: 0.07, mass_kg: 5, label: Block {n}}}\n" for n in range(3000)
-    )
-    data, _, problems = read(f"blocks:\n{blocks}")
-    assert problems == []
-    assert len(data["blocks"]) == 3000
-    _, _, (problem,) = read(f"a: [{'1,' * YAML_NODES}]")
-    assert problem == (
-        "lab.yaml:1: more than 50000 keys and values; split it into several campaigns; write aliases out"
-    )

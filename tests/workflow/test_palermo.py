@@ -1,29 +1,8 @@
 """The shipped campaign, from record files to report."""
 
-import math
-import re
-import subprocess
-import sys
-from pathlib import Path
-
 import pandas as pd
 import pytest
-import xarray as xr
-from found_again import found_again
 from golden_numbers import differences
-
-from freerock.models.block import Block
-from freerock.models.simulate import simulate
-from freerock.report.beside_published import beside_published
-from freerock.report.findings import TABLES, findings
-from freerock.report.numbers import plain
-from freerock.tables.csvfile import read_csv
-
-LABELS = {f"config{n}": f"Configuration #{n}" for n in (1, 2, 3)} | {
-    "marble": "Marble",
-    "aerstop": "Aerstop CN20",
-}
-LONGEST = {"config1": "marble", "config2": "marble", "config3": "aerstop"}
 
 CONTRACT = {
     "runs": "campaign test run block foundation origin theta0_deg theta0_u_deg release_s duration_s "
@@ -51,34 +30,8 @@ CONTRACT = {
 }
 
 
-DOCS = Path(__file__).parents[2] / "docs"
-NUMBER = r"(\d+(?:\.\d+)?)"
 INPUTS = {"width": "width_m", "beam": "position_m", "height": "height_m", "scale": "scale_fraction"}
 INPUTS |= {"centre of mass": "com_height_m", "inertia": "inertia_kg_m2", "runs": "runs"}
-
-
-def text_of(page):
-    return (DOCS / page).read_text(encoding="utf-8")
-
-
-def rows_of_records(first):
-    """Cells of the rows of docs/uncertainty.md below a heading, by record."""
-    below = text_of("uncertainty.md").partition(first)[2].partition("\n\n")[0]
-    rows = re.findall(r"^\| configuration (\d), (\w+) \| (.*) \|$", below, re.M)
-    assert len(rows) == 4
-    return {f"config{n}_{bed.lower()}": cells.split(" | ") for n, bed, cells in rows}
-
-
-def agrees(stated, value):
-    """Whether a number as printed is a value, rounded."""
-    (printed,) = re.findall(NUMBER, stated)
-    digits = len(printed.partition(".")[2])
-    return abs(float(printed) - value) <= 0.5001 * 10**-digits
-
-
-def budget_of_k(palermo):
-    budget = table(palermo, "budget").query("level == 'record' and model == 'hunt_crossley'")
-    return budget.query("parameter == 'k'")
 
 
 def table(palermo, name):
@@ -142,120 +95,3 @@ def test_the_report_says_simulated_and_loads_nothing(palermo):
     assert '<p class="simulated">' in page
     assert "default-src 'none'" in page
     assert (palermo / "report.html").stat().st_size < 6e6
-
-
-def test_the_docs_state_the_measured_uncertainties_of_the_products(palermo):
-    runs, impacts = table(palermo, "runs"), table(palermo, "restitution").query("source == 'experiment'")
-    for test, cells in rows_of_records("| | θ₀ | stderr |").items():
-        (run,) = runs.query(f"test == '{test}' and run == '1'").to_dict("records")
-        (one,) = impacts.query(f"test == '{test}' and run == '1' and impact == 1").to_dict("records")
-        with xr.open_dataset(palermo / f"records/{test}.nc", group="run_1") as dataset:
-            stderr = math.degrees(float(dataset["theta0_stderr"]))
-        values = run["theta0_deg"], stderr, run["theta0_u_deg"], one["r"], one["r_stderr"], one["r_u"]
-        assert all(map(agrees, cells, values)), test
-    every = impacts.query("run == '1'").dropna(subset=["r_u"])
-    loud = every["r_stderr"] ** 2 > every["r_u"] ** 2 / 2
-    assert every[~loud]["impact"].max() == 7  # "from the eighth impact on, noise dominates"
-
-
-def test_the_docs_state_the_budget_of_the_products(palermo):
-    budget = budget_of_k(palermo)
-    means = table(palermo, "populations").query("model == 'hunt_crossley' and parameter == 'k'")
-    for test, (k, stderr, total, shares) in rows_of_records("| | k [N/m²] |").items():
-        (mean,) = means.query(f"test == '{test}'").to_dict("records")
-        assert agrees(k.partition("·")[0], mean["mean"] / 1e6)
-        assert agrees(stderr, 100 * mean["stderr"] / mean["mean"])
-        assert agrees(total, 100 * mean["u_total"] / mean["mean"])
-        found = budget.query(f"test == '{test}'").set_index("input")["share_percent"]
-        printed = re.findall(rf"([a-z]+) {NUMBER} %", shares)
-        assert [INPUTS[name] for name, _ in printed] == list(found.nlargest(len(printed)).index)
-        assert all(agrees(percent, found[INPUTS[name]]) for name, percent in printed)
-    largest = budget.loc[budget.groupby("test")["share_percent"].idxmax()]
-    assert (largest["input"] == "runs").all() and (largest["share_percent"] > 50).sum() == 5
-
-
-def test_the_docs_state_the_correlation_of_k_and_damping(palermo):
-    fits = {}
-    for path in sorted((palermo / "fits").glob("*.nc")):
-        with xr.open_dataset(path, group="run_1/hunt_crossley") as fit:
-            of = {"parameter": "k"}, {"parameter": "lambda"}
-            errors = [100 * float(fit["stderr"].sel(each) / fit["value"].sel(each)) for each in of]
-            fits[path.stem] = [float(fit["correlation"].sel(parameter="k", parameter_b="lambda")), *errors]
-    correlation, of_k, of_damping = zip(*fits.values(), strict=True)
-    stated = re.search(
-        rf"it is {NUMBER} to {NUMBER}\. .* at most {NUMBER} % of k and {NUMBER} % of λ",
-        text_of("identification.md"),
-        re.S,
-    )
-    assert stated and len(fits) == 6
-    values = min(correlation), max(correlation), max(of_k), max(of_damping)
-    assert all(map(agrees, stated.groups(), values))
-    order = sorted(fits, key=lambda test: fits[test][0])
-    assert order[0] == "config3_marble" and order[-1] == "config1_marble"
-
-
-def test_first_impact_of_the_compliant_base_is_later_than_the_rigid_one():
-    """What the fitted r makes up for: 0.308 s against 0.269 s on marble, configuration 2."""
-    block, time = Block(0.28, 0.07, 5.84), [0.0, 0.5]
-    compliant, rigid = (
-        simulate(model, block, parameters, time, theta0=math.radians(10)).impacts[0]
-        for model, parameters in (
-            ("hunt_crossley", {"k": 6.88e6, "lambda": 1.3e8}),
-            ("housner", {"r": 0.958}),
-        )
-    )
-    assert compliant == pytest.approx(0.308, abs=5e-4)
-    assert rigid == pytest.approx(0.26888, abs=5e-6)
-
-
-def test_every_number_of_the_findings_is_found_again_in_the_tables(palermo):
-    found = findings({name: read_csv(palermo / f"tables/{name}.csv") for name in TABLES}, LABELS)
-    assert found_again(found, palermo / "tables", LABELS) > 20
-    page = (palermo / "report.html").read_text(encoding="utf-8")
-    first = page.partition('<section id="findings"')[2].partition("</section>")[0]
-    numbers = [
-        part for each in found for told in each.sentences for part in told if not isinstance(part, str)
-    ]
-    assert all(f">{part.text}</span>" in first for part in numbers)
-
-
-def test_configuration_3_rocks_longest_on_marble_and_the_report_says_why(palermo):
-    names = ("runs", "foundations", "restitution_comparison", "table2", "table3")
-    beside = beside_published(
-        {name: read_csv(palermo / f"tables/{name}.csv") for name in names}, LONGEST, LABELS
-    )
-    (told,) = [plain(each) for each in beside.differs if "rocks longest" in plain(each)]
-    assert told.startswith("Configuration #3 rocks longest on Marble (")
-    assert "in the publication on Aerstop CN20. Here its first impact keeps r = " in told
-    assert "Configuration #1 and Configuration #2 rock longest on Marble, as published." in map(
-        plain, beside.agrees
-    )
-
-
-WITHOUT_FREEROCK = """
-import sys
-sys.modules["freerock"] = None
-import h5py
-import netCDF4
-import numpy as np
-import xarray as xr
-
-path = sys.argv[1]
-maps = {name: node.to_dataset() for name, node in xr.open_datatree(path).children.items()}
-assert maps
-for name, seen in maps.items():
-    assert seen["epsilon_theta"].dims == ("lambda", "k") and float(seen["epsilon_theta"].min()) > 0
-    with netCDF4.Dataset(path) as file, h5py.File(path) as as_matlab:
-        for values in (file[name]["epsilon_theta"][:], as_matlab[name]["epsilon_theta"][()]):
-            np.testing.assert_array_equal(values, seen["epsilon_theta"].values)
-        assert file[name]["k"].units == "N m-2"
-"""
-
-
-def test_misfit_maps_are_read_without_this_package(finished):
-    done = subprocess.run(
-        [sys.executable, "-c", WITHOUT_FREEROCK, str(finished / "results/small/misfit_map.nc")],
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr

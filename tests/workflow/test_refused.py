@@ -1,8 +1,5 @@
 """What is refused before anything runs: our own line is the last one told, and nothing is written."""
 
-import os
-import shutil
-
 import pytest
 from small_campaign import CAMPAIGN, add_campaign, check_out
 
@@ -109,59 +106,3 @@ def test_a_misspelt_target_is_told(lab, target, told):
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == told
     assert "Traceback" not in done.stderr
-
-
-def test_results_that_cannot_be_written(lab):
-    (lab / "results").write_text("")
-    done = lab.snakemake()
-    assert done.returncode == 1
-    remedy = "free some space, give yourself the right to write there, or use --directory"
-    assert done.stderr.splitlines()[-1] == f"results: can't be written (Not a directory); {remedy}"
-    assert "Traceback" not in done.stderr
-
-
-@pytest.mark.parametrize(
-    "path",
-    [
-        "results/lab/records/one.nc",
-        "results/lab/tables/runs.csv",
-        "results/lab/logs/tables.log",
-        "results/lab/ledger/tables.json",
-        "results/lab/benchmarks/tables.tsv",
-        "raw/lab/one.tdms",
-        "raw/lab/truth.json",
-        "config/campaigns/lab.csv",
-        "config/config.yaml",
-    ],
-)
-def test_a_fifo_in_place_of_a_file_is_refused_and_not_waited_for(lab, path):
-    (lab / path).parent.mkdir(parents=True, exist_ok=True)
-    (lab / path).unlink(missing_ok=True)
-    os.mkfifo(lab / path)
-    done = lab.snakemake()
-    assert done.returncode == 1
-    last = done.stderr.splitlines()[-1]
-    assert last.startswith(f"{path}: ") and "a FIFO, not a file" in last
-    assert "Traceback" not in done.stderr
-    assert not list((lab / "results").rglob("*.nc")) or path.endswith(".nc")
-
-
-def test_notes_of_snakemake_that_cannot_be_written(lab):
-    shutil.rmtree(lab / ".snakemake")
-    (lab / ".snakemake").write_text("")
-    done = lab.snakemake()
-    remedy = "free some space, give yourself the right to write there, or use --directory"
-    told = f".snakemake: can't be written (Not a directory); {remedy}"
-    assert (done.returncode, done.stderr.splitlines()[-1]) == (1, told)
-    assert "Traceback" not in done.stderr
-
-
-def test_another_campaign_may_miss_its_raw_folder(lab):
-    (lab / "config/config.yaml").write_text("campaigns: [lab, away]\n")
-    for suffix in ("yaml", "csv"):
-        text = (lab / f"config/campaigns/lab.{suffix}").read_text().replace("truth: truth.json\n", "")
-        (lab / f"config/campaigns/away.{suffix}").write_text(text)
-    for targets in (["results/lab/tables/runs.csv"], ["studies"]):
-        done = lab.snakemake("--dry-run", *targets)
-        assert done.returncode == 0, done.stderr
-    assert "there is no folder raw/away" in lab.snakemake("--dry-run").stderr.splitlines()[-1]

@@ -5,8 +5,6 @@ import os
 import pytest
 from small_campaign import simulated
 
-from freerock.cli import subcommands as cli
-from freerock.files import sha256
 from freerock.virtual_lab.write_tdms import write_tdms
 
 FIGURES = {"figures": 1}
@@ -32,23 +30,6 @@ def test_nothing_touched_nothing_reruns(checkout):
     done = checkout.snakemake()
     assert done.returncode == 0
     assert "Nothing to be done" in done.stdout + done.stderr
-
-
-def test_a_run_ends_with_where_the_report_is(checkout):
-    (checkout / "results/small/complete.txt").unlink()
-    done = checkout.snakemake()
-    assert done.returncode == 0
-    assert done.stderr.splitlines()[-1] == "results/small/report.html: the report; open it in a browser"
-
-
-def test_two_products_that_are_gone_are_made_again_by_name(checkout):
-    wanted = [f"results/small/records/{test}_mat.nc" for test in ("squat", "tall")]
-    before = [sha256(checkout / path) for path in wanted]
-    for path in wanted:
-        (checkout / path).unlink()
-    done = checkout.snakemake(*wanted)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert [sha256(checkout / path) for path in wanted] == before
 
 
 def test_time_stamps_alone_rerun_nothing(checkout):
@@ -116,13 +97,6 @@ def test_edited_code(checkout, path, jobs):
     assert checkout.planned() == jobs
 
 
-def test_comments_and_docstrings_of_kernels_errors_and_scripts_rerun_nothing(checkout):
-    for path in ("src/freerock/models/kernel.py", "src/freerock/errors.py", "workflow/scripts/fit.py"):
-        text = (checkout / path).read_text(encoding="utf-8")
-        (checkout / path).write_text(text.replace('"""', '"""Edited. ', 1) + "\n# edited\n", encoding="utf-8")
-    assert checkout.planned() == {}
-
-
 def test_new_record(checkout):
     write_tdms(checkout / "raw/small/second.tdms", simulated("squat", 7))
     append(checkout, CSV, "second,second.tdms,,squat,mat,low,,,,\n")
@@ -145,26 +119,6 @@ def test_what_only_looks_different_in_the_csv(checkout):
     assert checkout.planned() == {}
 
 
-def test_a_record_added_by_the_command(checkout, monkeypatch):
-    write_tdms(checkout / "second.tdms", simulated("squat", 7))
-    monkeypatch.chdir(checkout.folder)
-    assert cli.main(["add", "small", "second.tdms", "--block", "squat", "--laser", "low"]) == 0
-    assert checkout.planned() == OF_ONE_RECORD
-
-
-def test_products_of_a_record_no_longer_listed_are_named(checkout):
-    left = [
-        checkout / f"results/small/{path}" for path in ("figures/qc_old.png", "fits/old.nc", "records/old.nc")
-    ]
-    for path in left:
-        path.touch()
-    done = checkout.snakemake()
-    assert done.returncode == 0
-    told = "not of this configuration: figures/qc_old.png, fits/old.nc, records/old.nc; delete them"
-    assert done.stderr.splitlines()[-1] == f"results/small: {told}"
-    assert all(path.exists() for path in left)
-
-
 def test_records_that_share_a_job_rerun_together(checkout):
     checkout.edit(YAML, "records_per_job: 1", "records_per_job: 2")
     assert checkout.snakemake("record").returncode == 0
@@ -184,31 +138,3 @@ def test_record_replaced_or_taken_away(checkout):
     assert checkout.planned() == OF_ONE_RECORD
     raw.unlink()
     assert checkout.planned() == OF_ONE_RECORD
-
-
-def test_only_the_renewed_line_of_the_manifest_counts(checkout):
-    manifest = checkout / "raw/small/manifest.csv"
-    append(checkout, "raw/small/manifest.csv", f"another.tdms,{'0' * 64},1\n")
-    assert checkout.planned() == {}
-    checksum = sha256(checkout / "raw/small/squat_mat.tdms")
-    manifest.write_text(manifest.read_text().replace(checksum, "0" * 64))
-    assert checkout.planned() == OF_ONE_RECORD
-
-
-def test_rerun_does_what_was_planned(checkout):
-    before = checkout.products()
-    checkout.edit(YAML, "label: Mat", "label: Rubber mat")
-    assert checkout.snakemake().returncode == 0
-    after = checkout.products()
-    changed = {path for path in after if after[path] != before.get(path)}
-    assert {path.split("/")[2] for path in changed} == {"figures", "report.html", "provenance.json", "tables"}
-    assert not any(path.endswith((".csv", ".nc")) for path in changed)
-    assert checkout.planned() == {}
-
-
-def test_a_run_with_nothing_to_do_loads_no_pandas(checkout):
-    """Snakemake does so where it compares parameters itself; the ledger does it."""
-    done = checkout.snakemake(warm=False, PYTHONPROFILEIMPORTTIME="1")
-    assert done.returncode == 0 and "Nothing to be done" in done.stdout + done.stderr
-    assert " snakemake.dag\n" in done.stderr
-    assert " pandas\n" not in done.stderr
