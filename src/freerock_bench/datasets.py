@@ -72,8 +72,7 @@ def columns() -> str:
 
 def column(table: str, name: str) -> Cells:
     """Name, unit and meaning of a column of a table; its unit is what its ending says, or that of the row."""
-    ending = DESCRIBED["like"].get(name, name)
-    unit = next((unit for end, unit in DESCRIBED["units"].items() if ending.endswith(end)), "")
+    unit = next((unit for end, unit in DESCRIBED["units"].items() if name.endswith(end)), "")
     if table and name in DESCRIBED["in_unit_of_row"].split() and "unit" in tables()[table]:
         unit = "`unit`"
     own = DESCRIBED["own"].get(table, {})

@@ -183,7 +183,7 @@ def request(chance: random.Random, known: str) -> tuple[str, bytes | None]:
         return f"do/{do}", json.dumps(given).encode()
     if kind < 0.8:
         _spoil(given, chance)
-        do = chance.choice([do, do, "refit", "misfit"])
+        do = chance.choice([do, do, "refit"])
         return f"do/{do}", json.dumps(given).encode()
     if kind < 0.9:
         return f"do/{do}", chance.choice(BODIES)

@@ -91,12 +91,12 @@ def test_failed_fits_and_what_one_lacks_are_reported(a, tables, tmp_path):
     fewer["parameters"].loc[first, "success"] = False
     b = write(tmp_path / "b", fewer)
     (b / "figures").mkdir()
-    (b / "figures/misfit_map.pdf").write_text("")
+    (b / "figures/models.pdf").write_text("")
     found = compare_results(a, b)
     assert found.parameters["verdict"].value_counts().to_dict().items() >= {"failed": 1, "only a": 3}.items()
-    assert (found.only_a, found.only_b) == ([], ["figures/misfit_map.pdf"])
+    assert (found.only_a, found.only_b) == ([], ["figures/models.pdf"])
     text = comparison_text(found, a, b)
-    assert "only a" in text and "figures/misfit_map.pdf" in text and "fit.log" not in text
+    assert "only a" in text and "figures/models.pdf" in text and "fit.log" not in text
 
 
 def test_choices_verdicts_and_provenance_that_differ(a, tables, tmp_path):

@@ -15,7 +15,6 @@ from freerock import figures
 from freerock.arrays import extremes
 from freerock.config.figure_names import FIGURES
 from freerock.figures import (
-    contact_force,
     foundation_effect,
     models,
     predictions,
@@ -188,9 +187,6 @@ def test_footer_says_that_a_record_is_simulated(origin, said):
 def test_every_axis_is_labelled_with_its_unit_and_nothing_overlaps(datasets):
     records, fitted = datasets
     figures = [foundation_effect.draw(records, "simulated", LABELS)[0]]
-    figures += [
-        contact_force.draw(fitted[:2], runs_table(records), BLOCKS, "geometric", "simulated", LABELS)[0]
-    ]
     figures += [models.draw(fitted[:2], runs_table(records), "simulated", LABELS)[0]]
     figures += [drawn_restitution(records, fitted, LABELS)[0], quality.draw(records[0], fitted[0])[0][2]]
     for figure in figures:
@@ -217,31 +213,18 @@ def test_same_figure_same_bytes(tmp_path, datasets):
     assert b"Software" not in (tmp_path / "one.png").read_bytes()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("target", "width_in"), [("single_column", 3.5), ("double_column", 7), ("slide", 10)]
-)
-def test_each_target_has_its_width_and_nothing_overlaps(tmp_path, datasets, target, width_in):
+def test_each_figure_has_the_width_of_a_page_and_nothing_overlaps(datasets):
     tables = runs_table(datasets[0]), restitution_table(*datasets), epsilon_table(datasets[1])
     drawings = {
-        "foundation": lambda: foundation_effect.draw(datasets[0], "simulated", LABELS, target=target),
-        "models": lambda: models.draw(
-            datasets[1][:2], runs_table(datasets[0]), "simulated", LABELS, target=target
-        ),
-        "restitution": lambda: restitution.draw(*tables, BLOCKS, "simulated", LABELS, target=target),
-        "predictions": lambda: predictions.draw(*predicted(datasets), "simulated", LABELS, target=target),
+        "foundation": lambda: foundation_effect.draw(datasets[0], "simulated", LABELS),
+        "models": lambda: models.draw(datasets[1][:2], runs_table(datasets[0]), "simulated", LABELS),
+        "restitution": lambda: restitution.draw(*tables, BLOCKS, "simulated", LABELS),
+        "predictions": lambda: predictions.draw(*predicted(datasets), "simulated", LABELS),
     }
     for name, draw in drawings.items():
         figure, _ = draw()
-        assert figure.get_figwidth() == width_in
+        assert figure.get_figwidth() == style.WIDTH_IN
         assert_nothing_overlaps(figure, name)
-        copies = "ab" if target == "double_column" else "a"
-        for copy in copies:
-            style.save(*draw(), tmp_path / f"{name}_{copy}", target=target)
-        for suffix in (".pdf", ".png"):
-            contents = {(tmp_path / f"{name}_{copy}{suffix}").read_bytes() for copy in copies}
-            assert len(contents) == 1, (name, suffix)
-        assert b"/FontFile2" in (tmp_path / f"{name}_a.pdf").read_bytes()
 
 
 def predicted(datasets):

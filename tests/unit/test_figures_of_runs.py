@@ -1,9 +1,8 @@
-"""Figures that a campaign asks for: parameters, period, energy, phase, residuals, evidence, budget, parts,
-pulls.
-"""
+"""Figures of runs: parameters, period, restitution, residuals."""
 
 import re
 from dataclasses import asdict
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -11,17 +10,9 @@ from fabricated import RATE_HZ, campaign, failed_record, fits, record, tidy_tabl
 from overlaps import assert_nothing_overlaps
 from test_figures import BLOCKS, LABELS, texts
 
-from freerock.figures import (
-    backbone,
-    budget,
-    energy,
-    evidence,
-    parameters,
-    parts,
-    phase_portrait,
-    residuals,
-    restitution,
-)
+from freerock.config.figure_names import FIGURES
+from freerock.config.keys_of_campaign import CampaignFile
+from freerock.figures import backbone, parameters, residuals, restitution, style
 from freerock.jobs.make_figures import make_figures
 from freerock.tables.csvfile import write_csv
 
@@ -33,6 +24,13 @@ def tables():
 
 def of_swings(tables):
     return tables["runs"], tables["restitution"], tables["epsilon"], BLOCKS, "simulated", LABELS
+
+
+def test_each_figure_of_the_configuration_is_a_module_and_drawn_by_default():
+    for name in FIGURES:
+        declared = import_module(f"freerock.figures.{name}").FIGURE
+        assert {*declared} == {"title", "caption", "reads", "reading"}
+    assert CampaignFile.model_fields["figures"].default == FIGURES
 
 
 def test_parameters_have_a_row_per_run_record_and_foundation(tables):
@@ -96,18 +94,9 @@ def test_nothing_to_draw_is_said():
     drawn = [empty[name] for name in ("parameters", "populations", "choice")]
     figure, data = parameters.draw(*drawn, "simulated", LABELS)
     assert data.empty and "no run has a fit that may be used" in texts(figure)
-    figure, data = evidence.draw(empty["choice"], "simulated", LABELS)
-    assert data.empty and "no candidate was fitted" in texts(figure)
-    figure, data = parts.draw(empty["parts"], empty["parameters"], empty["choice"], "simulated", LABELS)
-    assert data.empty and "no run has a fit that may be used" in texts(figure)
-    figure, data = budget.draw(empty["budget"], empty["choice"], "simulated", LABELS)
-    assert data.empty and "no mean has a budget" in texts(figure)
-    for module in (backbone, energy):
-        figure, data = module.draw(*of_swings(empty))
-        assert data.empty
-        figure.draw_without_rendering()
-    figure, data = phase_portrait.draw([fits(tree)], empty["epsilon"], "simulated", LABELS)
-    assert data.empty and "no fitted run" in texts(figure)
+    figure, data = backbone.draw(*of_swings(empty))
+    assert data.empty
+    figure.draw_without_rendering()
     figure, data = residuals.draw([fits(tree)], [tree], "simulated", LABELS)
     assert data.empty and "no fitted run" in texts(figure)
 
@@ -142,7 +131,7 @@ def pages(stem):
     return int(re.search(rb"/Count (\d+)", stem.with_suffix(".pdf").read_bytes())[1])
 
 
-def made(tmp_path, tables, module, names, target, blocks=BLOCKS, **more):
+def made(tmp_path, tables, module, names, blocks=BLOCKS, **more):
     """A figure of a campaign, from the files of its tables; its settings are those of the workflow."""
     for name in names:
         write_csv(tables[name], tmp_path / f"{name}.csv")
@@ -153,12 +142,12 @@ def made(tmp_path, tables, module, names, target, blocks=BLOCKS, **more):
         "blocks": {name: asdict(block) for name, block in blocks.items()},
     }
     name = module.__name__.rpartition(".")[2]
-    make_figures([module], files, {name: settings}, tmp_path, target)
+    make_figures([module], files, {name: settings}, tmp_path)
     return tmp_path / name
 
 
 def test_a_caption_has_a_title_what_is_drawn_of_which_runs_and_that_it_is_simulated(tables, tmp_path):
-    stem = made(tmp_path, tables, restitution, ["runs", "restitution", "epsilon"], "double_column")
+    stem = made(tmp_path, tables, restitution, ["runs", "restitution", "epsilon"])
     assert stem.with_suffix(".txt").read_text(encoding="utf-8") == (
         "Title.\nWhat is drawn. 28 impacts of 7 runs. Lines: the law fitted to the first run, Hunt–Crossley. "
         "The records are simulated; they are not the laboratory's data.\n"
@@ -166,33 +155,14 @@ def test_a_caption_has_a_title_what_is_drawn_of_which_runs_and_that_it_is_simula
     assert pages(stem) == 1
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("target", "width_in"), [("single_column", 3.5), ("double_column", 7), ("slide", 10)]
-)
-def test_at_each_width_nothing_overlaps(tables, target, width_in):
-    one = {name: of_block(frame) for name, frame in tables.items()} if target == "slide" else tables
-    fitted = campaign()[1][:2]
+def test_nothing_overlaps(tables):
     drawings = {
-        "parameters": lambda: parameters.draw(
-            one["parameters"], one["populations"], one["choice"], "simulated", LABELS, target=target
+        "parameters": parameters.draw(
+            tables["parameters"], tables["populations"], tables["choice"], "simulated", LABELS
         ),
-        "backbone": lambda: backbone.draw(*of_swings(one), target=target),
-        "energy": lambda: energy.draw(*of_swings(one), target=target),
-        "phase_portrait": lambda: phase_portrait.draw(
-            fitted, one["epsilon"], "simulated", LABELS, target=target
-        ),
-        "residuals": lambda: residuals.draw(fitted, campaign()[0], "simulated", LABELS, target=target),
-        "evidence": lambda: evidence.draw(one["choice"], "simulated", LABELS, target=target),
-        "parts": lambda: parts.draw(
-            one["parts"], one["parameters"], one["choice"], "simulated", LABELS, target=target
-        ),
+        "backbone": backbone.draw(*of_swings(tables)),
+        "residuals": residuals.draw(campaign()[1][:2], campaign()[0], "simulated", LABELS),
     }
-    for name, draw in drawings.items():
-        figure, _ = draw()
-        assert figure.get_figwidth() == width_in
+    for name, (figure, _) in drawings.items():
+        assert figure.get_figwidth() == style.WIDTH_IN
         assert_nothing_overlaps(figure, name)
-
-
-def of_block(frame):
-    return frame[frame["block"].isin(["b1", ""])] if "block" in frame else frame

@@ -9,7 +9,6 @@ from scipy.special import ndtr
 from scipy.stats import binomtest
 
 from freerock.errors import FreerockError
-from freerock.figures import overturning
 from freerock.jobs.make_responses import SCENE, fragility_table, known_laws, make_responses
 from freerock.models.block import GRAVITY, Block
 from freerock.report.tables import overturning as overturning_table
@@ -184,18 +183,6 @@ def test_a_record_without_a_law_has_a_row_that_says_so():
     ] * 2
     assert "whether its block overturns is not known" in shown.notes[-1]
     assert len(overturning_table(table[:2], {}).notes) == 1
-    for some in (table, nothing):
-        drawn_of, data = overturning.draw(some, "simulated")
-        assert "or no law explains their runs" in drawn_of.get_suptitle()
-        told = overturning.caption(data)
-        assert told.endswith(
-            "Not known, as no law explains the runs or no run is usable: "
-            + ", ".join(data["test"][data["kind"] == "no_law"])
-            + "."
-        )
-    assert overturning.caption(data[:0]) == ""
-    lost = overturning.draw(table.assign(n_failed=[2, 2, 0, 0]), "simulated")[1]
-    assert "2 responses left out: the integration failed." in overturning.caption(lost)
 
 
 def test_the_law_that_most_runs_name_is_taken_with_the_spread_of_the_next_run():

@@ -136,7 +136,7 @@ def test_others_finish_and_the_failed_one_is_named(tmp_path):
     ]
     assert {path.name for path in (checkout / "results/lab").iterdir()} == {
         *("benchmarks", "figures", "fits", "ledger", "logs", "records", "tables"),
-        *(".lock", "misfit_map.nc", "provenance.json", "report.html"),
+        *(".lock", "provenance.json", "report.html"),
     }
     made_by = json.loads((checkout / "results/lab/provenance.json").read_text(encoding="utf-8"))
     files = [f"raw/lab/{test}.tdms" for test in ("good", "left_out")]

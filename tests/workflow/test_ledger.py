@@ -240,20 +240,20 @@ def test_verify(checkout):
 
 
 def test_a_figure_asked_for_by_its_path_is_a_product_until_its_pdf_is_deleted(checkout):
-    wanted = [f"results/small/figures/{path}.pdf" for path in ("energy", "slide/decay")]
+    wanted = [f"results/small/figures/{path}.pdf" for path in ("foundation_effect", "backbone")]
     assert checkout.snakemake(*wanted).returncode == 0
     assert freerock(checkout, "verify").returncode == 0
-    drawn = (checkout / "results/small/figures/energy.csv").read_bytes()
-    (checkout / "results/small/figures/energy.csv").write_text("edited")
+    drawn = (checkout / "results/small/figures/backbone.csv").read_bytes()
+    (checkout / "results/small/figures/backbone.csv").write_text("edited")
     damaged = freerock(checkout, "verify")
-    assert "damaged: results/small/figures/energy.csv\n" in damaged.stdout
+    assert "damaged: results/small/figures/backbone.csv\n" in damaged.stdout
     done = checkout.snakemake()
     assert done.returncode == 0 and "delete them" not in done.stderr
-    assert (checkout / "results/small/figures/energy.csv").read_bytes() == drawn
+    assert (checkout / "results/small/figures/backbone.csv").read_bytes() == drawn
     told = checkout.snakemake("results/small/complete.txt")
     assert told.returncode == 0 and "delete them" not in told.stderr
-    (checkout / "results/small/figures/energy.pdf").unlink()
-    names = ", ".join(f"figures/energy.{suffix}" for suffix in ("csv", "png", "txt"))
+    (checkout / "results/small/figures/backbone.pdf").unlink()
+    names = ", ".join(f"figures/backbone.{suffix}" for suffix in ("csv", "png", "txt"))
     assert f"not of this configuration: {names}; delete them" in checkout.snakemake().stderr
 
 

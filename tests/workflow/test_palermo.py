@@ -25,8 +25,6 @@ CONTRACT = {
     "input_moved input_remaining input_pull impact_r_percent impact_k_percent impact_c_percent "
     "impact_lambda_percent impact_kappa_percent",
     "parts": "campaign test run block foundation model parameter unit part start_s end_s value stderr",
-    "restitution_law": "campaign block foundation quantity n_runs n_impacts speed_low_m_s speed_high_m_s "
-    "speed_m_s r r_stderr slope_s_m slope_stderr slope_low slope_high trend",
 }
 
 

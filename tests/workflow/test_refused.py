@@ -84,8 +84,8 @@ def test_a_misspelt_option_is_told(lab):
             "results/marble: 'marble' is not among the campaigns to analyse; use one of lab",
         ),
         (
-            "results/lab/figures/slide/modls.pdf",
-            "results/lab/figures/slide/modls.pdf: 'modls' is not a figure; did you mean 'models'?",
+            "results/lab/figures/modls.pdf",
+            "results/lab/figures/modls.pdf: 'modls' is not a figure; did you mean 'models'?",
         ),
         (
             "results/lob/records/one.nc",

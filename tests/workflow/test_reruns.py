@@ -11,7 +11,7 @@ FIGURES = {"figures": 1}
 REPORT = {"report": 1, "complete": 1}
 PAGES = REPORT | {"quality": 2}
 AFTER_TABLES = {"printed_tables": 1, "recovered": 1} | FIGURES
-AFTER_FITS = PAGES | AFTER_TABLES | {"tables": 1, "misfit_map": 1}
+AFTER_FITS = PAGES | AFTER_TABLES | {"tables": 1}
 EVERYTHING = AFTER_FITS | {"record": 2, "fit": 2}
 AFTER_STYLE = PAGES | FIGURES
 AFTER_LABELS = AFTER_STYLE | {"printed_tables": 1}
@@ -87,7 +87,7 @@ def test_edited_line(checkout, path, old, new, jobs):
         ("src/freerock/records/tdms.py", EVERYTHING),
         ("src/freerock/rotation/sensor.py", EVERYTHING),
         ("src/freerock/figures/restitution.py", FIGURES | REPORT),
-        ("src/freerock/figures/energy.py", {}),
+        ("src/freerock/figures/backbone.py", {}),
         ("workflow/scripts/figure.py", FIGURES | REPORT),
         ("workflow/scripts/complete.py", {"complete": 1}),
     ],

@@ -49,8 +49,8 @@ def packed(finished, tmp_path_factory):
     (folder / "results/small/figures/stray.pdf").unlink()
     ledger = folder / "results/small/ledger"  # what is left of a figure that was drawn and deleted
     entry = json.loads((ledger / "figures.json").read_text())
-    entry["outputs"] = {"results/small/figures/energy.pdf": "0"}
-    (ledger / "figure_energy.json").write_text(json.dumps(entry))
+    entry["outputs"] = {"results/small/figures/backbone.pdf": "0"}
+    (ledger / "figure_backbone.json").write_text(json.dumps(entry))
     done = supplement(checkout, "small", "--paper", "https://doi.org/10.1000/xyz", "--year", "2026")
     assert done.returncode == 0, done.stderr
     assert f"sha256 {sha256(folder / 'small_supplement.zip')}" in done.stdout

@@ -23,7 +23,7 @@ foundations:
   mat: {label: Mat}
 lasers:
   high: {beam: horizontal, position_m: 0.2, range_m: 0.1, units: V}
-figures: [models, residuals, restitution, parameters, misfit_map, predictions, contact_force, energy]
+figures: [models, residuals, restitution, parameters, predictions]
 fits: {models: [viscoelastic]}
 """
 

@@ -23,7 +23,6 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads 
 logging.raiseExceptions = False  # no traceback for each line that Snakemake's log has no room for
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
 CONFIGURED = ("blocks", "set_ups", "debonding")  # what a figure reads of the configuration
-TARGETS = ("single_column", "double_column", "slide")  # styles of figures
 A_CAMPAIGN = "among the campaigns to analyse"
 
 
@@ -48,7 +47,6 @@ wildcard_constraints:
     campaign=r"\w+",
     test=r"\w+",
     block=r"\w+",
-    target="|".join(TARGETS),
 
 
 def code(script, *modules):
@@ -79,7 +77,7 @@ def misspelt(targets):
             if told := no_campaign or unknown(test, sorted(tests), "a record of this campaign", target):
                 yield told
         elif found := re.fullmatch(
-            r"results/(?!studies/)\w+/figures/(?:\w+/)?(\w+)\.(?:pdf|png|csv|txt)", target
+            r"results/(?!studies/)\w+/figures/(\w+)\.(?:pdf|png|csv|txt)", target
         ):
             if told := unknown(found[1], dict.fromkeys(FIGURES), "a figure", target):
                 yield told
@@ -139,7 +137,6 @@ def figure_files(name, figures):
     """Input function: what some figures of a campaign read, by name."""
     folder, tests = f"results/{name}", [each.test for each in CAMPAIGNS[name].records]
     files = {kind: [f"{folder}/{kind}/{test}.nc" for test in tests] for kind in ("records", "fits")}
-    files["maps"] = f"{folder}/misfit_map.nc"
     names = dict.fromkeys(each for figure in figures for each in declared_of(figure)["reads"])
     return {each: files.get(each, f"{folder}/tables/{each}.csv") for each in names if each not in CONFIGURED}
 
@@ -186,22 +183,14 @@ def figure_title(campaign, figure):
     return declared_of(figure)["title"].format(Measured=CAMPAIGNS[campaign].origin.capitalize())
 
 
-def for_targets(wildcards):
-    """The figures of a campaign for each further target it names."""
-    section, folder = campaign(wildcards), f"results/{wildcards.campaign}/figures"
-    return expand(f"{folder}/{{target}}/{{name}}.pdf", target=section.figures_for, name=section.figures)
-
-
 def made_by_name(name):
     """PDFs of the figures of a campaign that were asked for by their path, as long as these are there."""
     folder = f"results/{name}"
-    places = {"": "", **{f"{target}/": f"_{target}" for target in TARGETS}}
     return [
-        f"{folder}/figures/{place}{figure}.pdf"
+        f"{folder}/figures/{figure}.pdf"
         for figure in FIGURES
-        for place, suffix in places.items()
-        if os.path.exists(f"{folder}/figures/{place}{figure}.pdf")
-        and os.path.exists(entry_path(f"{folder}/logs/figure_{figure}{suffix}.log"))
+        if os.path.exists(f"{folder}/figures/{figure}.pdf")
+        and os.path.exists(entry_path(f"{folder}/logs/figure_{figure}.log"))
     ]
 
 

@@ -1,6 +1,6 @@
 # The figures that a campaign can have: modules of freerock.figures, whose `FIGURE` says title, caption and what they
 # read. `figures` of the campaign says which the report has; one job draws these. Any other is drawn by its name:
-# snakemake results/<campaign>/figures/energy.pdf.
+# snakemake results/<campaign>/figures/backbone.pdf.
 
 REPORTED_FIGURES = {name: section.figures for name, section in CAMPAIGNS.items() if section.figures}
 
@@ -75,22 +75,3 @@ rule figure:
         "{wildcards.campaign}: figure {wildcards.figure}"
     script:
         "../scripts/figure.py"
-
-
-# For another target than the double column, each with its style file in src/freerock/figures. Asked for by
-# `figures_for` of the campaign, or by name: snakemake results/<campaign>/figures/slide/misfit_map.pdf
-use rule figure as figure_for_target with:
-    input:
-        unpack(lambda w: figure_files(w.campaign, [w.figure])),
-        again=again("figure_for_target"),
-    output:
-        pdf="results/{campaign}/figures/{target}/{figure}.pdf",
-        png="results/{campaign}/figures/{target}/{figure}.png",
-        data="results/{campaign}/figures/{target}/{figure}.csv",
-        caption="results/{campaign}/figures/{target}/{figure}.txt",
-    log:
-        "results/{campaign}/logs/figure_{figure}_{target}.log",
-    benchmark:
-        "results/{campaign}/benchmarks/figure_{figure}_{target}.tsv"
-    message:
-        "{wildcards.campaign}: figure {wildcards.figure} for the {wildcards.target}"

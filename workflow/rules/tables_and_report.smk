@@ -1,6 +1,5 @@
 TIDY = ["runs", "reasons", "parameters", "epsilon", "choice", "restitution", "restitution_comparison"]
 TIDY += [
-    "restitution_law",
     "parts",
     "pulls",
     "candidates",
@@ -127,29 +126,6 @@ rule recovered:
         "../scripts/recovered.py"
 
 
-rule misfit_map:
-    input:
-        fits=products("fits"),
-        again=again("misfit_map"),
-    output:
-        maps="results/{campaign}/misfit_map.nc",
-    log:
-        "results/{campaign}/logs/misfit_map.log",
-    benchmark:
-        "results/{campaign}/benchmarks/misfit_map.tsv"
-    conda:
-        "../envs/freerock.yaml"
-    params:
-        code=code("misfit_map"),
-        scenes=lambda w: scenes_of(campaign(w).records),
-        blocks=of_campaign(settings.geometries),
-        debonding=lambda w: campaign(w).fits.debonding,
-    message:
-        "{wildcards.campaign}: misfit maps"
-    script:
-        "../scripts/misfit_map.py"
-
-
 rule report:
     input:
         records=products("records"),
@@ -198,7 +174,6 @@ rule report:
 rule complete:
     input:
         report=rules.report.output.html,
-        targets=for_targets,
         runs="results/{campaign}/tables/runs.csv",
         printed=rules.printed_tables.output,
         recovered=lambda w: rules.recovered.output.csv if campaign(w).truth else [],

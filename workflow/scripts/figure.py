@@ -9,6 +9,5 @@ with at_work(snakemake, __file__, *modules):
     from freerock.jobs.make_figures import make_figures
 
     files = {name: each for name, each in snakemake.input.items() if name != "again"}
-    target = snakemake.wildcards.get("target", "double_column")
     folder = snakemake.output[0].rpartition("/")[0]
-    make_figures(map(import_module, modules), files, snakemake.params.figures, folder, target)
+    make_figures(map(import_module, modules), files, snakemake.params.figures, folder)

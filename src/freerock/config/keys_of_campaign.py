@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ValidationInfo, field_validator
 
 from freerock.config import values
-from freerock.config.figure_names import FIGURES, FIGURES_BY_DEFAULT, Figure
+from freerock.config.figure_names import FIGURES, Figure
 from freerock.config.keys_of_blocks import BlockSection
 from freerock.config.keys_of_fits import FitsSection
 from freerock.config.keys_of_foundations import FoundationSection
@@ -47,12 +47,7 @@ class CampaignFile(Section):
         "the ground motions under which the report says whether the blocks fall", None
     )
     figures: Annotated[tuple[Figure, ...], Once] = key(
-        "the figures of the report; any other is drawn if it is the target of snakemake",
-        FIGURES_BY_DEFAULT,
-        validate_default=True,
-    )
-    figures_for: Annotated[tuple[Literal["single_column", "slide"], ...], Once] = key(
-        "further targets of the figures, beside the double column of a paper", ()
+        "the figures of the report; any other is drawn if it is the target of snakemake", FIGURES
     )
     processing: ProcessingSection = key("the steps from volts to impacts", ProcessingSection())
     fits: FitsSection = key("the identification of the models", FitsSection())
@@ -63,13 +58,8 @@ class CampaignFile(Section):
 
     @field_validator("figures")
     @classmethod
-    def _in_order(cls, names: Any, info: ValidationInfo) -> Any:
-        moved = info.data.get("ground_motions") is not None
-        if "overturning" in names and not moved:
-            raise Invalid(
-                "the figure overturning needs ground motions", "give ground_motions, or remove the figure"
-            )
-        return tuple(sorted({*names, *(["overturning"] if moved else [])}, key=FIGURES.index))
+    def _in_order(cls, names: Any) -> Any:
+        return tuple(sorted(names, key=FIGURES.index))
 
     @field_validator("blocks", "foundations")
     @classmethod

@@ -2,7 +2,7 @@
 
 A new figure is a module here and its name in `config.figure_names`, in the order of the report.
 It takes the tables and datasets it draws, the `origin` of their records ("simulated" or "measured"; the
-figure states it) and `labels`, printed names of blocks and foundations. It returns the figure, or its pages,
+figure states it) and `labels`, printed names of blocks and foundations. It returns the figure
 and the numbers drawn; `style.save` writes both. What a figure of a campaign says of these numbers in its
 caption, such as the runs drawn, comes from its function `caption`. Its literal `FIGURE` has title, caption
 and what is read for it; the workflow reads it without importing the module (`declared`).
@@ -10,24 +10,14 @@ and what is read for it; the workflow reads it without importing the module (`de
 
 __all__ = [
     "backbone",
-    "budget",
     "by_block",
-    "contact_force",
-    "decay",
     "declared",
-    "energy",
-    "evidence",
     "foundation_effect",
     "looks",
-    "misfit_map",
     "models",
-    "overturning",
     "parameters",
-    "parts",
-    "phase_portrait",
     "plan_pages",
     "predictions",
-    "pulls",
     "quality",
     "quick_look",
     "residuals",

@@ -8,7 +8,7 @@ import pandas as pd
 
 from freerock.arrays import Floats
 from freerock.figures import style
-from freerock.figures.style import Axes, Drawing, Labels, Style, printed
+from freerock.figures.style import Axes, Drawing, Labels, Style, styled
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.swings import named_swings
@@ -52,7 +52,7 @@ def by_block(
         Sets limits and scales of a panel, by its axes and numbers.
     """
 
-    @printed
+    @styled()
     def draw(
         runs: pd.DataFrame,
         restitution: pd.DataFrame,
@@ -124,10 +124,10 @@ def _draw(ax: Axes, shown: Shown, scene: pd.DataFrame, look: Style, name: str, o
     if len(seen):
         points = {"linestyle": "", "markerfacecolor": "none", "markersize": 3.5, "markeredgewidth": 0.8}
         recorded = f"{name}, {style.recorded(origin)['label']}"
-        ax.plot(seen[shown.x], seen[shown.y], **style.sized(look | points), label=recorded)
+        ax.plot(seen[shown.x], seen[shown.y], **look | points, label=recorded)
         if shown.y_u:
-            bars = style.sized({"fmt": "none", "ecolor": look["color"], "elinewidth": 0.8})
+            bars = {"fmt": "none", "ecolor": look["color"], "elinewidth": 0.8}
             ax.errorbar(seen[shown.x], seen[shown.y], yerr=seen[shown.y_u], **bars)
     if len(law):
-        line = style.sized(look | {"marker": "", "linewidth": 1.1})
+        line = look | {"marker": "", "linewidth": 1.1}
         ax.plot(law[shown.x], law[shown.y], **line, label=f"{name}, law of the first run")

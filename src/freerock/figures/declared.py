@@ -19,8 +19,8 @@ def declared(module: str) -> dict[str, Any]:
     Returns
     -------
     dict
-        caption; of a figure of a campaign also title and reads: records, fits, maps (of the misfit), tables
-        by name, blocks.
+        caption; of a figure of a campaign also title and reads: records, fits, tables by
+        name, blocks.
     """
     found = find_spec(module)
     assert found is not None and found.origin is not None, module

@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from freerock.figures import looks, style
-from freerock.figures.style import Axes, Drawing, Labels, printed
+from freerock.figures.style import Axes, Drawing, Labels, styled
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.choices import explained_in, named_in
 from freerock.products.groups import runs_of
@@ -30,7 +30,7 @@ COLUMNS = ["test", "run", "source", "time_s", "theta_deg", "residual_deg", "resi
 SIGMA = ["test", "run", "sigma_theta_deg"]
 
 
-@printed
+@styled()
 def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """θ(t) of all fitted runs of each dataset and the law that the choice names, residuals over σ below.
 
@@ -105,8 +105,8 @@ def _plot(motion: Axes, residual: Axes, own: pd.DataFrame, model: str, origin: s
     motion.plot(measured["time_s"], measured["theta_deg"], **style.recorded(origin))
     if len(modelled):
         look = looks.MODEL_STYLES[model]
-        motion.plot(modelled["time_s"], modelled["theta_deg"], **look | {"linewidth": style.scaled(0.8)})
-        thin = {"linewidth": style.scaled(0.4), "linestyle": "-", "color": look["color"]}
+        motion.plot(modelled["time_s"], modelled["theta_deg"], **look | {"linewidth": 0.8})
+        thin = {"linewidth": 0.4, "linestyle": "-", "color": look["color"]}
         residual.plot(modelled["time_s"], modelled["residual_over_sigma"], **thin)
 
 

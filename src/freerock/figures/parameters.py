@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Drawing, Labels, Style, printed
+from freerock.figures.style import Axes, Drawing, Labels, Style, styled
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, MODELS, law_of
 from freerock.tables.candidates import named_by
 from freerock.tables.printed_tables import spread
@@ -43,7 +43,7 @@ NEXT = {"record": "95 % of next runs", "foundation": "95 % of next records"}
 HIGH = {"record": 5, "foundation": 9}  # of the bar of the next [points]
 
 
-@printed
+@styled()
 def draw(
     parameters: pd.DataFrame,
     populations: pd.DataFrame,
@@ -219,13 +219,13 @@ def _mark(ax: Axes, kind: str, marked: pd.DataFrame) -> None:
     look, text = LOOKS[kind]
     value, low, high, places = marked[["value", "low", "high", "place"]].to_numpy(float).T
     bars = np.abs([value - low, high - value])
-    look = style.sized(look | {"elinewidth": 1.2})
+    look = look | {"elinewidth": 1.2}
     ax.errorbar(value, places, xerr=bars, capsize=0, zorder=3, **look, label=text)
     if kind not in NEXT:
         return
     spans = marked[["next_low", "next_high"]].assign(gap=np.nan).to_numpy(float)
     if np.isfinite(spans[:, 0]).any():
-        bar = {"alpha": 0.25, "linewidth": style.scaled(HIGH[kind]), "solid_capstyle": "butt"}
+        bar = {"alpha": 0.25, "linewidth": HIGH[kind], "solid_capstyle": "butt"}
         ax.plot(spans.ravel(), np.repeat(places, 3), color=look["color"], **bar, label=NEXT[kind])
     for place, text in zip(places, marked["tau_text"], strict=True):
         style.beside_row(ax, place, text)

@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.lines import Line2D
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Drawing, Labels, Style, printed
+from freerock.figures.style import Axes, Drawing, Labels, Style, styled
 from freerock.models.laws import MODEL_LABELS, MODELS
 
 FIGURE = {
@@ -35,7 +35,7 @@ SCENE = ["block", "foundation", "model"]
 NARROWEST_IN = 2.2  # of a panel
 
 
-@printed
+@styled()
 def draw(predictions: pd.DataFrame, epsilon: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """ε_θ of each run with its own parameters, those of the record's other runs, and those of other blocks.
 
@@ -72,7 +72,7 @@ def draw(predictions: pd.DataFrame, epsilon: pd.DataFrame, origin: str, labels: 
     axes[0].set_yticks(range(len(scenes)), [style.label(labels, *scene) for scene in scenes])
     for ax in axes[-beside:]:
         ax.set_xlabel("$ε_θ$ / %")
-    handles = [Line2D([], [], linestyle="", **style.sized(look)) for look in kinds.values()]
+    handles = [Line2D([], [], linestyle="", **look) for look in kinds.values()]
     style.finish_with(figure, origin, handles)
     return figure, data
 
@@ -87,7 +87,7 @@ def _panel(ax: Axes, data: pd.DataFrame, scenes: list[tuple[str, str]], kinds: M
         level = [scenes.index(scene) for scene in zip(rows["block"], rows["foundation"], strict=True)]
         shift = 0.22 * (list(MARKERS).index(basis) - 1)
         places = np.array(level, float) + shift
-        ax.plot(100 * rows["epsilon_theta"], places, linestyle="", **style.sized(look))
+        ax.plot(100 * rows["epsilon_theta"], places, linestyle="", **look)
 
 
 def _mark_failed(ax: Axes, fits: pd.DataFrame, scenes: list[tuple[str, str]]) -> None:

@@ -8,7 +8,7 @@ import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.figures import looks, style
-from freerock.figures.style import Drawing, Labels, Style, printed
+from freerock.figures.style import Drawing, Labels, Style, styled
 from freerock.identification.against_noise import noise_of, octave_limits
 from freerock.products.choices import named_in
 from freerock.products.groups import runs_of
@@ -36,7 +36,7 @@ OF_REST: Style = {"color": "0.55", "linewidth": 1.2, "linestyle": "-", "label": 
 LEAST, MOST = 0.5, 20.0  # that an axis shows: two powers of ten have their numbers
 
 
-@printed
+@styled()
 def draw(
     fits: Sequence[xr.DataTree], records: Sequence[xr.DataTree], origin: str, labels: Labels = None
 ) -> Drawing:
@@ -73,7 +73,7 @@ def draw(
             else:
                 look = looks.MODEL_STYLES.get(source, {}) | {"linewidth": 0.6, "linestyle": "-"}
                 look |= {"marker": ".", "markersize": 4}
-                ax.plot(*drawn, **style.sized(OF_REST if source == REST else look))
+                ax.plot(*drawn, **OF_REST if source == REST else look)
         ax.set(xscale="log", yscale="log", ylim=ends, xmargin=0.03)
         style.whole_decades(ax.yaxis)
     style.outer_labels(panels, "frequency / Hz", "power / noise")

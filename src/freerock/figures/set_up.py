@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Rectangle
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Drawing, Labels, Style, printed
+from freerock.figures.style import Axes, Drawing, Labels, Style, styled
 from freerock.models.block import Block
 
 FIGURE = {
@@ -28,7 +28,7 @@ BEAM: Style = {"color": "#b34700", "arrowstyle": "-|>", "shrinkA": 0, "shrinkB":
 MOST_BESIDE, NARROWEST_IN = 4, 1.7  # panels, and each of them
 
 
-@printed
+@styled()
 def draw(
     blocks: Mapping[str, Block], set_ups: Mapping[str, Mapping[str, Any]], origin: str, labels: Labels = None
 ) -> Drawing:
@@ -81,17 +81,17 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
 
 def _panel(ax: Axes, block: Block, set_up: Mapping[str, Any], labels: Labels) -> None:
     b, h, height = block.width_m / 2, block.h, block.height_m
-    outline: Style = {"facecolor": "0.93", "edgecolor": "black", "linewidth": style.scaled(0.9)}
+    outline: Style = {"facecolor": "0.93", "edgecolor": "black", "linewidth": 0.9}
     ax.add_patch(Rectangle((-b, 0), 2 * b, height, **outline))
     ground: Style = {"facecolor": "none", "edgecolor": "0.55", "hatch": "////", "linewidth": 0}
     half, depth = 2.4 * b, 0.25 * b + 0.02 * height
     ax.add_patch(Rectangle((-half, -depth), 2 * half, depth, **ground))
-    ax.plot([-half, half], [0, 0], color="black", linewidth=style.scaled(0.9))
-    ax.plot(block.e, h, "+", color="black", markersize=style.scaled(6))
+    ax.plot([-half, half], [0, 0], color="black", linewidth=0.9)
+    ax.plot(block.e, h, "+", color="black", markersize=6)
     side = -1 if block.e < 0 else 1  # of the corner nearer to the centre of mass
     corner = side * block.b
-    ax.plot([block.e, corner], [h, 0], color="#0a5bd3", linewidth=style.scaled(0.8))
-    ax.plot([corner] * 2, [0, 1.05 * h], color="#0a5bd3", linewidth=style.scaled(0.6), linestyle=":")
+    ax.plot([block.e, corner], [h, 0], color="#0a5bd3", linewidth=0.8)
+    ax.plot([corner] * 2, [0, 1.05 * h], color="#0a5bd3", linewidth=0.6, linestyle=":")
     turn = degrees(block.theta_cr)
     span = (90, 90 + turn) if side > 0 else (90 - turn, 90)
     ax.add_patch(Arc((corner, 0), 1.3 * h, 1.3 * h, theta1=span[0], theta2=span[1], color="#0a5bd3"))

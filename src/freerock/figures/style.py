@@ -2,10 +2,10 @@
 
 import functools
 import textwrap
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -35,45 +35,17 @@ Labels = Mapping[str, str] | None
 """Printed names of blocks and foundations, where they have any."""
 Drawing = tuple[Figure, pd.DataFrame]
 """A figure and the numbers drawn."""
-Drawn = TypeVar("Drawn")
 
 FAILED = "#b00020"  # colour of what is said of failed fits
-SIZES = ("markersize", "linewidth", "elinewidth", "markeredgewidth")  # of a look
+WIDTH_IN = 7.0  # both columns of a journal's page: 178 mm
 HERE = Path(__file__).parent
 styled = functools.partial(matplotlib.rc_context, fname=HERE / "freerock.mplstyle")
 """Context manager and decorator that draws in the style sheet, whatever the user's own settings are."""
 
 
-def printed(draw: Callable[..., Drawn]) -> Callable[..., Drawn]:
-    """Decorator of what draws or writes a figure of a paper: `target` names the style file it is drawn for.
-
-    "double_column", "single_column" or "slide": width, fonts and lines, on top of the common style sheet.
-    """
-
-    @functools.wraps(draw)
-    def drawn(*arguments: Any, target: str = "double_column", **options: Any) -> Drawn:
-        own = matplotlib.rc_params_from_file(HERE / f"{target}.mplstyle", use_default_template=False)
-        with styled():
-            matplotlib.rcParams.update(own)
-            return draw(*arguments, **options)
-
-    return drawn
-
-
 def size(height_in: float) -> tuple[float, float]:
-    """Size of a figure in inches, as wide as its target; its height is that of the double column."""
-    width, per_inch = matplotlib.rcParams["figure.figsize"]
-    return width, per_inch * height_in
-
-
-def scaled(points: float) -> float:
-    """Width of a line or size of a marker, given for the double column."""
-    return points * float(matplotlib.rcParams["lines.linewidth"])
-
-
-def sized(look: Style) -> Style:
-    """A look given for the double column, with widths of lines and sizes of markers of the target."""
-    return look | {name: scaled(look[name]) for name in SIZES if name in look}
+    """Size of a figure of so much height, as wide as both columns of a journal's page [inch]."""
+    return WIDTH_IN, height_in
 
 
 def legend_columns(labels: Sequence[str], room: float = 1.0) -> int:
@@ -151,7 +123,7 @@ def entitle(ax: Axes, index: int, n_panels: int, text: str, room: float) -> None
 
 def recorded(origin: str) -> Style:
     """Look and label of a record, measured or simulated, for what is drawn now."""
-    return sized(MEASURED | {"label": "simulated record" if origin == "simulated" else origin})
+    return MEASURED | {"label": "simulated record" if origin == "simulated" else origin}
 
 
 def runs_told(data: pd.DataFrame) -> str:
@@ -396,7 +368,7 @@ def scale_by_noise(residual: Axes, furthest: float) -> None:
     the band that holds 95 % of white noise. Its edges lie on top: a residual that is noise hides the band."""
     residual.axhspan(-NOISE, NOISE, facecolor="0.85", linewidth=0)
     for edge, label in ((-NOISE, None), (NOISE, "noise: 95 %")):
-        residual.axhline(edge, color="#f0c000", linewidth=scaled(0.8), zorder=3, label=label)
+        residual.axhline(edge, color="#f0c000", linewidth=0.8, zorder=3, label=label)
     residual.set_yscale("symlog", linthresh=LINEAR)
     first = 2 if furthest > 30 else 1  # 10 would touch 3
     decades = [10.0**power for power in range(first, 7) if 10**power < furthest]
@@ -410,7 +382,7 @@ def note_simulated(figure: Figure) -> None:
     figure.suptitle(FOOTER.capitalize(), x=0.01, ha="left", fontsize=6.5, color="0.35")
 
 
-@printed
+@styled()
 def save(
     figures: Figure | Sequence[Figure],
     data: pd.DataFrame,

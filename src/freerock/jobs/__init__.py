@@ -6,7 +6,6 @@ __all__ = [
     "home",
     "ledger",
     "make_fits",
-    "make_misfit_maps",
     "make_record",
     "make_responses",
     "metadata",

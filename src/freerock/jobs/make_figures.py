@@ -10,16 +10,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import pandas as pd
-
 from freerock.figures.style import save
 from freerock.files import write_text
-from freerock.jobs.figure_pages import pages
 from freerock.models.block import Block
 from freerock.tables.csvfile import read_csv
 from freerock.tables.number_text import SIMULATED_NOTE
-
-SLIDE = "slide"
 
 
 def make_figures(
@@ -27,29 +22,25 @@ def make_figures(
     files: Mapping[str, str | Sequence[str]],
     settings: Mapping[str, Mapping[str, Any]],
     folder: str | Path,
-    target: str = "double_column",
 ) -> None:
     """Write figures in a folder as .pdf and .png, the numbers drawn as .csv, the captions as .txt.
 
-    A figure that is higher than a journal's page is divided, see `freerock.jobs.figure_pages`. The first line
-    of a caption is the figure's title, the second says what is drawn, of which runs and with which errors.
+    The first line of a caption is the figure's title, the second says what is drawn, of which runs and with
+    which errors.
 
     Parameters
     ----------
     figures : iterable of module
         Of `freerock.figures`. Its function `draw` names as its arguments what it takes of files and
-        settings; its function `caption` says of the numbers drawn what no other campaign shares; its function
-        `read` opens maps. Of records or fits it gets the first of each scene with a usable or fitted run; of
-        these the variables of `OF_RECORDS` or `OF_FITS`, where it names them.
+        settings; its function `caption` says of the numbers drawn what no other campaign shares. Of records
+        or fits it gets the first of each scene with a usable or fitted run; of these the variables of
+        `OF_RECORDS` or `OF_FITS`, where it names them.
     files : mapping
-        Paths: datasets of all tests under "records" or "fits", misfit maps under "maps", tables under their
-        names.
+        Paths: datasets of all tests under "records" or "fits", tables under their names.
     settings : mapping
         By name of a figure: origin, labels, title, caption, and what the figure needs of scenes (of the
         datasets), blocks, set_ups and debonding.
     folder : path
-    target : str
-        What they are drawn for, see `freerock.figures.style`.
     """
     figures = list(figures)
     read: dict[str, Any] = {}
@@ -58,20 +49,17 @@ def make_figures(
         for kind in figure.FIGURE["reads"]:
             if kind in files and kind not in read:
                 read[kind] = _read(kind, files[kind], figures, settings[name])
-        _make(figure, read, settings[name], f"{folder}/{name}", target)
+        _make(figure, read, settings[name], f"{folder}/{name}")
 
 
-def _make(
-    figure: ModuleType, read: Mapping[str, Any], settings: Mapping[str, Any], stem: str, target: str
-) -> None:
+def _make(figure: ModuleType, read: Mapping[str, Any], settings: Mapping[str, Any], stem: str) -> None:
     known = {**read} | {name: value for name, value in settings.items() if name != "scenes"}
     if "blocks" in settings:
         known["blocks"] = {name: Block(**block) for name, block in settings["blocks"].items()}
     asked = inspect.signature(figure.draw).parameters
     taken = {name: value for name, value in known.items() if name in asked}
-    drawn = pages(partial(figure.draw, target=target), taken, talk=target == SLIDE)
-    data = pd.concat([numbers for _, numbers in drawn], ignore_index=True).drop_duplicates()
-    save([each for each, _ in drawn], data, stem, settings["origin"], target=target)
+    drawn, data = figure.draw(**taken)
+    save(drawn, data, stem, settings["origin"])
     own = figure.caption(data, settings["labels"])
     simulated = SIMULATED_NOTE if settings["origin"] == "simulated" else ""
     told = " ".join(filter(None, [settings["caption"], own, simulated]))
@@ -81,10 +69,10 @@ def _make(
 def _read(
     kind: str, paths: str | Sequence[str], figures: Iterable[ModuleType], settings: Mapping[str, Any]
 ) -> Any:
-    """Datasets of one kind with what any of the figures takes of them, misfit maps, or a table."""
+    """Datasets of one kind with what any of the figures takes of them, or a table."""
     taking = [figure for figure in figures if kind in figure.FIGURE["reads"]]
     if kind not in ("records", "fits"):
-        return taking[0].read(paths) if kind == "maps" else read_csv(str(paths))
+        return read_csv(str(paths))
     # figures of tables need no xarray, which takes a third of a second
     from freerock.products.groups import one_of_each, runs_of, usable_runs
     from freerock.products.netcdf import open_fits, open_record

@@ -19,9 +19,7 @@ from freerock.runs.motion import Motion
 from freerock.tables.candidates import accepted_fits
 from freerock.tables.csvfile import write_csv
 from freerock.tables.restitution_comparison import restitution_comparison
-from freerock.tables.restitution_law import restitution_law
 from freerock.tables.summary import table1, table2, table3
-from freerock.tables.swings import swings
 from freerock.tables.tidy_tables import joined, rows_of
 
 AT_ONCE = 40  # records whose fits are in memory together
@@ -62,8 +60,6 @@ def make_tables(
     tables["restitution_comparison"] = restitution_comparison(
         tables["runs"], tables["populations"], tables["restitution"], blocks
     )
-    moved = swings(tables["runs"], tables["restitution"], tables["epsilon"], blocks)
-    tables["restitution_law"] = restitution_law(moved, tables["epsilon"])
     origin = ", ".join(tables["runs"]["origin"].unique())
     published = settings["published"]
     printed = {

@@ -1,11 +1,10 @@
-"""Runs and blocks together: means, predictions, uncertainty budget, misfit maps."""
+"""Runs and blocks together: means, predictions, uncertainty budget."""
 
 __all__ = [
     "between_blocks",
     "estimate",
     "impact_energy",
     "means",
-    "misfit",
     "predict",
     "random_effects",
     "sensitivity",

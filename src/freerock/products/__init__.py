@@ -4,7 +4,6 @@ __all__ = [
     "choices",
     "estimates",
     "groups",
-    "misfit_maps",
     "names",
     "netcdf",
     "provenance",

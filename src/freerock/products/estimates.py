@@ -1,4 +1,4 @@
-"""Plain values of fit datasets: estimates for predictions and misfit maps, evidence for the choice."""
+"""Plain values of fit datasets: estimates for predictions, evidence for the choice."""
 
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
@@ -12,10 +12,6 @@ from freerock.products.groups import fits_of
 
 if TYPE_CHECKING:
     import lmfit
-
-# All variables of a fit that are asked for here.
-ESTIMATED: tuple[str, ...] = ("parameter", "success", "value", "covariance", "contribution")
-ESTIMATED += ("input", "input_owner", "input_u", "input_moved")
 
 
 def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:

@@ -1,5 +1,5 @@
 "use strict";
-// The charts of a run: signals, rotation with release and end as handles, residuals; restitution, misfit map.
+// The charts of a run: signals, rotation with release and end as handles, residuals; restitution.
 
 const SIGNALS = ["#555555", "#0072b2"];
 const NEAR = 0.01;  // of the time shown, a click is near an impact
@@ -199,20 +199,3 @@ function floats(curve) {
     : {t: [], v: []};
 }
 
-/** The misfit map of a run, drawn into a place: log₁₀ ε_θ over two parameters, with the identified ones. */
-function drawMisfit(place, {label, names, first, second, at, epsilon}) {
-  const figure = Bokeh.Plotting.figure({
-    css_classes: ["map"], title: `${label}: log₁₀ ε_θ`, x_axis_label: names[0], y_axis_label: names[1],
-    x_axis_type: "log", y_axis_type: "log", height: 300, sizing_mode: "stretch_width", min_border_left: 64,
-    x_range: new Bokeh.Range1d({start: first[0], end: first[1]}), y_range: new Bokeh.Range1d({start: second[0], end: second[1]}),
-    tools: "", toolbar_location: null});
-  const flat = epsilon.flat(), {ndarray} = Bokeh.require("core/util/ndarray");
-  const values = ndarray(Float64Array.from(flat), {dtype: "float64", shape: [epsilon.length, epsilon[0].length]});
-  const mapper = new Bokeh.LinearColorMapper({palette: Bokeh.Palettes.viridis(64).reverse(), low: Math.min(...flat), high: Math.max(...flat)});
-  const source = new Bokeh.ColumnDataSource({data: {image: [values], x: [first[0]], y: [second[0]], dw: [first[1] - first[0]], dh: [second[1] - second[0]]}});
-  figure.image(mapper, {field: "image"}, {field: "x"}, {field: "y"}, {field: "dw"}, {field: "dh"}, {source});
-  figure.scatter([at[0]], [at[1]], {marker: "cross", size: 14, line_color: "black", line_width: 2});
-  figure.add_layout(new Bokeh.ColorBar({color_mapper: mapper, width: 10}), "right");
-  place.replaceChildren();
-  return Bokeh.Plotting.show(figure, place);
-}

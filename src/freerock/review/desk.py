@@ -8,8 +8,6 @@ from pathlib import Path
 from threading import RLock
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from freerock.config.campaign import Campaign, load_campaign
 from freerock.config.record import Record
 from freerock.config.review_log import LOOKED_AT, Change, appended, changed, changes_in, log_of, looked_at
@@ -17,9 +15,6 @@ from freerock.config.step_settings import geometry, labels
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums, read_bytes, recover, replace_together
 from freerock.models.block import Block
-from freerock.models.free_parameters import symbol_of
-from freerock.models.laws import MODEL_LABELS, MODELS
-from freerock.products.choices import named_in
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review.corrections import Correction, corrected, corrected_cells, correction_of
 from freerock.review.csv_edit import Edit, digest, locked, save_edits
@@ -210,38 +205,6 @@ class Desk:
                     self._keep(test, found)
         picture = self._picture(then, found, run, near_s, means=whole or key == known)
         return {"cells": cells, "rows": lines_of_record(test, found), **picture}
-
-    def misfit(self, test: str, run: int, correction: Correction) -> Json:
-        """ε_θ over the two parameters of the candidate named for a run, or of the nearest law with two."""
-        from freerock.jobs.make_misfit_maps import map_of_run
-        from freerock.products.estimates import estimates_in
-        from freerock.products.misfit_maps import mapped
-
-        line = self._line(test)
-        cells = corrected_cells(correction, line)
-        known, found = self._tried
-        if known != (test, tuple(sorted(cells.items()))):
-            found = self._analysed(line)
-            if cells or found.fits is None:
-                found = self._bench.analyse(self.campaign, corrected(line, cells))
-        group = found.fits.children.get(f"run_{run}") if found.fits is not None else None
-        if group is None:
-            return {}
-        usable = {each.model: each for each in estimates_in(found.fits) if each.run == run}
-        model = mapped(named_in(group), usable)
-        if not model:
-            return {}
-        block = Block(**geometry(self.campaign, line))
-        made = map_of_run(found.fits, usable[model], block, self.campaign.fits.debonding)
-        first, second = (made[f"{name}_finer"].values[[0, -1]].tolist() for name in MODELS[model])
-        return {
-            "label": MODEL_LABELS[model],
-            "names": [symbol_of(name) for name in MODELS[model]],
-            "first": first,
-            "second": second,
-            "at": [float(usable[model].values[name]) for name in MODELS[model]],
-            "epsilon": np.round(np.log10(np.maximum(made["epsilon_finer"].values, 1e-12)), 3).tolist(),
-        }
 
     def keep(self, corrections: Mapping[str, Correction], known: str, why: str) -> Json:
         """Write corrections into the campaign's CSV: those cells that they change, and nothing else.

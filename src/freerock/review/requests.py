@@ -24,14 +24,6 @@ class Refit(Sent):
     whole: bool = key("true to fit all runs, else false")
 
 
-class Misfit(Sent):
-    """Request the misfit map of a run."""
-
-    test: Test
-    run: Run = key("the number of the run")
-    correction: Correction = key("what is set by hand")
-
-
 class Keep(Sent):
     """Keep corrections."""
 
@@ -75,7 +67,7 @@ class Window(OfTest):
     to_s: Seconds = key("the last instant in seconds")
 
 
-DONE: dict[str, type[Section]] = {"refit": Refit, "misfit": Misfit, "keep": Keep, "undo": Sent, "look": Look}
+DONE: dict[str, type[Section]] = {"refit": Refit, "keep": Keep, "undo": Sent, "look": Look}
 REQUESTS: dict[str, type[Section]] = {
     "list": Asked,
     "again": Asked,

@@ -204,7 +204,6 @@ function drawRun() {
   overlay();
   drawShown(picture);
   drawNumbers();
-  if (at("misfit").open) misfit();
 }
 
 /** The record's other runs over this one, each from its own release; none where that is not wanted. */
@@ -312,20 +311,6 @@ function fitTable(old, now, isMean) {
   }
   return element("table", {ariaLabel: isMean ? "Means of the record’s runs" : "Fits of this run"},
     element("thead", {}, element("tr", {}, ...heads.map(head => element("th", {scope: "col"}, head)))), body);
-}
-
-async function misfit() {
-  const place = at("misfit").querySelector("div"), picture = desk.view.picture;
-  if (!picture?.fits) { place.replaceChildren("no fit to draw it of"); return; }
-  const key = JSON.stringify([desk.record.test, picture.run, correction()]);
-  if (place.dataset.key === key) return;
-  place.dataset.key = key;
-  place.replaceChildren("…");
-  try {
-    const found = await tell("misfit", {test: desk.record.test, run: picture.run, correction: correction()});
-    if (place.dataset.key !== key) return;
-    if (found.epsilon) drawMisfit(place, found); else place.replaceChildren("no law with two parameters was fitted");
-  } catch (error) { place.dataset.key = ""; place.replaceChildren(""); alarm(error); }
 }
 
 // corrections
@@ -536,7 +521,6 @@ function listen() {
   at("looked").addEventListener("change", () => look(at("looked").checked));
   at("discard").addEventListener("click", discard);
   at("whole").addEventListener("click", whole);
-  at("misfit").addEventListener("toggle", () => { if (at("misfit").open) misfit(); });
   at("save").addEventListener("click", askToSave);
   at("undo").addEventListener("click", undo);
   at("sure-save").addEventListener("click", save);

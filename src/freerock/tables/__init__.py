@@ -11,7 +11,6 @@ __all__ = [
     "populations",
     "printed_tables",
     "restitution_comparison",
-    "restitution_law",
     "summary",
     "swings",
     "tidy_tables",
