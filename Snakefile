@@ -25,7 +25,6 @@ include: "workflow/rules/plan_and_ledger.smk"
 include: "workflow/rules/record_and_fit.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables_and_report.smk"
-include: "workflow/rules/response.smk"
 
 
 if find_spec("freerock_bench"):  # a wheel holds no studies

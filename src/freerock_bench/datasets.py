@@ -14,10 +14,8 @@ from typing import Any
 
 from ruamel.yaml import YAML
 
-from freerock.jobs.make_responses import CURVE, SCENE
 from freerock.planning import plan, plan_total
 from freerock.products.names import VARIABLES
-from freerock.response.ensemble import RESPONSE_COLUMNS as RESPONSES
 from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.tables.columns import RARE_CANDIDATES_COLUMNS, RARE_IMPACTS
 from freerock_bench.document import in_markdown, renew
@@ -46,8 +44,6 @@ def tables() -> dict[str, list[str]]:
     """Columns of each table, in the order of `ROWS`."""
     listed = json.loads((ROOT / "docs/interface.json").read_text(encoding="utf-8"))["columns"]
     own = {
-        "fragility.csv": CURVE,
-        "response/motions_N.csv": [*SCENE, *RESPONSES],
         "plan/plan.csv": plan.COLUMNS,
         "plan/rivals.csv": plan.RIVALS,
         "plan/total.csv": plan_total.TOTALS,

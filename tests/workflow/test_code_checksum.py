@@ -15,10 +15,7 @@ from freerock.files import sha256
 from freerock.jobs import code_identity as workflow
 from freerock.jobs.code_identity import code, code_checksum
 
-SHAKEN = {"response.py", "fragility.py"}  # of a campaign with ground motions: test_shaken_campaign.py
-SCRIPTS = {
-    path.name for path in (ROOT / "workflow/scripts").glob("*.py") if "study" not in path.name
-} - SHAKEN
+SCRIPTS = {path.name for path in (ROOT / "workflow/scripts").glob("*.py") if "study" not in path.name}
 
 
 def test_every_module_a_step_imports_is_among_its_code(finished, checkout):
@@ -42,7 +39,7 @@ def test_every_module_a_step_imports_is_among_its_code(finished, checkout):
         named = [f"freerock.figures.{name}" for name in FIGURES if name in figures and script == "figure.py"]
         declared = {Path(path).relative_to(ROOT) for path in code(ROOT / "workflow/scripts" / script, *named)}
         assert imported <= declared, script
-    assert seen == SCRIPTS - SHAKEN
+    assert seen == SCRIPTS
 
 
 @pytest.mark.parametrize(

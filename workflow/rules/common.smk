@@ -111,22 +111,6 @@ def scenes_of(records):
     return [f"{each.block} on {each.foundation}" for each in records]
 
 
-@cache
-def ground_motions_of(name):
-    """Accelerograms of a campaign, by the number of the job that takes them."""
-    section = CAMPAIGNS[name].ground_motions
-    if section is None:
-        return {}
-    from freerock.response.motions import motion_files  # with what reads records, half a second
-
-    try:
-        files = [str(path) for path in motion_files(section.folder)]
-    except FreerockError as error:
-        sys.exit(f"config/campaigns/{name}.yaml: ground_motions.folder: {error}")
-    n = section.motions_per_job
-    return {str(i): files[i * n : (i + 1) * n] for i in range(-(-len(files) // n))}
-
-
 def changes_of(wildcards):
     """Input function: the log of what was changed at the review desk, where there is one."""
     log = log_of(f"config/campaigns/{wildcards.campaign}.csv")

@@ -7,8 +7,6 @@ TAKES = {
     "quality": {"mem_mb": 500, "runtime": 5},
     "tables": {"mem_mb": 1000},
     "report": {"mem_mb": 1000},
-    "response": {"mem_mb": 1000, "runtime": 60},
-    "fragility": {"mem_mb": 1000},
 }
 
 

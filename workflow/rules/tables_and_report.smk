@@ -130,10 +130,7 @@ rule report:
     input:
         records=products("records"),
         fits=products("fits"),
-        tables=lambda w: [
-            f"results/{w.campaign}/tables/{name}.csv"
-            for name in (*REPORTED, *(["fragility"] if campaign(w).ground_motions else []))
-        ],
+        tables=csv_tables(*REPORTED),
         figures=lambda w: reported(w, "png"),
         captions=lambda w: reported(w, "txt"),
         pages=lambda w: expand(

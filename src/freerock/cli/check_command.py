@@ -136,11 +136,6 @@ def check_files(source: Source) -> Iterator[FreerockError]:
                 yield _at(source.where("lasers", name, "calibration"), table)
             else:
                 tables[name] = table
-    if source.campaign and source.campaign.ground_motions:
-        from freerock.response.motions import ground_motions_in
-
-        wrong = ground_motions_in(source.campaign.ground_motions.folder)[1]
-        yield from (_at(source.where("ground_motions", "folder"), each) for each in wrong)
     if source.campaign and source.campaign.truth:
         truth = attempt(read_truth, Path(source.raw, source.campaign.truth))
         if isinstance(truth, FreerockError):

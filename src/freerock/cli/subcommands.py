@@ -26,7 +26,6 @@ COMMANDS = {  # what each does, as `freerock --help` lists it
     "run": "analyse campaigns by snakemake, with a progress bar and one line per failure",
     "plan": "predict standard errors, rivals and the number of runs, before any test",
     "simulate": "simulate a scene: a virtual record, or θ(t) of models on a shake table",
-    "respond": "predict whether blocks overturn under ground motions, by their identified laws",
     "review": "show, correct and refit runs in the browser",
     "progress": "report progress, failures and remaining time of a running snakemake",
     "verify": "check whether all products are whole, and list what a run would make",

@@ -13,7 +13,6 @@ from freerock.config.figure_names import FIGURES, Figure
 from freerock.config.keys_of_blocks import BlockSection
 from freerock.config.keys_of_fits import FitsSection
 from freerock.config.keys_of_foundations import FoundationSection
-from freerock.config.keys_of_ground_motions import GroundMotionsSection
 from freerock.config.keys_of_lasers import LaserSection
 from freerock.config.keys_of_plan import PlanSection
 from freerock.config.keys_of_processing import ProcessingSection
@@ -42,9 +41,6 @@ class CampaignFile(Section):
     lasers: dict[Name, LaserSection] = key("one or more sensors, each by its name", min_length=1)
     records_per_job: Whole = key(
         "records per job, at most; with hundreds of records 40 saves start-up time", 4, ge=1
-    )
-    ground_motions: GroundMotionsSection | None = key(
-        "the ground motions under which the report says whether the blocks fall", None
     )
     figures: Annotated[tuple[Figure, ...], Once] = key(
         "the figures of the report; any other is drawn if it is the target of snakemake", FIGURES

@@ -146,20 +146,6 @@ def geometries(campaign: Campaign) -> Settings:
     return {name: section_values(each, *NOT_OF_BLOCK) for name, each in campaign.blocks.items()}
 
 
-def ensemble(campaign: Campaign) -> Settings:
-    """Scales, draws and what is drawn, of a campaign with ground motions."""
-    motions = campaign.ground_motions
-    return section_values(motions, "folder", "motions_per_job") if motions else {}
-
-
-def scenes_tested(campaign: Campaign) -> list[dict[str, str]]:
-    """Campaign, test, block and foundation of each record."""
-    return [
-        {"campaign": campaign.name, "test": each.test, "block": each.block, "foundation": each.foundation}
-        for each in campaign.records
-    ]
-
-
 def release_angles(campaign: Campaign) -> dict[str, float]:
     """Nominal release angle [degree] of each block that has one."""
     angles = {name: section.release_angle_deg for name, section in campaign.blocks.items()}

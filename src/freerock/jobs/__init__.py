@@ -7,7 +7,6 @@ __all__ = [
     "ledger",
     "make_fits",
     "make_record",
-    "make_responses",
     "metadata",
     "supplement",
     "whole_or_rerun",

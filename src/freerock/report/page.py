@@ -38,7 +38,7 @@ MOST_LISTED = 120  # runs with rows and fits in the page, up to 6 kB each; all s
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
 MOST_FIGURES = 12  # in the page, about 100 kB each; the others are linked
 CHAPTERS = dict.fromkeys(("set_up", "models", "residuals"), "results")  # by the name of a figure's file
-CHAPTERS |= {"restitution": "restitution", "overturning": "overturning"}
+CHAPTERS |= {"restitution": "restitution"}
 FURTHER = "further"  # chapter of the other figures
 PUBLISHED = PUBLISHED_NOTE.partition(":")[0]
 COLOURS = 64  # of a figure in the page: lines, text and their smooth edges need no more
@@ -160,7 +160,6 @@ def _content(
         "choice": made.choices(rows["choice"], labels),
         "budget": made.budget(rows["budget"], rows["choice"], labels),
         "restitution_comparison": made.compared_restitution(rows["restitution_comparison"]),
-        **({"fragility": made.overturning(rows["fragility"], labels)} if "fragility" in rows else {}),
     }
     named_on, tried = laws_of_foundations(tables["choice"]), {*tables["choice"]["model"]}
     fits = tables["epsilon"]

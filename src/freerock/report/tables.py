@@ -10,7 +10,6 @@ import pandas as pd
 from freerock.config.review_log import LOOKED_AT, Change, looked_at
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS
-from freerock.response.motions import INTENSITIES
 from freerock.rotation.u_total import OF_LAW
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
@@ -90,39 +89,6 @@ def of_records(table: Printed, labels: Labels) -> Sortable:
     """A printed table with several rows per record: tables 2 and 3."""
     columns = [_RECORD, *_scene(labels), *table.columns]
     return _sortable(columns, table.frame.itertuples(), table.caption, table.notes)
-
-
-def overturning(frame: pd.DataFrame, labels: Labels) -> Sortable:
-    """Whether blocks fall under the ground motions of the campaign: a row per record and intensity."""
-
-    def curve(row: Any) -> Sequence[str]:
-        if row.kind == "fitted":
-            return [fixed(each, 3) for each in (row.median, row.median_low, row.median_high, row.beta)]
-        without = {0.0: "never", 1.0: "always"}.get(row.probability, "–")  # all failed
-        return ["not known" if row.kind == "no_law" else without, "", "", ""]
-
-    def known(text: Mapping[str, str], name: str, unknown: str) -> Callable[[Any], Cell]:
-        return lambda row: Cell(unknown if row.kind == "no_law" else text[getattr(row, name)])
-
-    rows = frame[frame["kind"] != "counted"].drop_duplicates(["test", "model", "measure"])
-    columns = [
-        *(_RECORD, *_scene(labels)),
-        Column("Law", known(MODEL_LABELS, "model", "no law")),
-        Column("Intensity", known(INTENSITIES, "measure", "–")),
-        Column("Median", lambda row: Cell(curve(row)[0])),
-        Column("from", lambda row: Cell(curve(row)[1])),
-        Column("to", lambda row: Cell(curve(row)[2])),
-        Column("β", lambda row: Cell(curve(row)[3])),
-        numbers("Motions", "n_motions"),
-    ]
-    caption = "Intensity at which half of the responses overturn, with its 95 % interval, and dispersion β"
-    notes = ["The law was identified in free rocking; no test here shows that it holds under a shaking base."]
-    if (frame["kind"] == "no_law").any():
-        notes.append(
-            "No law: none explains the runs of the record, or no run is usable, so whether its block "
-            "overturns is not known."
-        )
-    return _sortable(columns, rows.itertuples(), caption, notes)
 
 
 def compared(frame: pd.DataFrame, labels: Labels) -> Sortable:
