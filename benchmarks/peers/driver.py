@@ -11,10 +11,6 @@ import os
 import sys
 import time
 
-from common import places, steps, substeps  # of src/freerock/cli/snippets, which PYTHONPATH names
-
-__all__ = ["answer", "places", "steps", "substeps"]
-
 
 def answer(prepare):
     """Answer all cases.
@@ -41,3 +37,19 @@ def answer(prepare):
             answers.append({"error": f"{type(error).__name__}: {error}"})
     with os.fdopen(out, "w") as stream:
         json.dump(answers, stream)
+
+
+def steps(scene):
+    """Number of intervals at whose ends θ is requested."""
+    return round(scene["until_s"] / scene["every_s"])
+
+
+def substeps(scene, step_s):
+    """Steps of an interval."""
+    return max(1, round(scene["every_s"] / step_s))
+
+
+def places(scene, n):
+    """Middles of n equal strips of the base [m], and their width."""
+    b = scene["b"]
+    return [b * ((2 * i + 1) / n - 1) for i in range(n)], 2 * b / n

@@ -16,14 +16,13 @@ import freerock
 from freerock.cli.subcommands import COMMANDS
 from freerock.config.campaign import ConfigFile
 from freerock.config.keys_of_campaign import CampaignFile
-from freerock.config.keys_of_scene import Scene
 from freerock.config.record import Record
 from freerock.config.reference import json_schema
 from freerock.config.values import Section
 from freerock.products.netcdf import open_fits, open_record
 from freerock.tables.csvfile import read_csv
 
-FILES: dict[str, type[Section]] = {"config.yaml": ConfigFile, "campaign": CampaignFile, "scene": Scene}
+FILES: dict[str, type[Section]] = {"config.yaml": ConfigFile, "campaign": CampaignFile}
 Names = dict[str, list[str]]
 
 

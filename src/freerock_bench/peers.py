@@ -4,6 +4,7 @@ A driver in `benchmarks/peers` takes cases and answers with θ(t) and the best t
 """
 
 import json
+import os
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.cli.export_command import SNIPPETS, environment
 from freerock.models.block import GRAVITY
 from freerock_bench.methods.problem import Problem
 
@@ -70,7 +70,7 @@ def solve(
         capture_output=True,
         text=True,
         timeout=LONGEST_S,
-        env=environment(PYTHON) | {"PYTHONPATH": str(SNIPPETS)},
+        env=environment(PYTHON),
     )
     if not done.stdout:
         why = done.stderr.strip().rpartition("\n")[2] or "it ended without an answer"
@@ -79,3 +79,9 @@ def solve(
         Answer(np.array(each.get("theta", [])), each.get("seconds", np.nan), each.get("error", ""))
         for each in json.loads(done.stdout)
     ]
+
+
+def environment(python: Path) -> dict[str, str]:
+    """Variables for an engine: OpenSees' wheel has its libraries, but not where they look for each other."""
+    inside = sorted(python.parents[1].glob("lib/python*/site-packages/openseespylinux/lib"))
+    return os.environ | {"LD_LIBRARY_PATH": ":".join(map(str, inside))}

@@ -23,14 +23,9 @@ COMMANDS = {  # what each does, as `freerock --help` lists it
     "new-campaign": "begin a campaign from a folder of record files",
     "add": "add record files to a campaign",
     "check": "check configuration and files within seconds",
-    "run": "analyse campaigns by snakemake, with a progress bar and one line per failure",
     "plan": "predict standard errors, rivals and the number of runs, before any test",
-    "simulate": "simulate a scene: a virtual record, or θ(t) of models on a shake table",
     "review": "show, correct and refit runs in the browser",
-    "progress": "report progress, failures and remaining time of a running snakemake",
     "verify": "check whether all products are whole, and list what a run would make",
-    "supplement": "pack records, settings, code and products for a paper's supplement",
-    "export": "write the identified law of each foundation as a program for another engine",
     "compare": "show what changed between two analyses of a campaign",
 }
 LOG = "freerock.log"

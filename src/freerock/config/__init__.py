@@ -1,4 +1,4 @@
-"""Configuration: YAML and CSV files in, checked campaigns, scenes and settings of each step out.
+"""Configuration: YAML and CSV files in, checked campaigns and settings of each step out.
 
 A key of a YAML file stands with its default in the module of its group: `plan.n_runs` in `keys_of_plan`.
 Those that code takes as a whole are in `fit_settings` and `laser_defaults`.
@@ -16,7 +16,6 @@ __all__ = [
     "keys_of_lasers",
     "keys_of_plan",
     "keys_of_processing",
-    "keys_of_scene",
     "keys_of_uncertainty",
     "laser_defaults",
     "mistakes",

@@ -22,7 +22,6 @@ OPTIONS = ("campaigns", "studies", "verify")  # of snakemake --config
 RESERVED = {  # folders of results that are no campaign's
     "studies": "the results of the studies",
     "inspect": "the pictures of `freerock inspect`",
-    "simulate": "the results of `freerock simulate`",
 }
 
 

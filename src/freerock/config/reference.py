@@ -10,7 +10,6 @@ from typing import Any
 
 from freerock.config.campaign import ConfigFile
 from freerock.config.keys_of_campaign import CampaignFile
-from freerock.config.keys_of_scene import Scene
 from freerock.config.record import Record
 from freerock.config.values import Section
 
@@ -22,12 +21,12 @@ TYPES["object"] = "group of keys"
 SCHEMA_BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
 BOUNDS = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
 Json = dict[str, Any]
-SCHEMAS: dict[str, type[Section]] = {"config": ConfigFile, "campaign": CampaignFile, "scene": Scene}
+SCHEMAS: dict[str, type[Section]] = {"config": ConfigFile, "campaign": CampaignFile}
 
 
 def markdown_of_keys() -> str:
     """Every key of every file: type and bounds, unit, default, meaning, as the JSON schemas have them."""
-    config, campaign, scene = (json_schema(each) for each in SCHEMAS.values())
+    config, campaign = (json_schema(each) for each in SCHEMAS.values())
     return "\n\n".join(
         [
             "## config/config.yaml",
@@ -37,9 +36,6 @@ def markdown_of_keys() -> str:
             "## config/campaigns/NAME.csv",
             "One line per record; the first line names the columns. Lines that start with # are ignored.",
             _table(json_schema(Record)),
-            "## SCENE.yaml",
-            "What `freerock simulate` simulates; examples are in the folder `examples`.",
-            *_sections("", scene, scene["$defs"]),
         ]
     )
 

@@ -23,6 +23,5 @@ __all__ = [
     "residuals",
     "restitution",
     "set_up",
-    "simulated_scene",
     "style",
 ]

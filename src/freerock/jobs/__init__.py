@@ -7,7 +7,5 @@ __all__ = [
     "ledger",
     "make_fits",
     "make_record",
-    "metadata",
-    "supplement",
     "whole_or_rerun",
 ]
