@@ -37,22 +37,8 @@ $(READY): requirements.lock pyproject.toml
 # What a job asks of compiled code is compiled once here, before two jobs do so at the same time.
 $(KERNEL): $(wildcard src/freerock/models/*.py src/freerock/models/*.csv) \
 		src/freerock/rotation/beam_kernel.py src/freerock/runs/impact_kernel.py \
-		src/freerock/runs/whitening.py $(READY)
-	python -c 'import numpy as np; from freerock.rotation.as_measured import as_measured; \
-		from freerock.models.block import Block; \
-		from freerock.rotation.beam import rotation_and_sensitivity; from freerock.rotation.sensor import Laser; \
-		from freerock.rotation.view import View; from freerock.runs.impacts import find_impacts; \
-		from freerock.runs.whitening import Slow, transposed, whiten; \
-		block, time = Block(1, 0.2, 1), np.array([0, 0.01]); \
-		laser = Laser("vertical", 0.05, units="mm"); view = View(block, laser); \
-		rotation_and_sensitivity(time, block, laser); \
-		law = {"k": 1e6, "c": 1e3, "theta0": 0.1}; as_measured("winkler", block, law, time, view); \
-		as_measured("winkler", block, law | {"edge_radius": 1e-3}, time, view); \
-		as_measured("bouncing", block, {"e": 0.4, "mu": 0.3, "theta0": 0.1}, time, view); \
-		as_measured("housner", block, {"r": 0.9, "theta0": 0.1, "width": 0.19}, time, view); \
-		time = np.arange(100) / 100; find_impacts(time, np.cos(9 * time), 1e-3, block, theta0=1.0); \
-		one, law = np.ones((2, 2)), Slow(1.0, 1.0, 0.5); \
-		whiten(one, np.arange(2), law); transposed(one, np.arange(2), law)'
+		src/freerock/runs/whitening.py src/freerock/compile.py $(READY)
+	python -m freerock.compile
 	touch $@
 
 slurm: setup $(SLURM)

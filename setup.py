@@ -7,13 +7,7 @@ from setuptools import setup
 from setuptools.command.build_py import build_py
 
 WORKFLOW = ("Snakefile", "workflow", "profiles")
-ALSO = (
-    "pyproject.toml",
-    "setup.py",
-    "requirements.lock",
-    "Makefile",
-    "LICENSE",
-)  # of a supplement
+LOCK = "requirements.lock"  # from which `freerock init` names tested versions
 
 
 class WithWorkflow(build_py):
@@ -26,7 +20,7 @@ class WithWorkflow(build_py):
         home = Path(self.build_lib, "freerock", "snakemake")
         shutil.rmtree(home, ignore_errors=True)
         home.mkdir(parents=True)
-        for part in map(Path, (*WORKFLOW, *ALSO)):
+        for part in map(Path, (*WORKFLOW, LOCK)):
             if part.is_dir():
                 shutil.copytree(part, home / part, ignore=shutil.ignore_patterns("__pycache__", ".*"))
             else:

@@ -8,8 +8,7 @@ import pytest
 from installed import ROOT, wheel_from_sdist
 
 pytestmark = pytest.mark.slow
-WORKFLOW = ("Snakefile", "workflow", "profiles")
-FOR_SUPPLEMENTS = ("pyproject.toml", "setup.py", "requirements.lock", "Makefile", "LICENSE")
+WORKFLOW = ("Snakefile", "workflow", "profiles", "requirements.lock")
 
 
 def files_of(folder, *parts):
@@ -21,7 +20,6 @@ def files_of(folder, *parts):
 def test_a_wheel_holds_the_product_and_its_workflow(tmp_path):
     wheel = zipfile.ZipFile(wheel_from_sdist(tmp_path))
     expected = {f"freerock/snakemake/{name}": path for name, path in files_of(ROOT, *WORKFLOW).items()}
-    expected |= {f"freerock/snakemake/{name}": ROOT / name for name in FOR_SUPPLEMENTS}
     expected |= files_of(ROOT / "src", "freerock")
     expected = {name: path for name, path in expected.items() if "__pycache__" not in name}
     held = {name for name in wheel.namelist() if ".dist-info/" not in name}

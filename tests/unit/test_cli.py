@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from freerock.cli import progress_command
+from freerock.cli import compare_command
 from freerock.cli import subcommands as cli
 
 ROOT = Path(__file__).parents[2]
@@ -85,13 +85,13 @@ def test_an_error_of_its_own_is_one_line_and_a_traceback_in_the_log(tmp_path, mo
     def run(chosen):
         raise ZeroDivisionError("division\nby zero")
 
-    monkeypatch.setattr(progress_command, "run", run)
+    monkeypatch.setattr(compare_command, "run", run)
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["progress"]) == 3
-    line = "freerock progress: ZeroDivisionError: division; report it with freerock.log\n"
+    assert cli.main(["compare", "a", "b"]) == 3
+    line = "freerock compare: ZeroDivisionError: division; report it with freerock.log\n"
     assert capsys.readouterr().err == line
     log = (tmp_path / "freerock.log").read_text(encoding="utf-8")
     assert line in log
     assert "Traceback (most recent call last)" in log
-    assert cli.main(["progress", "--debug"]) == 3
+    assert cli.main(["compare", "a", "b", "--debug"]) == 3
     assert capsys.readouterr().err.startswith("Traceback (most recent call last)")

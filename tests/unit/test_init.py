@@ -8,7 +8,7 @@ from ruamel.yaml import YAML
 from freerock.cli import subcommands as cli
 from freerock.cli.init_command import WRITTEN, init
 
-SCHEMAS = ("config", "campaign", "scene")
+SCHEMAS = ("config", "campaign")
 GENERATED = {"constraints.txt", "config/README.md", *(f"config/{name}.schema.json" for name in SCHEMAS)}
 
 

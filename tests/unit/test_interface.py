@@ -90,13 +90,10 @@ def test_a_renamed_key_is_told_with_its_new_name(campaign_of_0_1, capsys, monkey
 
 
 def test_metadata_agree():
-    of_code = json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))
     cited = YAML(typ="safe").load(ROOT / "CITATION.cff")
     conda = (ROOT / "conda/meta.yaml").read_text(encoding="utf-8")
     built = f'{{% set version = "{version("freerock")}" %}}'
-    assert of_code["version"] == cited["version"] == version("freerock") and built in conda
-    assert of_code["keywords"] == cited["keywords"]
-    assert [each["name"] for each in of_code["author"]] == [each["name"] for each in cited["authors"]]
+    assert cited["version"] == version("freerock") and built in conda
 
 
 def test_the_recipe_requires_what_the_package_does():

@@ -22,8 +22,7 @@ from freerock.virtual_lab.write_tdms import write_records
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory):
-    """A campaign of two records, analysed; with the package's files each script imported in `trace`. Its
-    creators are named, as a supplement needs."""
+    """A campaign of two records, analysed; with the package's files each script imported in `trace`."""
 
     def analyse(folder):
         checkout = check_out(folder)

@@ -45,13 +45,6 @@ def test_every_module_a_step_imports_is_among_its_code(finished, checkout):
 @pytest.mark.parametrize(
     "script", sorted((ROOT / "workflow/scripts").glob("*.py")), ids=lambda path: path.stem
 )
-def test_texts_of_a_supplement_are_code_of_no_step(script):
-    assert not [path for path in code(script) if "README" in path or "CITATION" in path]
-
-
-@pytest.mark.parametrize(
-    "script", sorted((ROOT / "workflow/scripts").glob("*.py")), ids=lambda path: path.stem
-)
 def test_scripts_import_what_takes_long_at_work(script):
     first = ast.parse(script.read_text(encoding="utf-8")).body
     imported = [line.module for line in first if isinstance(line, ast.ImportFrom)]

@@ -1,4 +1,3 @@
-"""Record files: one module per format behind `read.read_record`, all of them on an even time base.
-"""
+"""Record files: one module per format behind `read.read_record`, all of them on an even time base."""
 
 __all__ = ["channels", "read"]

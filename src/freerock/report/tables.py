@@ -1,7 +1,7 @@
 """The tables of the report: heads and cells; each row leads to its run or record."""
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 

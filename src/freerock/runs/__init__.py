@@ -19,4 +19,5 @@ __all__ = [
     "tops",
     "uneven_restitution",
     "verdict",
+    "whitening",
 ]

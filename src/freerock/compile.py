@@ -1,0 +1,35 @@
+"""Compile the numerical kernels once, so that no job compiles them and no two jobs do so at the same time.
+
+`python -m freerock.compile` is a part of `make setup`. Numba keeps what it compiles beside the sources, and
+compiles again only a module that has changed.
+"""
+
+import numpy as np
+
+from freerock.models.block import Block
+from freerock.rotation.as_measured import as_measured
+from freerock.rotation.beam import rotation_and_sensitivity
+from freerock.rotation.sensor import Laser
+from freerock.rotation.view import View
+from freerock.runs.impacts import find_impacts
+from freerock.runs.whitening import Slow, transposed, whiten
+
+
+def compile_kernels() -> None:
+    """Call every kernel once, with the types of arguments that an analysis has."""
+    block, time_s = Block(1.0, 0.2, 1.0), np.arange(100) / 100
+    laser = Laser("vertical", 0.05, units="mm")
+    view = View(block, laser)
+    rotation_and_sensitivity(time_s[:2], block, laser)
+    bed = {"k": 1e6, "c": 1e3, "theta0": 0.1}
+    as_measured("winkler", block, bed, time_s[:2], view)
+    as_measured("winkler", block, bed | {"edge_radius": 1e-3}, time_s[:2], view)
+    as_measured("housner", block, {"r": 0.9, "theta0": 0.1, "width": 0.19}, time_s[:2], view)
+    find_impacts(time_s, np.cos(9 * time_s), 1e-3, block, theta0=1.0)
+    noise, rows = Slow(1.0, 1.0, 0.5), np.ones((2, 2))
+    whiten(rows, np.arange(2), noise)
+    transposed(rows, np.arange(2), noise)
+
+
+if __name__ == "__main__":
+    compile_kernels()
