@@ -1,0 +1,176 @@
+"""Records of blocks whose impacts scatter, with their truth, by `rocking`: as volts and as θ(t).
+
+Block, foundation, law and kinematics come in turn, thirty make a round. Inputs are off by normal draws of what
+is stated of them, by callipers or by a campaign's defaults. A record has four runs: three to be fitted, and
+the next one.
+"""
+
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.models.block import Block
+from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
+from freerock_bench.rocking import Rocking, rock, way_to_face
+
+RATE_HZ, RUNS = 2000.0, 4
+SIGMA_RAD = np.radians(0.006)  # of the noise of θ(t)
+NOISE_V, ZERO_V, COUNT_V, V_PER_M = 2e-3, 5.0, 20.0 / 2**24, 100.0
+T0_STDERR_S = 2e-4  # of θ(t)
+TILT_S, REST_S = 1.2, 2.0
+BEAMS_M = {"config1": 0.22, "config2": 0.20, "config3": 0.10}
+RANGE_M = 0.1
+CASES = [("hunt_crossley", "guided"), ("hunt_crossley", "pivoting"), ("winkler", "guided")]
+CASES += [("winkler", "pivoting"), ("housner", "pivoting")]
+KNOWN = {  # standard uncertainties; of mass and inertia as shares
+    "exact": dict.fromkeys(("height_m", "width_m", "mass", "position_m", "scale_fraction", "sampling_rate_fraction"), 0.0),
+    "callipers": {"height_m": 3e-5, "width_m": 3e-5, "mass": 1e-3, "position_m": 2e-4, "scale_fraction": 5e-4, "sampling_rate_fraction": 2e-5},
+    "rule": {"height_m": 3e-4, "width_m": 3e-4, "mass": 1e-3, "position_m": 6e-4, "scale_fraction": 1e-3, "sampling_rate_fraction": 6e-5},
+}
+SPREADS = (0.0, 0.02)  # of ln k, ln c, ln λ, and of ln(1 - r), between runs
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What is true of a record, and what is stated of it.
+
+    Parameters
+    ----------
+    law, kinematics, block_name, foundation : str
+    sigma_r : float
+        Spread of the impacts.
+    tau : float
+        Spread between runs of the logarithm of each parameter (of 1 - r of Housner's).
+    parameters : dict of str to float
+        Of the foundation: the medians over runs [SI].
+    known : str
+        A key of `KNOWN`.
+    block : Block
+        As it truly is.
+    position_m, scale, clock : float
+        True height of the beam; true displacement over that read; true over stated time.
+    """
+
+    law: str
+    kinematics: str
+    block_name: str
+    foundation: str
+    sigma_r: float
+    tau: float
+    parameters: dict[str, float]
+    known: str
+    block: Block
+    position_m: float
+    scale: float
+    clock: float
+
+    @classmethod
+    def drawn(cls, i: int, sigma_r: float, known: str, draw: np.random.Generator) -> Self:
+        """The i-th of a cell."""
+        (law, kinematics), name = CASES[i % len(CASES)], list(BLOCKS)[i % 3]
+        foundation, stated, u = list(TABLE_2)[i // 3 % 2], BLOCKS[name], KNOWN[known]
+        off = {key: each * draw.standard_normal() for key, each in u.items()}
+        block = Block(stated.height_m + off["height_m"], stated.width_m + off["width_m"], stated.mass_kg * (1 + off["mass"]))
+        values = {key: value * draw.uniform(0.9, 1.1) for key, value in TABLE_2[foundation][law].items()}
+        if law == "housner":
+            values = {"r": TABLE_2[foundation][law]["r"] ** draw.uniform(0.7, 1.5)}
+        tau = SPREADS[int(draw.integers(len(SPREADS)))]
+        at = BEAMS_M[name] + off["position_m"]
+        return cls(law, kinematics, name, foundation, sigma_r, tau, values, known, block, at, 1 + off["scale_fraction"], 1 / (1 + off["sampling_rate_fraction"]))
+
+    def of_run(self, draw: np.random.Generator) -> dict[str, float]:
+        """Parameters of a run."""
+        by = {key: np.exp(self.tau * draw.standard_normal()) for key in self.parameters}
+        if "r" in by:
+            return {"r": 1 - (1 - self.parameters["r"]) * by["r"]}
+        return {key: value * by[key] for key, value in self.parameters.items()}
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run of a record.
+
+    Parameters
+    ----------
+    parameters : dict of str to float
+    theta0 : float
+    fade_s : float
+        Time over which the hand leaves, in the volts; none in θ(t).
+    free, held : Rocking
+        Let go at once, and by the hand; of the same δ.
+    """
+
+    parameters: dict[str, float]
+    theta0: float
+    fade_s: float
+    free: Rocking
+    held: Rocking
+
+
+def runs_of(truth: Truth, draw: np.random.Generator) -> list[Run]:
+    """The runs of a record."""
+    angle, sign = RELEASE_ANGLES[truth.block_name] * draw.uniform(0.6, 1.0), draw.choice([-1.0, 1.0])
+    found = []
+    for _ in range(RUNS):
+        law, deltas = truth.of_run(draw), truth.sigma_r * draw.standard_normal(400)
+        theta0 = float(sign * (angle + np.radians(draw.uniform(-0.3, 0.3))))
+        fade_s, how = draw.uniform(3e-3, 12e-3), {"pivoting": truth.kinematics == "pivoting", "rate_hz": RATE_HZ / truth.clock}
+        motions = [rock(truth.block, law, theta0, deltas, fade_s=each, **how) for each in (0.0, fade_s)]
+        found.append(Run(law, theta0, fade_s, *motions))
+    return found
+
+
+def volts_of(truth: Truth, runs: list[Run], draw: np.random.Generator) -> tuple[Floats, list[float]]:
+    """Rest, and of each run tilt, hold, motion, rest, as the laser writes them; stated instants at which the
+    hand begins to leave [s]."""
+    n = [int(each * RATE_HZ) for each in (REST_S, TILT_S)]
+    share = np.linspace(0, 1, n[1])
+    share = share**3 * (10 - 15 * share + 6 * share**2)
+    rest = np.array([runs[0].held.z[-1], 0.0]) if truth.law != "housner" else np.zeros(2)
+    parts, begins = [np.tile(rest, (n[0], 1))], []
+    for run in runs:
+        motion = np.column_stack([run.held.z, run.held.theta])
+        hold, after = (int(each * RATE_HZ) for each in draw.uniform(1.5, 2.5, 2))
+        parts += [rest + share[:, None] * (motion[0] - rest), np.tile(motion[0], (hold, 1))]
+        begins.append(sum(map(len, parts)) / RATE_HZ)
+        parts += [motion, np.tile(rest, (after, 1))]
+    way = way_to_face(np.vstack(parts).T, truth.block, truth.position_m)
+    volts = ZERO_V + V_PER_M * (way - way[0]) / truth.scale + NOISE_V * draw.standard_normal(len(way))
+    return np.asarray(COUNT_V * np.rint(volts / COUNT_V)), begins
+
+
+def save(path: Path, truth: Truth, runs: list[Run], draw: np.random.Generator) -> None:
+    """A record as .npz; README.md of the folder names its arrays."""
+    volts, begins = volts_of(truth, runs, draw)
+    values: dict[str, Any] = {f"true_{key}": value for key, value in asdict(truth).items() if key not in ("parameters", "block")}
+    values |= {f"mean_{key}": value for key, value in truth.parameters.items()}
+    stated = BLOCKS[truth.block_name]
+    for key in ("height_m", "width_m", "mass_kg"):
+        values |= {f"true_{key}": getattr(truth.block, key), f"stated_{key}": getattr(stated, key)}
+    values |= {"stated_position_m": BEAMS_M[truth.block_name], "stated_range_m": RANGE_M, "rate_hz": RATE_HZ}
+    values |= {f"u_{key}": value for key, value in KNOWN[truth.known].items()}
+    values |= {"volts": volts, "begins_s": begins, "sigma_theta": SIGMA_RAD, "t0_stderr": T0_STDERR_S}
+    for j, run in enumerate(runs):
+        off_s, free = T0_STDERR_S * draw.standard_normal(), run.free
+        noisy = free.theta + SIGMA_RAD * draw.standard_normal(len(free.theta))
+        own = {"time": free.time_s / truth.clock - off_s, "theta": noisy, "theta_exact": free.theta, "t0": -off_s}
+        own |= {"theta0": run.theta0, "theta0_measured": run.theta0 + SIGMA_RAD / 50 * draw.standard_normal(), "fade_s": run.fade_s}
+        own |= {"impacts_s": free.passages_s / truth.clock - off_s, "delta": free.deltas, "r_energy": free.restitution}
+        own |= {"volts_impacts_s": begins[j] + run.held.passages_s / truth.clock, "volts_r_energy": run.held.restitution}
+        values |= {f"run{j}_{key}": value for key, value in (own | run.parameters).items()}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.savez_compressed(path, **values)
+
+
+def make(folder: Path, sigma_r: float, i: int, seed: int, known: str | None = None) -> Path:
+    """Make the i-th record of a cell, unless it is there."""
+    path = folder / f"sigma{1e4 * sigma_r:03.0f}_{i:03d}.npz"
+    if not path.exists():
+        draw = np.random.default_rng([seed, round(1e6 * sigma_r), i])
+        known = known or ("callipers", "rule")[int(draw.integers(2))]
+        truth = Truth.drawn(i, sigma_r, known, draw)
+        save(path, truth, runs_of(truth, draw), draw)
+    return path
