@@ -60,7 +60,6 @@ lint: setup
 	mypy
 	lint-imports --no-cache --no-logo
 	snakefmt --check Snakefile workflow
-	python -m freerock_bench.prose lint
 	snakemake --lint
 
 quick: lint

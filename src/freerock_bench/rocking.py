@@ -82,18 +82,18 @@ def rock(
     """
     body = np.array([block.mass_kg, block.inertia_cm, block.b, block.h, float(pivoting)])
     soil = np.array([law.get(name, 0.0) for name in ("k", "c", "lambda", "r")])
-    state = np.array([_depth(block, soil, theta0), 0.0, theta0, 0.0])
-    n = math.ceil(LONGEST_S * rate_hz)
-    states, passages, count = np.zeros((n, 4)), np.zeros(1000), np.zeros(1, np.int64)
-    until = round(SHORTEST_S * rate_hz)
-    filled = _march(body, soil, state, np.asarray(deltas, float), fade_s, 1 / rate_hz, states, passages, count, until)
+    state = np.array([_depth(body, soil, theta0), 0.0, theta0, 0.0])
+    states, passages = np.zeros((math.ceil(LONGEST_S * rate_hz), 4)), np.zeros(1000)
+    count, until = np.zeros(1, np.int64), round(SHORTEST_S * rate_hz)
+    given = np.asarray(deltas, float), fade_s, 1 / rate_hz
+    filled = _march(body, soil, state, *given, states, passages, count, until)
     states, passed = states[:filled], passages[: count[0]]
-    given = np.zeros(len(passed))
-    given[: len(deltas)] = deltas[: len(passed)]
     tops = _tops(states[:, 2], passed * rate_hz, math.ceil(fade_s * rate_hz))
-    energies = _energies(states[tops], block, soil) - _energies(_rest(block, soil)[None], block, soil)
-    own = len(tops) - 1
-    return Rocking(np.arange(filled) / rate_hz, states[:, 2], states[:, 3], states[:, 0], states[:, 1], passed[:own], given[:own], energies)
+    rest = np.array([[_depth(body, soil, 0.0), 0.0, 0.0, 0.0]])
+    energies = _energies(states[tops], body, soil) - _energies(rest, body, soil)
+    n, (z, z_rate, theta, theta_rate) = len(tops) - 1, states.T
+    factors = np.concatenate([given[0], np.zeros(n)])[:n]
+    return Rocking(np.arange(filled) / rate_hz, theta, theta_rate, z, z_rate, passed[:n], factors, energies)
 
 
 def _tops(theta: Floats, passages: Floats, free: int) -> list[int]:
@@ -102,38 +102,33 @@ def _tops(theta: Floats, passages: Floats, free: int) -> list[int]:
     return [free] + [i + int(np.argmax(np.abs(theta[i:j]))) for i, j in pairwise(ends) if j > i]
 
 
-def _energies(states: Floats, block: Block, soil: Floats) -> Floats:
-    """Kinetic, of the weight and of the springs [J]; a rigid block's is that of its corner."""
-    z, v, theta, w = states.T
-    sin, cos, m = np.sin(theta), np.cos(theta), block.mass_kg
+def _energies(states: Floats, body: Floats, soil: Floats) -> Floats:
+    """Kinetic, of the weight and of the springs [J]."""
+    (m, inertia, b, h, pivoting), (z, v, theta, w) = body, states.T
+    sin, cos = np.sin(theta), np.cos(theta)
     if soil[3]:
-        about = block.inertia_cm + m * (block.b**2 + block.h**2)
-        return about * w**2 / 2 + m * GRAVITY * (block.b * np.abs(sin) + block.h * cos)
+        z, v = -b * np.abs(sin), -b * np.sign(theta) * cos * w
+    first = np.clip(np.where(sin > 0, -z / np.where(sin > 0, sin, 1), -b), -b, b)
+    last = np.clip(np.where(sin < 0, -z / np.where(sin < 0, sin, 1), b), -b, b)
     stored = np.zeros(len(z))
-    nodes, weights = np.polynomial.legendre.leggauss(2)
-    first = np.clip(np.where(sin > 0, -z / np.where(sin == 0, 1, sin), -block.b), -block.b, block.b)
-    last = np.clip(np.where(sin < 0, -z / np.where(sin == 0, 1, sin), block.b), -block.b, block.b)
-    for node, weight in zip(nodes, weights, strict=True):
+    for node in (-GAUSS, GAUSS):
         u = (first + last) / 2 + (last - first) / 2 * node
-        stored += soil[0] / 2 * np.maximum(z + u * sin, 0) ** 2 * weight * (last - first) / 2
-    return m * (v + block.h * sin * w) ** 2 / 2 + block.inertia_cm * w**2 / 2 + m * GRAVITY * (block.h * cos - z) + stored
+        stored += soil[0] / 2 * np.maximum(z + u * sin, 0) ** 2 * (last - first) / 2
+    across = h * cos + pivoting * b * np.abs(sin)
+    moving = m * ((v + h * sin * w) ** 2 + (across * w) ** 2) + inertia * w**2
+    return np.asarray(moving / 2 + m * GRAVITY * (h * cos - z) + stored)
 
 
-def _depth(block: Block, soil: Floats, theta: float) -> float:
+def _depth(body: Floats, soil: Floats, theta: float) -> float:
     """Of the base's middle where the bed carries the weight."""
+    reach = float(body[2]) * math.sin(abs(theta))
     if soil[3]:
-        return -block.b * math.sin(abs(theta))
-    body = np.array([block.mass_kg, block.inertia_cm, block.b, block.h, 0.0])
+        return -reach
 
     def excess(z: float) -> float:
-        return float(_contact(body, soil, z, 0.0, theta, 0.0)[0]) - block.mass_kg * GRAVITY
+        return float(_contact(body, soil, z, 0.0, theta, 0.0)[0]) - float(body[0]) * GRAVITY
 
-    reach = block.b * math.sin(abs(theta))
     return float(brentq(excess, -reach, reach + 0.02, xtol=1e-16))
-
-
-def _rest(block: Block, soil: Floats) -> Floats:
-    return np.array([_depth(block, soil, 0.0), 0.0, 0.0, 0.0])
 
 
 @compiled()
@@ -223,7 +218,7 @@ def _march(body, soil, start, deltas, fade, sample_s, states, passages, count, u
     side = 1.0 if y[2] > 0.0 else -1.0
     weigh = _rates(body, soil, side, 0.0, y[0], y[1], y[2], y[3])[3]
     hand = -weigh / (_rates(body, soil, side, 1.0, y[0], y[1], y[2], y[3])[3] - weigh)
-    lifted, still, top = False, 0, abs(y[2])
+    lifted, still = False, 0
     dt = sample_s / STEPS
     for i in range(states.shape[0]):
         states[i] = y

@@ -1,11 +1,10 @@
 """Records of blocks whose impacts scatter, with their truth, by `rocking`: as volts and as θ(t).
 
-Block, foundation, law and kinematics come in turn, thirty make a round. Inputs are off by normal draws of what
-is stated of them, by callipers or by a campaign's defaults. A record has four runs: three to be fitted, and
-the next one.
+Block, foundation, law and kinematics come in turn, thirty make a round. Inputs are off by normal draws of
+what is stated of them, by callipers or by a rule. A record has four runs: three to be fitted, and the next.
 """
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Self
 
@@ -25,10 +24,11 @@ BEAMS_M = {"config1": 0.22, "config2": 0.20, "config3": 0.10}
 RANGE_M = 0.1
 CASES = [("hunt_crossley", "guided"), ("hunt_crossley", "pivoting"), ("winkler", "guided")]
 CASES += [("winkler", "pivoting"), ("housner", "pivoting")]
-KNOWN = {  # standard uncertainties; of mass and inertia as shares
-    "exact": dict.fromkeys(("height_m", "width_m", "mass", "position_m", "scale_fraction", "sampling_rate_fraction"), 0.0),
-    "callipers": {"height_m": 3e-5, "width_m": 3e-5, "mass": 1e-3, "position_m": 2e-4, "scale_fraction": 5e-4, "sampling_rate_fraction": 2e-5},
-    "rule": {"height_m": 3e-4, "width_m": 3e-4, "mass": 1e-3, "position_m": 6e-4, "scale_fraction": 1e-3, "sampling_rate_fraction": 6e-5},
+INPUTS = ("height_m", "width_m", "mass", "position_m", "scale_fraction", "sampling_rate_fraction")
+KNOWN = {  # standard uncertainties of these; that of the mass as a share
+    "exact": dict.fromkeys(INPUTS, 0.0),
+    "callipers": dict(zip(INPUTS, (3e-5, 3e-5, 1e-3, 2e-4, 5e-4, 2e-5), strict=True)),
+    "rule": dict(zip(INPUTS, (3e-4, 3e-4, 1e-3, 6e-4, 1e-3, 6e-5), strict=True)),
 }
 SPREADS = (0.0, 0.02)  # of ln k, ln c, ln λ, and of ln(1 - r), between runs
 
@@ -73,13 +73,15 @@ class Truth:
         (law, kinematics), name = CASES[i % len(CASES)], list(BLOCKS)[i % 3]
         foundation, stated, u = list(TABLE_2)[i // 3 % 2], BLOCKS[name], KNOWN[known]
         off = {key: each * draw.standard_normal() for key, each in u.items()}
-        block = Block(stated.height_m + off["height_m"], stated.width_m + off["width_m"], stated.mass_kg * (1 + off["mass"]))
+        sizes = stated.height_m + off["height_m"], stated.width_m + off["width_m"]
+        block = Block(*sizes, stated.mass_kg * (1 + off["mass"]))
         values = {key: value * draw.uniform(0.9, 1.1) for key, value in TABLE_2[foundation][law].items()}
         if law == "housner":
             values = {"r": TABLE_2[foundation][law]["r"] ** draw.uniform(0.7, 1.5)}
         tau = SPREADS[int(draw.integers(len(SPREADS)))]
         at = BEAMS_M[name] + off["position_m"]
-        return cls(law, kinematics, name, foundation, sigma_r, tau, values, known, block, at, 1 + off["scale_fraction"], 1 / (1 + off["sampling_rate_fraction"]))
+        sensor = at, 1 + off["scale_fraction"], 1 / (1 + off["sampling_rate_fraction"])
+        return cls(law, kinematics, name, foundation, sigma_r, tau, values, known, block, *sensor)
 
     def of_run(self, draw: np.random.Generator) -> dict[str, float]:
         """Parameters of a run."""
@@ -113,13 +115,14 @@ class Run:
 def runs_of(truth: Truth, draw: np.random.Generator) -> list[Run]:
     """The runs of a record."""
     angle, sign = RELEASE_ANGLES[truth.block_name] * draw.uniform(0.6, 1.0), draw.choice([-1.0, 1.0])
+    pivoting, rate_hz = truth.kinematics == "pivoting", RATE_HZ / truth.clock
     found = []
     for _ in range(RUNS):
         law, deltas = truth.of_run(draw), truth.sigma_r * draw.standard_normal(400)
         theta0 = float(sign * (angle + np.radians(draw.uniform(-0.3, 0.3))))
-        fade_s, how = draw.uniform(3e-3, 12e-3), {"pivoting": truth.kinematics == "pivoting", "rate_hz": RATE_HZ / truth.clock}
-        motions = [rock(truth.block, law, theta0, deltas, fade_s=each, **how) for each in (0.0, fade_s)]
-        found.append(Run(law, theta0, fade_s, *motions))
+        fade_s, given = draw.uniform(3e-3, 12e-3), (truth.block, law, theta0, deltas)
+        free, held = (rock(*given, pivoting=pivoting, fade_s=each, rate_hz=rate_hz) for each in (0.0, fade_s))
+        found.append(Run(law, theta0, fade_s, free, held))
     return found
 
 
@@ -143,9 +146,10 @@ def volts_of(truth: Truth, runs: list[Run], draw: np.random.Generator) -> tuple[
 
 
 def save(path: Path, truth: Truth, runs: list[Run], draw: np.random.Generator) -> None:
-    """A record as .npz; README.md of the folder names its arrays."""
+    """Write a record as .npz: volts; of each run θ(t) let go at once, and its truth; what is stated."""
     volts, begins = volts_of(truth, runs, draw)
-    values: dict[str, Any] = {f"true_{key}": value for key, value in asdict(truth).items() if key not in ("parameters", "block")}
+    known = {key: value for key, value in asdict(truth).items() if key not in ("parameters", "block")}
+    values: dict[str, Any] = {f"true_{key}": value for key, value in known.items()}
     values |= {f"mean_{key}": value for key, value in truth.parameters.items()}
     stated = BLOCKS[truth.block_name]
     for key in ("height_m", "width_m", "mass_kg"):
@@ -154,15 +158,29 @@ def save(path: Path, truth: Truth, runs: list[Run], draw: np.random.Generator) -
     values |= {f"u_{key}": value for key, value in KNOWN[truth.known].items()}
     values |= {"volts": volts, "begins_s": begins, "sigma_theta": SIGMA_RAD, "t0_stderr": T0_STDERR_S}
     for j, run in enumerate(runs):
-        off_s, free = T0_STDERR_S * draw.standard_normal(), run.free
-        noisy = free.theta + SIGMA_RAD * draw.standard_normal(len(free.theta))
-        own = {"time": free.time_s / truth.clock - off_s, "theta": noisy, "theta_exact": free.theta, "t0": -off_s}
-        own |= {"theta0": run.theta0, "theta0_measured": run.theta0 + SIGMA_RAD / 50 * draw.standard_normal(), "fade_s": run.fade_s}
-        own |= {"impacts_s": free.passages_s / truth.clock - off_s, "delta": free.deltas, "r_energy": free.restitution}
-        own |= {"volts_impacts_s": begins[j] + run.held.passages_s / truth.clock, "volts_r_energy": run.held.restitution}
-        values |= {f"run{j}_{key}": value for key, value in (own | run.parameters).items()}
+        values |= {f"run{j}_{key}": each for key, each in _of_run(truth, run, begins[j], draw).items()}
     path.parent.mkdir(parents=True, exist_ok=True)
     np.savez_compressed(path, **values)
+
+
+def _of_run(truth: Truth, run: Run, begins_s: float, draw: np.random.Generator) -> dict[str, Any]:
+    """Arrays of a run: of θ(t), whose clock begins a little beside the release, and of the volts."""
+    off_s, free = T0_STDERR_S * draw.standard_normal(), run.free
+    noise = SIGMA_RAD * draw.standard_normal(len(free.theta) + 1)
+    return run.parameters | {
+        "time": free.time_s / truth.clock - off_s,
+        "theta": free.theta + noise[1:],
+        "theta_exact": free.theta,
+        "t0": -off_s,
+        "theta0": run.theta0,
+        "theta0_measured": run.theta0 + noise[0] / 50,
+        "fade_s": run.fade_s,
+        "impacts_s": free.passages_s / truth.clock - off_s,
+        "delta": free.deltas,
+        "r_energy": free.restitution,
+        "volts_impacts_s": begins_s + run.held.passages_s / truth.clock,
+        "volts_r_energy": run.held.restitution,
+    }
 
 
 def make(folder: Path, sigma_r: float, i: int, seed: int, known: str | None = None) -> Path:

@@ -14,7 +14,7 @@ from freerock.figures.style import save
 from freerock.models.laws import LAWS, PAPER_MODELS
 from freerock.selection.allowed_hypotheses import BY_DEFAULT
 from freerock.selection.hypotheses_tried import identify_run
-from freerock_bench import confusion, cut, figures, harness, stability, success
+from freerock_bench import confusion, figures, harness, stability, success
 from freerock_bench.confusion import answer
 from freerock_bench.methods.problem import Solution
 from freerock_bench.stability import COLUMNS, STATES, judge
@@ -28,7 +28,7 @@ for name in figures.__all__:
     import_module(f"freerock_bench.figures.{name}")
 
 
-@pytest.mark.parametrize("name", [*figures.__all__, "bits", "paper", "success", "kinds"])
+@pytest.mark.parametrize("name", [*figures.__all__, "bits", "success", "kinds"])
 def test_a_study_is_one_module_with_one_function(name):
     run = inspect.signature(import_module(f"freerock_bench.{name}").run)
     assert [(each.name, each.default) for each in run.parameters.values()] == [("size", "full")]
@@ -155,13 +155,6 @@ def test_a_cell_of_the_atlas_and_its_figure(tmp_path):
     wrong = frame["law"].eq("hunt_crossley")
     (ax,) = figures.confusion.draw(frame.assign(right=frame["right"] & ~wrong))[0].axes
     assert len(ax.get_yticks()) == 1 and [text.get_text() for text in ax.texts] == ["1"]  # one truth of two
-
-
-def test_runs_cut_in_motion_are_found_and_fitted(in_one_process):
-    frame = cut.STUDY.run("small")
-    assert frame["parameter"].tolist() == ["k", "lambda", "theta_start", "rate_start"] * 4
-    forces = frame[frame["parameter"].isin(["k", "lambda"])]
-    assert (abs(forces["value"] - forces["truth"]) < 4 * forces["stderr"]).all()
 
 
 def test_a_law_three_steps_from_the_papers_is_found_where_all_on_the_way_are_given_up():

@@ -7,20 +7,17 @@ STUDIES = [
     "bits",
     "speed_accuracy",
     "stability",
-    "paper",
     "success",
     "confusion",
-    "faults",
     "kinds",
-    "shared",
 ]
 
 # What a study reads besides its code, beside its module; an edited file reruns it.
-DATA = {"faults": "faults.yaml", "kinds": "kinds.yaml", "speed_accuracy": "engines.yaml"}
+DATA = {"kinds": "kinds.yaml", "speed_accuracy": "engines.yaml"}
 
 # The stability atlas is a figure for each of its pages.
 PAGES = ["stiffness", "step", "release"]
-AS_TABLES = ["bits", "faults", "kinds", "paper", "success"]  # their numbers are on docs/validation.md
+AS_TABLES = ["bits", "kinds", "success"]  # their numbers are on docs/validation.md
 FIGURES_OF_STUDIES = [study for study in STUDIES if study not in ("stability", *AS_TABLES)]
 
 

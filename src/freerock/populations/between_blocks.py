@@ -20,8 +20,7 @@ class DifferenceTest:
     significant, power : float
         Chance of a difference where there is none, and of one that is seen where it is called visible.
     caution : float
-        Over its degrees of freedom: how much more of the error a block may have than its runs show. Set on
-        the cases of `freerock_bench.shared`.
+        Over its degrees of freedom: how much more of the error a block may have than its runs show.
     largest : float
         Noncentrality of a difference that may be called visible: about a hundred spreads.
     reach : float

@@ -5,7 +5,6 @@ The frame is the one that `run` of the study gives. Returned are the figure and 
 
 __all__ = [
     "confusion",
-    "shared",
     "speed_accuracy",
     "stability",
 ]
