@@ -14,7 +14,7 @@ from typing import Any
 
 from ruamel.yaml import YAML
 
-from freerock.planning import plan, plan_total
+from freerock.planning import plan
 from freerock.products.names import VARIABLES
 from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.tables.columns import RARE_CANDIDATES_COLUMNS, RARE_IMPACTS
@@ -44,10 +44,7 @@ def tables() -> dict[str, list[str]]:
     """Columns of each table, in the order of `ROWS`."""
     listed = json.loads((ROOT / "docs/interface.json").read_text(encoding="utf-8"))["columns"]
     own = {
-        "plan/plan.csv": plan.COLUMNS,
-        "plan/rivals.csv": plan.RIVALS,
-        "plan/total.csv": plan_total.TOTALS,
-        "plan/budget.csv": plan_total.BUDGET,
+        "plan.csv": plan.COLUMNS,
     }
     found = {name: (listed | own)[name] for name in ROWS}
     rare = {"candidates.csv": RARE_CANDIDATES_COLUMNS, "pulls.csv": RARE_IMPACTS}

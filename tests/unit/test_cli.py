@@ -48,20 +48,11 @@ def test_every_command_has_an_example_and_the_exit_codes(command, capsys):
     assert cli.EXIT_CODES in text
 
 
-def test_plan_prints_its_table_and_writes_the_same_bytes_each_time(small, capsys):
-    written = []
-    for folder in ("one", "two"):
-        assert cli.main(["plan", str(small / "lab.yaml"), "--into", str(small / folder)]) == 0
-        out = capsys.readouterr().out
-        assert out.startswith("Standard errors by noise alone in %")
-        places = [f"{small / folder / name}.csv, .pdf, .png" for name in ("plan", "total")]
-        assert out.splitlines()[-3:] == [
-            f"written: {each}" for each in (*places, small / folder / "budget.csv")
-        ]
-        written.append({path.name: path.read_bytes() for path in (small / folder).iterdir()})
-    drawn = {f"{name}.{suffix}" for name in ("plan", "total") for suffix in ("csv", "pdf", "png")}
-    assert set(written[0]) == {*drawn, "budget.csv"}
-    assert written[0] == written[1]
+def test_plan_prints_its_table_and_writes_it(small, capsys):
+    assert cli.main(["plan", str(small / "lab.yaml"), "--into", str(small / "plan.csv")]) == 0
+    out = capsys.readouterr().out
+    assert "Housner r" in out and out.splitlines()[-1] == f"written: {small / 'plan.csv'}"
+    assert (small / "plan.csv").read_text(encoding="utf-8").startswith("block,foundation,")
 
 
 def test_a_refused_file_is_reported_in_lines_without_a_traceback(small):

@@ -23,7 +23,7 @@ COMMANDS = {  # what each does, as `freerock --help` lists it
     "new-campaign": "begin a campaign from a folder of record files",
     "add": "add record files to a campaign",
     "check": "check configuration and files within seconds",
-    "plan": "predict standard errors, rivals and the number of runs, before any test",
+    "plan": "predict how well one run will tell each parameter, before any test",
     "review": "show, correct and refit runs in the browser",
     "verify": "check whether all products are whole, and list what a run would make",
     "compare": "show what changed between two analyses of a campaign",

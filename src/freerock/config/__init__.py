@@ -1,6 +1,6 @@
 """Configuration: YAML and CSV files in, checked campaigns and settings of each step out.
 
-A key of a YAML file stands with its default in the module of its group: `plan.n_runs` in `keys_of_plan`.
+A key of a YAML file stands with its default in the module of its group: `plan.sensors` in `keys_of_plan`.
 Those that code takes as a whole are in `fit_settings` and `laser_defaults`.
 """
 

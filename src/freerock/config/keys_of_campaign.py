@@ -95,8 +95,7 @@ class CampaignFile(Section):
         if plan is None or not {"blocks", "foundations"} <= info.data.keys():
             return plan
         blocks, foundations = info.data["blocks"], info.data["foundations"]
-        named = (*plan.expected, *plan.spread_fraction)
-        values.check_names(named, foundations, "a foundation of this campaign")
+        values.check_names(plan.expected, foundations, "a foundation of this campaign")
         for name in foundations:
             if name not in plan.expected:
                 raise Invalid(f"no parameters are expected of foundation {name!r}", "add it to plan.expected")

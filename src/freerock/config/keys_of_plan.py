@@ -2,23 +2,20 @@
 
 from typing import Annotated, Any, Self
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import ValidationInfo, field_validator, model_validator
 
 from freerock import bounds
 from freerock.config.values import (
     Candidate,
     Invalid,
     Name,
-    Number,
     OneOrMore,
     Positive,
     Section,
-    Whole,
-    check_names,
     check_parameters,
     key,
 )
-from freerock.models.laws import CANDIDATES, MODELS
+from freerock.models.laws import CANDIDATES
 
 
 class SensorSection(Section):
@@ -42,7 +39,7 @@ class SensorSection(Section):
 
 
 class PlanSection(Section):
-    """Tests for which `freerock plan` predicts standard errors and rivals."""
+    """Tests for which `freerock plan` predicts how well one run tells each parameter."""
 
     expected: dict[Name, dict[Candidate, dict[str, Positive]]] = key(
         "foundation: model: parameter: expected value (SI). Models …_width also need width_fraction, the "
@@ -58,17 +55,6 @@ class PlanSection(Section):
     )
     release_angles_deg: dict[Name, tuple[Positive, ...]] = key(
         "block: list of release angles in degrees; by default release_angle_deg of the block", {}
-    )
-    model_error: Number = key(
-        "ε_θ of the right law, as a fraction; nearer rivals cannot be rejected", 0.0, ge=0, lt=1
-    )
-    n_runs: Annotated[tuple[Annotated[Whole, Field(gt=0)], ...], OneOrMore] = key(
-        "the numbers of runs of each block, one or more", (1, 2, 3, 5, 10, 20)
-    )
-    spread_fraction: dict[Name, dict[str, Annotated[Number, Field(ge=0, lt=1)]]] = key(
-        "foundation: parameter: spread between runs over their mean, as tau/mean in tables/populations.csv; "
-        "by default 0",
-        {},
     )
 
     @field_validator("durations_s")
@@ -86,11 +72,3 @@ class PlanSection(Section):
             for model, parameters in models.items():
                 check_parameters(model, parameters, f" on {foundation}", CANDIDATES[model].width)
         return expected
-
-    @field_validator("spread_fraction")
-    @classmethod
-    def _of_parameters(cls, spread: Any) -> Any:
-        every = {name for parameters in MODELS.values() for name in parameters}
-        for parameters in spread.values():
-            check_names(parameters, sorted(every), "a parameter of a law")
-        return spread

@@ -16,7 +16,6 @@ __all__ = [
     "looks",
     "models",
     "parameters",
-    "plan_pages",
     "predictions",
     "quality",
     "quick_look",

@@ -1,3 +1,3 @@
-"""Before a test: how well a run determines the parameters, which rival it excludes, how many it takes."""
+"""Before a test: how well one run will tell the parameters of a law."""
 
-__all__ = ["cramer_rao", "plan", "plan_campaign", "plan_total", "rivals"]
+__all__ = ["bound", "plan"]

@@ -1,43 +1,34 @@
-"""A campaign before any test: how well each block, angle, sensor and sampling rate will determine a law, and
-which rivals they will tell from it."""
+"""A campaign before any test: how well one run of each block, angle, sensor and rate will tell a law."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
+from collections.abc import Iterator
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from freerock.config.fit_settings import FitSettings
+from freerock.arrays import Floats
+from freerock.config.campaign import Campaign
 from freerock.config.keys_of_plan import SensorSection
-from freerock.errors import FreerockError, attempt
+from freerock.config.step_settings import laboratory
+from freerock.errors import FreerockError
+from freerock.identification.settings import freed
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
-from freerock.models.laws import CANDIDATES, KINEMATICS, PAPER_MODELS
-from freerock.planning.cramer_rao import standard_errors
-from freerock.planning.rivals import best_rival, expected_motion, rivals_of
+from freerock.models.laws import CANDIDATES
+from freerock.models.simulate import simulate_theta
+from freerock.planning.bound import ExpectedRun, information_bound
 from freerock.rotation.beam import displacement_from_rotation, sensitivity
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.sensor import Laser
-from freerock.runs.motion import Motion
-from freerock.selection.allowed_hypotheses import BY_DEFAULT, n_freed
 
 CASE_COLUMNS = ["block", "foundation", "laser", "sensor", "duration_s", "sampling_rate_hz"]
 CASE_COLUMNS += ["release_angle_deg", "model"]
-COLUMNS = [
-    *CASE_COLUMNS,
-    "sigma_theta_deg",
-    "parameter",
-    "value",
-    "stderr",
-    "unit",
-    "tilt_stderr_deg",
-    "note",
-]
-RIVALS = [*CASE_COLUMNS, "sigma_theta_deg", "rival", "bic_difference", "epsilon_theta", "told_apart", "note"]
+COLUMNS = [*CASE_COLUMNS, "sigma_theta_deg", "parameter", "value", "unit", "stderr", "u_total"]
+COLUMNS += ["first_input", "first_owner", "first_share", "note"]
+NONE = np.empty((0, 0))
 
 
 def sigma_theta_of(sensor: SensorSection, theta0: float, block: Block, laser: Laser) -> tuple[float, str]:
@@ -70,193 +61,102 @@ def sigma_theta_of(sensor: SensorSection, theta0: float, block: Block, laser: La
     return sigma, ""
 
 
-@dataclass(frozen=True)
-class Setup:
-    """Block, foundation and laser that stand together, and what is expected of them.
+def plan(campaign: Campaign) -> pd.DataFrame:
+    """How well one run will tell each parameter, for every combination of what a campaign may choose.
+
+    Blocks, foundations and lasers that stand together are those of its records, which need not exist yet.
 
     Parameters
     ----------
-    names : (str, str, str)
-        Of its block, foundation and laser.
-    laboratory : Laboratory
-        What it is measured with, and how well that is known.
-    expected : mapping of str to mapping of str to float
-        model: parameter: value [SI]; of a model that frees the contact width also width_fraction, that width
-        over the block's.
-    release_angles_deg : sequence of float
-        Release angles of the block [°].
-    """
-
-    names: tuple[str, str, str]
-    laboratory: Laboratory
-    expected: Mapping[str, Mapping[str, float]]
-    release_angles_deg: Sequence[float]
-
-    def worn(self, model: str) -> Block:
-        """The block with the contact width that a model expects."""
-        block = self.laboratory.block
-        if not CANDIDATES[model].width:
-            return block
-        return replace(block, contact_width_m=self.expected[model]["width_fraction"] * block.width_m)
-
-
-@dataclass(frozen=True)
-class Choices:
-    """What a campaign may choose, and how its runs will be fitted.
-
-    Parameters
-    ----------
-    sensors : mapping of str to SensorSection
-        By name; each takes the place of a setup's laser, whose range it has where it has none of its own.
-    sampling_rates_hz : sequence of float
-        Sampling rates [Hz].
-    durations_s : sequence of float
-        Lengths of a run from its release [s].
-    finger_s : float
-        Time the finger takes to leave the block, whose samples don't count [s].
-    model_error : float
-        ε_θ that even the right law is expected to leave beyond the noise, as a fraction.
-    laws, kinematics : sequence of str
-        Those that rivals may have (`freerock.planning.rivals.rivals_of`).
-    free : mapping of str to sequence of str
-        Nuisances fitted besides the parameters of each law; θ₀ and t₀ by default.
-    debonding : str
-        "geometric" or "tensionless".
-    """
-
-    sensors: Mapping[str, SensorSection]
-    sampling_rates_hz: Sequence[float] = (2000.0,)
-    durations_s: Sequence[float] = (8.0,)
-    finger_s: float = 0.03
-    model_error: float = 0.0
-    laws: Sequence[str] = PAPER_MODELS
-    kinematics: Sequence[str] = KINEMATICS
-    free: Mapping[str, Sequence[str]] = field(default_factory=lambda: BY_DEFAULT.free)
-    debonding: str = "geometric"
-
-    def settings_of(self, model: str) -> FitSettings:
-        """How a candidate will be fitted."""
-        return FitSettings(self.free[CANDIDATES[model].law], self.debonding)
-
-
-def plan(setups: Iterable[Setup], choices: Choices) -> pd.DataFrame:
-    """Predicted standard errors of a campaign, for every combination of what it may choose.
-
-    Parameters
-    ----------
-    setups : iterable of Setup
-        Those with the names of an earlier one are left out.
-    choices : Choices
+    campaign : Campaign
+        As loaded, with a section `plan`.
 
     Returns
     -------
     pandas.DataFrame
         A row per case and parameter: block, foundation, laser, sensor, duration_s, sampling_rate_hz,
         release_angle_deg, model, sigma_theta_deg (of one sample, at the release angle), parameter, value,
-        stderr, unit, tilt_stderr_deg (of a base off level, were a fit of this model to find it), note (why
-        there is no standard error).
+        unit, stderr (Cramér–Rao bound: by noise alone, inputs exact), u_total (by noise and inputs),
+        first_input and first_owner (the input that matters most), first_share (the share of u_total² that
+        goes where it is exact), note (why there are no numbers). Impacts are taken not to scatter.
+
+    Raises
+    ------
+    FreerockError
+        The campaign has no section `plan`, or one of its sensors has no scale.
     """
-    rows: list[tuple[Any, ...]] = []
-    for setup, model, duration, angle in cases_of(setups, choices):
-        block, parameters, freed = setup.worn(model), setup.expected[model], choices.settings_of(model).free
-        names = CANDIDATES[model].parameters
-        values = {"width": 2 * block.b, **parameters}
-        for rate in choices.sampling_rates_hz:
-            time_s = np.arange(np.ceil(choices.finger_s * rate), np.floor(duration * rate) + 1) / rate
-            of_run = partial(standard_errors, model, block, parameters, time_s, math.radians(angle), 1.0)
-            errors = partial(of_run, debonding=choices.debonding)
-            unit_errors, fault = _or_why_not(errors, freed)
-            if not fault and not np.isfinite([unit_errors[name] for name in names]).all():
-                fault = "not determined by such a run"
-            tilted, _ = _or_why_not(errors, (*freed, *({"tilt"} - {*freed})))
-            unit_errors = dict.fromkeys(names, np.nan) | unit_errors | {"tilt": tilted.get("tilt", np.nan)}
-            for case, sigma, off in with_each_sensor(setup, model, duration, angle, rate, choices):
-                known = {name: np.nan if off else error * sigma for name, error in unit_errors.items()}
-                tilt_deg, note = math.degrees(known["tilt"]), fault or off
-                rows += [
-                    (*case, name, values[name], known[name], unit_of(name), tilt_deg, note) for name in names
-                ]
-    return _in_order_of_appearance(pd.DataFrame(rows, columns=COLUMNS))
+    section = campaign.plan
+    if section is None:
+        remedy = "write what is expected of each foundation, and the sensors (config/README.md)"
+        raise FreerockError(f"campaign {campaign.name}: plan", "is missing", remedy)
+    records = {
+        (each.block, each.foundation, laser): each for each in campaign.records for laser in each.lasers
+    }
+    rows = list[tuple[Any, ...]]()
+    for names, record in records.items():
+        known = Laboratory.of(laboratory(campaign, record.model_copy(update={"laser": names[2]})))
+        block, expected = campaign.blocks[names[0]], section.expected[names[1]]
+        angles = section.release_angles_deg.get(names[0]) or (block.release_angle_deg,)
+        for model, angle in product(expected, angles):
+            run = _expected(campaign, model, expected[model], known, math.radians(angle or 0.0))
+            for duration, rate in product(section.durations_s, section.sampling_rates_hz):
+                start = math.ceil(campaign.processing.runs.finger_s * rate)
+                time_s = np.arange(start, math.floor(duration * rate) + 1) / rate
+                rows += _rows(run, time_s, section.sensors, (*names, duration, rate, angle))
+    frame = pd.DataFrame(rows, columns=COLUMNS)
+    order = np.lexsort([pd.factorize(frame[name])[0] for name in reversed(CASE_COLUMNS)])
+    return frame.iloc[order].reset_index(drop=True)
 
 
-def plan_rivals(setups: Iterable[Setup], choices: Choices) -> pd.DataFrame:
-    """Which rivals the runs of a campaign will tell from what is expected.
+def _expected(
+    campaign: Campaign, model: str, known: dict[str, float], stated: Laboratory, theta0: float
+) -> ExpectedRun:
+    """The run that is expected of a model from a release angle [rad]."""
+    values, block = {**known, "theta0": theta0}, stated.block
+    if CANDIDATES[model].width:
+        values["width"] = values.pop("width_fraction") * block.width_m
+        stated = replace(stated, block=replace(block, contact_width_m=values["width"]))
+    free = freed(model, campaign.fits.freed[CANDIDATES[model].law])
+    return ExpectedRun(model, values, stated, free, campaign.fits.debonding)
 
-    Parameters
-    ----------
-    setups, choices
-        As for `plan`.
 
-    Returns
-    -------
-    pandas.DataFrame
-        A row per case and rival: those of `plan` up to sigma_theta_deg, then rival, bic_difference (Δ of
-        `freerock.planning.rivals`), epsilon_theta (between the expected motion and the rival's best,
-        as a fraction), told_apart (Δ is at least 10, and ε_θ is larger than the error expected of the right
-        law), note (why there is none).
-    """
-    rows: list[tuple[Any, ...]] = []
-    for setup, model, duration, angle in cases_of(setups, choices):
-        motion = expected_of(setup, model, duration, angle, choices)
-        seen = [
-            (rate, *each)
-            for rate in choices.sampling_rates_hz
-            for each in with_each_sensor(setup, model, duration, angle, rate, choices)
-        ]
-        for rival in rivals_of(model, choices.laws, choices.kinematics, choices.free):
-            best = (
-                motion
-                if isinstance(motion, FreerockError)
-                else best_rival(rival, setup.laboratory.block, motion, choices.settings_of(rival))
+def _rows(
+    run: ExpectedRun, time_s: Floats, sensors: dict[str, SensorSection], case: tuple[Any, ...]
+) -> Iterator[tuple[Any, ...]]:
+    """The rows of one run with each sensor; names, duration, rate and angle are its case."""
+    names, choice, stated = case[:3], case[3:], run.laboratory
+    fault, bound, total = _fault(run, time_s), NONE, NONE
+    by_numbers, by_inputs = (NONE, NONE) if fault else run.derivatives(time_s)
+    for name, sensor in sensors.items():
+        laser = stated.lasers[names[2]]
+        sigma, off = sigma_theta_of(sensor, run.values["theta0"], stated.block, laser)
+        note = fault or off
+        if not note:
+            bound, total = (
+                information_bound(by_numbers, own, sigma) for own in (by_inputs[:, :0], by_inputs)
             )
-            for rate, case, sigma, off in seen:
-                if isinstance(best, FreerockError) or off:
-                    note = best.what if isinstance(best, FreerockError) else off
-                    rows.append((*case, rival, np.nan, np.nan, False, note))
-                    continue
-                delta = best.bic_difference(n_freed(model, choices.free), sigma, rate)
-                apart = best.told_apart(delta, choices.model_error)
-                rows.append((*case, rival, delta, best.epsilon_theta, apart, ""))
-    return _in_order_of_appearance(pd.DataFrame(rows, columns=RIVALS))
+            note = "not determined by such a run" if np.isnan(total).any() else ""
+        for i, parameter in enumerate(CANDIDATES[run.model].parameters):
+            what = parameter, run.values[parameter], unit_of(parameter)
+            numbers = (math.nan, math.nan, "", "", math.nan) if note else _numbers(run, bound, total, i)
+            yield *names, name, *choice, run.model, math.degrees(sigma), *what, *numbers, note
 
 
-def cases_of(setups: Iterable[Setup], choices: Choices) -> Iterator[tuple[Setup, str, float, float]]:
-    """The first setup of each name, each model expected of it, length of a run [s] and release angle [°]."""
-    first = {setup.names: setup for setup in reversed(list(setups))}
-    for setup in reversed(first.values()):
-        for case in product(setup.expected, choices.durations_s, setup.release_angles_deg):
-            yield setup, *case
+def _numbers(run: ExpectedRun, bound: Floats, total: Floats, i: int) -> tuple[float, float, str, str, float]:
+    """The columns stderr to first_share of the i-th number."""
+    own, n = np.diag(total), len(run.names)
+    shares = total[i, n:] ** 2 / own[n:] / own[i]
+    first = run.inputs[np.argmax(shares)] if shares.size else None
+    told = (first.name, first.owner, float(shares.max())) if first else ("", "", math.nan)
+    return math.sqrt(bound[i, i]), math.sqrt(own[i]), *told
 
 
-def _in_order_of_appearance(frame: pd.DataFrame) -> pd.DataFrame:
-    """Rows sorted case by case, the names of a case by when they first appear."""
-    appearance = [pd.factorize(frame[name])[0] for name in reversed(CASE_COLUMNS)]
-    return frame.iloc[np.lexsort(appearance)].reset_index(drop=True)
-
-
-def _or_why_not(errors: Callable[..., dict[str, float]], free: Sequence[str]) -> tuple[dict[str, float], str]:
-    """Standard errors with such nuisances, or none and why."""
-    try:
-        return errors(free=free), ""
-    except FreerockError as error:
-        return {}, error.what
-
-
-def expected_of(
-    setup: Setup, model: str, duration_s: float, angle_deg: float, choices: Choices
-) -> Motion | FreerockError:
-    """The expected motion, or why there is none."""
-    theta0, span_s = math.radians(angle_deg), (choices.finger_s, duration_s)
-    block, parameters = setup.worn(model), setup.expected[model]
-    return attempt(expected_motion, model, block, parameters, theta0, span_s, choices.debonding)
-
-
-def with_each_sensor(
-    setup: Setup, model: str, duration_s: float, angle_deg: float, rate_hz: float, choices: Choices
-) -> Iterator[tuple[tuple[Any, ...], float, str]]:
-    """Rows of a case up to sigma_theta_deg, that noise [rad], and why the sensor won't do."""
-    block, laser = setup.laboratory.block, setup.laboratory.lasers[setup.names[2]]
-    for name, sensor in choices.sensors.items():
-        sigma, off = sigma_theta_of(sensor, math.radians(angle_deg), block, laser)
-        case = *setup.names, name, duration_s, rate_hz, angle_deg, model, math.degrees(sigma)
-        yield case, sigma, off
+def _fault(run: ExpectedRun, time_s: Floats) -> str:
+    """Why a run can't be expected; "" where it can."""
+    candidate, angle = CANDIDATES[run.model], run.values["theta0"]
+    rules = candidate.rules(run.debonding)
+    _, outcome = simulate_theta(
+        candidate.law, run.laboratory.block, run.values, time_s[-1:], theta0=angle, rules=rules
+    )
+    known = outcome in ("completed", "at_rest")
+    return "" if known else f"{run.model} released at {math.degrees(angle):g}°: {outcome}"

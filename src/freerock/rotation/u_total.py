@@ -2,7 +2,7 @@
 
 A fit has `Fit.u_total` (`identification.fit`), by `Contributions.total` of this module, which
 `populations.sensitivity` completes by inputs that were held; r and θ₀ of a run `runs.measured_total`; r by
-energy `populations.impact_energy`; means `populations.random_effects`; plans `planning.plan_total`.
+energy `populations.impact_energy`; means `populations.random_effects`; plans `planning.bound`.
 """
 
 from dataclasses import dataclass

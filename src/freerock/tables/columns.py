@@ -3,7 +3,7 @@
 A column is renamed here, in the module that makes its rows (`tidy_tables`, `populations` or that of the
 table's name), and where `grep -rn NAME src docs` finds it read; the old one stays beside it for one version.
 Elsewhere are the columns of tables of other packages, predictions and foundations (`populations.predict`,
-`populations.shared_foundation`), plans (`planning.plan`, `planning.plan_total`), and of tables 1 to 3 and
+`populations.shared_foundation`), plans (`planning.plan`), and of tables 1 to 3 and
 recovered (`summary`).
 """
 
