@@ -4,7 +4,7 @@
 1, 2 and 5 mV, through converters of 8 to 24 bits over ±10.5 V, go as volts the public way to runs and the fit
 of the law that is true.
 
-    python -m freerock_bench.bits results/studies/bits.csv full docs/validation.md
+    python -m freerock_bench.bits results/studies/bits.csv full docs/evidence.md
 
 measures (`small`: two records of each; `full`: 54, in five minutes of processor time) and renews the table in
 the documentation, where it is named.

@@ -1,13 +1,10 @@
-"""The tables of variables and of columns in docs/datasets.md, with unit and meaning.
-
-    python -m freerock_bench.datasets docs/datasets.md
+"""The tables of variables and of columns on the site, with unit and meaning.
 
 Variables are described in `products.names`. Columns are those of docs/interface.json and of the code;
 `datasets.yaml` states what they mean, and their units by the endings of their names.
 """
 
 import json
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -18,7 +15,7 @@ from freerock.planning import plan
 from freerock.products.names import VARIABLES
 from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.tables.columns import RARE_CANDIDATES_COLUMNS, RARE_IMPACTS
-from freerock_bench.document import in_markdown, renew
+from freerock_bench.document import in_markdown
 
 ROOT = Path(__file__).parents[2]
 DESCRIBED: dict[str, Any] = YAML(typ="safe", pure=True).load(Path(__file__).with_suffix(".yaml"))
@@ -74,8 +71,3 @@ def column(table: str, name: str) -> Cells:
 
 def _section(title: str, text: str, heads: Cells, rows: Iterable[Cells]) -> str:
     return f"### {title}\n\n{text}{in_markdown(heads, rows)}"
-
-
-if __name__ == "__main__":
-    for what, made in (("variables", variables), ("columns", columns)):
-        renew(sys.argv[1], what, made())

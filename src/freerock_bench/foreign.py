@@ -1,7 +1,7 @@
 """What an analysis says of records of foreign physics, against what is true of them.
 
     snakemake --config campaigns=foreign
-    python -m freerock_bench.foreign results/foreign docs/validation.md
+    python -m freerock_bench.foreign results/foreign docs/evidence.md
 
 reads the products of the campaign `foreign` and the truths that lie apart from its records, writes
 results/studies/foreign.csv and renews the table in the documentation, where it is named.

@@ -4,7 +4,7 @@ Each record is made by `springs`, whose method and code are apart from the laws 
 are off by normal draws of what is stated of them: block and beam by callipers in every other record, by the
 defaults of a campaign in the others. Releases, fingers, noise and soil scatter.
 
-    python -m freerock_bench.kinds results/studies/kinds.csv medium docs/validation.md
+    python -m freerock_bench.kinds results/studies/kinds.csv medium docs/evidence.md
 
 measures (`small`: a record of each kind; `medium`: three, in an hour of processor time; `full`: five) and
 renews the table in the documentation, where it is named.

@@ -3,7 +3,7 @@
 `clean_records`, which share nothing with the laws that are fitted, with seventeen kinds of noise, as
 volts through the public way to runs, impacts, the fit of the law that is true, and restitution by energy.
 
-    python -m freerock_bench.noises results/studies/noises.csv full docs/validation.md
+    python -m freerock_bench.noises results/studies/noises.csv full docs/evidence.md
 
 measures (`small`: three records of each noise; `full`: 168, in a quarter of an hour of processor time) and
 renews the table in the documentation, where it is named.

@@ -2,8 +2,8 @@
 
     python -m freerock_bench.site [FOLDER]            # site/ by default; no warnings, nothing fetched
 
-Pages outside docs/ (README.md, config/README.md, ...) join the site. The command line, the Python API, the
-gallery and the page of each chapter are generated. A link of the repository is made right on the site.
+Pages outside docs/ (README.md, config/README.md, ...) join the site. The command line, the columns, the
+Python API, the gallery and the page of each chapter are generated. Links become links of the site.
 """
 
 import inspect
@@ -24,13 +24,13 @@ from sphinx.cmd.build import build_main
 
 import freerock
 from freerock.cli.subcommands import COMMANDS, main
+from freerock_bench.datasets import columns, variables
 from freerock_bench.gallery import readings
 
 ROOT = Path(__file__).parents[2]
 PAGES = YAML(typ="safe", pure=True).load(Path(__file__).with_suffix(".yaml"))
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 FENCE = re.compile(r"(^ *```.*?^ *```$)", re.M | re.S)
-IMAGE = re.compile(r"!\[([^\]]+)\]\((?:\.\./)?(images/[\w.]+)\)")
 SHOWN = (".md", ".png", ".svg")  # of docs/; other files stand in the repository alone
 
 
@@ -49,7 +49,8 @@ def stage(source: Path) -> None:
     written = {page: converted(text, f"docs/{page}", page) for page, text in documents()}
     for path, page in PAGES["outside"].items():
         written[page] = converted((ROOT / path).read_text(encoding="utf-8"), path, page)
-    written |= {"command-line.md": command_line(), "gallery.md": gallery(), **api()}
+    written |= {"command-line.md": command_line(), "columns.md": columns_page(), **api()}
+    written["gallery.md"] = gallery()
     for page, headed in PAGES["chapters"].items():
         for title, names in headed.items():
             written[f"{page}.md"] = chapter(page, title, names.split(), written)
@@ -111,6 +112,11 @@ def command_line() -> str:
     return text
 
 
+def columns_page() -> str:
+    """Every variable of the datasets and every column of the tables, with unit and meaning."""
+    return f"# Variables and columns\n\n## Variables\n\n{variables()}\n\n## Columns\n\n{columns()}\n"
+
+
 def help_of(*words: str) -> str:
     """The help of a command, 96 columns wide."""
     printed = io.StringIO()
@@ -157,23 +163,13 @@ def first_line(name: str) -> str:
 
 
 def gallery() -> str:
-    """The figures of a report and how to read them; every figure of the pages, with a link to its page."""
-    shown: dict[str, tuple[str, str]] = {}
-    for page, text in documents():
-        for caption, image in IMAGE.findall(text):
-            shown.setdefault(image, (caption, page))
+    """The figures of a report, each with its caption and how to read it."""
     figures = [
-        f"```{{figure}} {image}\n:target: {page.removesuffix('.md')}.html\n\n{caption}\n```\n"
-        for image, (caption, page) in sorted(shown.items())
-    ]
-    report = [
-        f"### {each['title'].format(Measured='Simulated')}\n\n{each['reading']}\n\n"
+        f"## {each['title'].format(Measured='Simulated')}\n\n{each['reading']}\n\n"
         f"```{{figure}} images/report_{name}.png\n\n{each['caption']}\n```\n"
         for name, each in readings().items()
     ]
-    head = "# Gallery\n\nAll records shown are simulated.\n\n## Figures of a report\n\n"
-    pages = "\n## Figures of the pages\n\nEach figure links to the page that explains it.\n\n"
-    return head + "\n".join(report) + pages + "\n".join(figures)
+    return "# Gallery\n\nAll records shown are simulated.\n\n" + "\n".join(figures)
 
 
 if __name__ == "__main__":

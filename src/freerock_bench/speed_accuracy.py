@@ -260,7 +260,7 @@ def _seconds(value: float) -> str:
     return f"{value / size:.{0 if value >= 10 * size else 1}f} {unit}"
 
 
-def main(product: str = "results/studies/speed_accuracy.csv", document: str = "docs/validation.md") -> None:
+def main(product: str = "results/studies/speed_accuracy.csv", document: str = "docs/evidence.md") -> None:
     """Put the table of a product into the document."""
     renew(document, "engines", table(read_csv(product)))
 

@@ -1,4 +1,4 @@
-"""The table of scores in docs/validation.md: freerock by its tolerance, and methods without events.
+"""The table of scores in docs/evidence.md: freerock by its tolerance, and methods without events.
 
 python -m freerock_bench.golden.table    # renews the rows made here, half a minute
 """
@@ -65,7 +65,7 @@ def _problem(scene: Scene) -> Problem:
     return Problem(scene.law, scene.block, scene.parameters, scene.theta0, scene.debonding)
 
 
-def main(document: str = "docs/validation.md") -> None:
+def main(document: str = "docs/evidence.md") -> None:
     """Put the table into the document."""
     renew(document, "scores", in_markdown(HEADS, rows(scenes())))
 
