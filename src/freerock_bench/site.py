@@ -168,6 +168,7 @@ def gallery() -> str:
         f"## {each['title'].format(Measured='Simulated')}\n\n{each['reading']}\n\n"
         f"```{{figure}} images/report_{name}.png\n\n{each['caption']}\n```\n"
         for name, each in readings().items()
+        if (ROOT / f"docs/images/report_{name}.png").is_file()
     ]
     return "# Gallery\n\nAll records shown are simulated.\n\n" + "\n".join(figures)
 
