@@ -3,23 +3,9 @@
 `python -m freerock_bench.bounds docs/reliability.md` prints these lines as a table.
 """
 
-# Memory: doubles of a coarse converter at rest shrink some 20 times, a constant 1000 times, of which
-# LITTLE_BYTES holds half an hour at 10 kHz.
-UNPACKED_TIMES = 100  # data of a record, relative to the size of its file
-LITTLE_BYTES = 1 << 27  # data of a record of a file below 1.34 MB
-RECORD_CHANNELS = 2000  # record
 SAMPLE_UNITS = 1e100  # sample; loggers write up to 9.9e37 for an overload
 SHORTEST_STEP_S = 1e-12  # shortest sampling interval
 LONGEST_STEP_S = 1e12  # longest sampling interval
-HDF5_GROUPS = 50  # nesting of an HDF5 array
-HDF5_WALK_S = 4  # processor time to list the contents of an HDF5 file
-HDF5_WALK_BYTES_PER_S = 20_000_000  # size of that file per additional second
-LVM_SEGMENTS = 5000  # LVM file
-SHEETS_TIMES = 110  # unpacked Excel, relative to the size of its file: XML shrinks no further
-SHEETS_CELLS = 1_000_000  # Excel file of at most 1 MB (larger ones may have one cell per byte)
-SHEETS_ELEMENTS = 100_000  # Excel file, besides cells
-SHEET_ROWS = 1 << 20  # sheet
-SHEET_CELLS = 1 << 25  # sheet, with every row as wide as its widest
 
 JSON_BYTES = 50_000_000  # JSON file
 TEXT_BYTES = 8_000_000  # CSV and other texts of the configuration

@@ -122,7 +122,7 @@ def test_what_is_not_told_is_asked_for(capsys):
             [
                 "stick/gone.tdms: no such file; put it there, or correct its name",
                 "stick/notes.docx: unknown format '.docx'; use one of .tdms, .lvm, .mat, .csv, .tsv, .txt, "
-                ".xlsx, .xlsm, .h5, .hdf5, .nc, .c3d",
+                ".xlsx, .xlsm, .h5, .hdf5, .nc",
             ],
         ),
         (

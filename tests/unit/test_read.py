@@ -21,7 +21,7 @@ def test_unknown_format(tmp_path):
     path.touch()
     assert refusal(path) == (
         "unknown format '.wav'; use one of .tdms, .lvm, .mat, .csv, .tsv, .txt, .xlsx, .xlsm, .h5, "
-        ".hdf5, .nc, .c3d"
+        ".hdf5, .nc"
     )
 
 

@@ -8,7 +8,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from freerock import bounds
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 
@@ -93,8 +92,6 @@ class Contents:
         What the reader found out about the file by itself; attribute `reading`.
     start_time : str
         Attribute of the dataset; "" where the file states no date.
-    computed : callable
-        Gives the channel that the reader computes from others under a name; None where the name is no such.
     """
 
     channels: Sequence[Channel]
@@ -102,13 +99,9 @@ class Contents:
     format: str
     notes: Sequence[str] = ()
     start_time: str = ""
-    computed: Callable[[str], Channel | None] = lambda name: None
 
 
-class Named(dict[str, Channel]):
-    """Channels of a file by name, and those that its reader computes."""
-
-    computed: Callable[[str], Channel | None]
+Named = dict[str, Channel]  # channels of a file by name
 
 
 def differ(one: float, other: float) -> bool:
@@ -137,29 +130,17 @@ def names_in_short(names: Iterable[str]) -> str:
     return ", ".join(names[:NAMES_LISTED]) + more
 
 
-def check_declared(path: Path, n_bytes: float, densest: float = bounds.UNPACKED_TIMES) -> None:
-    """Refuse to set aside more memory than a file of its size can fill, but for a little."""
-    size = path.stat().st_size
-    if n_bytes > max(densest * size, bounds.LITTLE_BYTES):
-        what = f"the file declares {n_bytes:.3g} bytes of data, more than its {size} bytes can hold"
-        raise FreerockError(path, what, COPY_AGAIN)
-
-
 def by_name(path: Path, contents: Contents) -> Named:
     """Channels by name, or by group/name where two groups share a name.
 
     Raises
     ------
     FreerockError
-        No channel, or more than any record has.
+        No channel.
     """
     channels = contents.channels
-    if len(channels) > bounds.RECORD_CHANNELS:
-        what = f"the file has {len(channels)} channels, more than {bounds.RECORD_CHANNELS}"
-        raise FreerockError(path, what, "export those of the record alone")
     short = Counter(c.name for c in channels)
-    names = Named({c.name if short[c.name] == 1 else f"{c.group}/{c.name}": c for c in channels})
-    names.computed = contents.computed
+    names = {c.name if short[c.name] == 1 else f"{c.group}/{c.name}": c for c in channels}
     if not names:
         raise FreerockError(path, "the file holds no channel", COPY_AGAIN)
     return names
@@ -182,8 +163,6 @@ def chosen(path: Path, names: Named, channel: str | None) -> dict[str, Channel]:
     full = {f"{c.group}/{c.name}": name for name, c in names.items()}
     name = channel if channel in names else full.get(channel)
     if name is None:
-        if computed := names.computed(channel):
-            return {channel: computed}
         remedy = "correct the channel column of the campaign's CSV"
         raise FreerockError(path, f"no channel {channel!r}; its channels are {names_in_short(names)}", remedy)
     if isinstance(names[name].clock, str):

@@ -57,8 +57,6 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
         del columns[column]  # stamps are as large as a channel
     import xarray as xr  # half a second, which listing the channels does without
 
-    from freerock.records.instants import time_of
-
     attrs = {
         "format": contents.format,
         "start_time": contents.start_time,
@@ -71,7 +69,7 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
             name: ("time", _placed(path, name, grid, columns.pop(c.column), length), {"units": c.units})
             for name, c in wanted.items()
         },
-        coords=time_of(grid),
+        coords={"time": ("time", np.arange(grid.size) * grid.step_s + grid.start_s, {"units": "s"})},
         attrs={key: value for key, value in attrs.items() if value != ""},
     )
 

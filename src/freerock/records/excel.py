@@ -1,9 +1,8 @@
 """Excel workbooks, through openpyxl: sheets of columns of numbers, or of pairs (time, signal)."""
 
 from array import array
-from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from datetime import date, datetime, time
 from functools import lru_cache
@@ -11,26 +10,19 @@ from itertools import chain, islice
 from math import nan
 from pathlib import Path
 from typing import Any
-from xml.parsers import expat
-from zipfile import ZipFile
 
 import numpy as np
 from openpyxl import load_workbook
 from openpyxl.utils import get_column_letter
 
-from freerock import bounds
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.channels import COPY_AGAIN, Channel, Contents, check_declared
+from freerock.records.channels import Channel, Contents
 from freerock.records.headings import WANTED, columns, headed, rises, states_rate
 
 FORMAT = "Excel"
 HEAD = 100  # rows in which the table begins
 ROWS_ALIKE = 3
-SAVE_AGAIN = "open it in Excel and save it again"
-CHUNK = 1 << 16
-# What openpyxl takes 3 to 5 µs for, each; any other element takes it up to 30 µs.
-OF_SHEETS = {"row", "c", "v", "f", "is", "t", "pt"}
 
 
 Cell = str | bool | int | float | datetime | time | None
@@ -65,9 +57,6 @@ def contents(path: Path) -> Iterator[Contents]:
 @lru_cache(maxsize=1)  # the records of one workbook are read one after the other
 def _parsed(path: Path, *state: int) -> tuple[dict[str, Table], list[Channel], list[str]]:
     """Tables by sheet, channels and notes of a workbook in a `state` of its file."""
-    with ZipFile(path) as archive:
-        check_declared(path, sum(part.file_size for part in archive.infolist()), bounds.SHEETS_TIMES)
-        _check_work(path, archive)
     tables: dict[str, Table] = {}
     channels: list[Channel] = []
     notes: list[str] = []
@@ -87,29 +76,6 @@ def _parsed(path: Path, *state: int) -> tuple[dict[str, Table], list[Channel], l
         raise faults[0] if faults else FreerockError(path, "no sheet holds a table of numbers", remedy)
     notes += [f"{str(error.where).removeprefix(f'{path}: ')} passed over: {error.what}" for error in faults]
     return tables, channels, notes
-
-
-def _check_work(path: Path, archive: ZipFile) -> None:
-    """Refuse a workbook that declares entities, or has so many elements that to read them takes for ever."""
-    found: Counter[str] = Counter()
-
-    def refuse(*_: object) -> None:
-        raise FreerockError(path, "the workbook declares XML entities, which Excel never writes", SAVE_AGAIN)
-
-    def count(name: str, _: object) -> None:
-        found[name.rpartition(" ")[2]] += 1
-
-    most = max(bounds.SHEETS_CELLS, path.stat().st_size)
-    for part in archive.namelist():
-        parser = expat.ParserCreate(namespace_separator=" ")
-        parser.StartDoctypeDeclHandler, parser.StartElementHandler = refuse, count
-        with archive.open(part) as content, suppress(expat.ExpatError):  # a picture, or damaged
-            while data := content.read(CHUNK):
-                parser.Parse(data)
-                of_sheets = sum(found[name] for name in OF_SHEETS)
-                if of_sheets > most or found.total() - of_sheets > bounds.SHEETS_ELEMENTS:
-                    what = f"has more than {most} cells, or {bounds.SHEETS_ELEMENTS} other elements"
-                    raise FreerockError(path, what, "export the records alone, or as CSV")
 
 
 def _channels(path: Path, title: str, table: Table) -> tuple[list[Channel], list[str]]:
@@ -142,15 +108,7 @@ def _table(path: Path, sheet: Any) -> Table:
     wanted = {i: kind for row in first_rows for i, kind in enumerate(row) if kind in WANTED}
     numbers = {i: array("d") for i in sorted(wanted)}
     first: dict[int, datetime] = {}
-    width = 0
     for n, row in enumerate(chain(head[begin:], rows), start=begin + 1):
-        if n > bounds.SHEET_ROWS:
-            what = f"sheet {sheet.title!r} has more than {bounds.SHEET_ROWS} rows"
-            raise FreerockError(path, what, COPY_AGAIN)
-        width = max(width, len(row))
-        if n * width > bounds.SHEET_CELLS:
-            what = f"sheet {sheet.title!r} has more than {bounds.SHEET_CELLS} cells, empty ones included"
-            raise FreerockError(path, what, "export the record alone, or as CSV")
         for i, values in numbers.items():
             cell = row[i] if i < len(row) else None
             if _kind(cell) not in ("", wanted[i]):

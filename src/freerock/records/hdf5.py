@@ -1,11 +1,5 @@
-"""HDF5 and netCDF records, this project's own among them; HDF5 through h5py, classic netCDF through scipy.
+"""HDF5 and netCDF records, this project's own among them; HDF5 through h5py, classic netCDF through scipy."""
 
-Nothing outside the file is read: external links, external storage and virtual datasets are passed over.
-"""
-
-import signal
-import subprocess
-import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,10 +11,8 @@ import h5py
 import numpy as np
 from scipy.io import netcdf_file
 
-from freerock import bounds
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records import hdf5_walk
 from freerock.records.channels import (
     COPY_AGAIN,
     Channel,
@@ -28,7 +20,6 @@ from freerock.records.channels import (
     Even,
     SampleColumn,
     Stamps,
-    check_declared,
     names_in_short,
 )
 from freerock.records.headings import also_stated, is_time, split_unit, stated_rate, states_rate
@@ -56,49 +47,24 @@ def contents(path: Path) -> Iterator[Contents]:
             attributes = {name: v._attributes for name, v in arrays.items()}
             yield _contents(path, arrays, attributes | {"": file._attributes}, "netCDF classic")
         return
-    with opened(path) as file:
-        arrays = numeric_arrays(path, file)
+    with h5py.File(path, locking=False) as file:
+        arrays = numeric_arrays(file)
         above = {folder for name in arrays for folder in _above(name)}
         attributes = {name: dict(file[name or "/"].attrs) for name in [*arrays, *above]}
         yield _contents(path, arrays, attributes, FORMAT)
 
 
-def numeric_arrays(path: Path, file: h5py.File) -> dict[str, h5py.Dataset]:
-    """Datasets of real numbers by their paths in an HDF5 file, checked against the size of the file."""
+def numeric_arrays(file: h5py.File) -> dict[str, h5py.Dataset]:
+    """Datasets of real numbers by their paths in an HDF5 file."""
     found: dict[str, h5py.Dataset] = {}
 
     def look(name: str, item: h5py.HLObject) -> None:
-        within = name.count("/") <= bounds.HDF5_GROUPS and not name.startswith("#refs#")
-        if within and hdf5_walk.is_array(item):
+        real = isinstance(item, h5py.Dataset) and item.shape is not None and item.dtype.kind in "iuf"
+        if real and not name.startswith("#refs#"):
             found[name] = item
 
     file.visititems(look)
-    check_declared(path, sum(8.0 * prod(array.shape) for array in found.values()))
     return found
-
-
-def opened(path: Path) -> h5py.File:
-    """Open an HDF5 file for reading, after another process has gone through it and lived.
-
-    Damaged files can end HDF5's library in a segmentation fault, or keep it busy for ever.
-    """
-    size = path.stat().st_size
-    outcome = walked(
-        str(path),
-        bounds.HDF5_WALK_S + size // bounds.HDF5_WALK_BYTES_PER_S,
-        max(bounds.UNPACKED_TIMES * size, bounds.LITTLE_BYTES),
-    )
-    if outcome in (-signal.SIGKILL, -signal.SIGTERM):  # from outside, as by a system out of memory
-        raise MemoryError("the process that goes through the file was killed")
-    if outcome not in (0, 1):  # 1: an exception, which says more when it is met here
-        raise FreerockError(path, "the file is damaged: HDF5's library crashes on it", COPY_AGAIN)
-    return h5py.File(path, locking=False)
-
-
-def walked(path: str, seconds: int, most_bytes: float) -> int:
-    """Exit code of a process that goes through a file."""
-    command = [sys.executable, "-P", hdf5_walk.__file__, path, str(seconds), str(most_bytes)]
-    return subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False).returncode
 
 
 def _contents(

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-from freerock import bounds
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Stamps
@@ -97,9 +96,6 @@ def _segments(path: Path, encoding: str) -> list[Segment]:
         for n, line in lines:
             if line.strip():
                 where = f"segment {len(segments) + 1}"
-                if len(segments) == bounds.LVM_SEGMENTS:
-                    what = f"the file has more than {bounds.LVM_SEGMENTS} segments"
-                    raise FreerockError(path, what, "write it in fewer, or export it as one table")
                 fields = _header(path, chain([(n, line)], lines), delimiter, where)
                 segments.append(_segment(path, lines, fields, delimiter, where))
     if not segments:

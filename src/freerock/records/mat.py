@@ -1,4 +1,4 @@
-"""MATLAB files: v4 through scipy, v5 to v7 by `mat5`, v7.3 (HDF5) through h5py; plain numeric arrays only.
+"""MATLAB files: v4 to v7 through scipy, v7.3 (HDF5) through h5py; plain numeric arrays only.
 
 Objects, function handles, structures and cells are passed over.
 """
@@ -25,11 +25,9 @@ from freerock.records.channels import (
     Even,
     SampleColumn,
     Stamps,
-    check_declared,
 )
-from freerock.records.hdf5 import numeric_arrays, opened
+from freerock.records.hdf5 import numeric_arrays
 from freerock.records.headings import also_stated, is_time, rises, split_unit, stated_rate, states_rate
-from freerock.records.mat5 import matrices
 
 FORMAT = "MAT"
 NUMERIC = ("double", "single", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64")
@@ -50,24 +48,19 @@ def contents(path: Path) -> Iterator[Contents]:
     dt states the sampling rate.
     """
     if h5py.is_hdf5(path):
-        with opened(path) as file:
-            arrays = {name: found for name, found in numeric_arrays(path, file).items() if "/" not in name}
+        with h5py.File(path, locking=False) as file:
+            arrays = {name: found for name, found in numeric_arrays(file).items() if "/" not in name}
             shapes = {name: found.shape[::-1] for name, found in arrays.items()}
             yield _contents(path, shapes, lambda names: {n: arrays[n] for n in names}, "v7.3")
-    elif matfile_version(path)[0]:
-        found = matrices(path)
-        shapes = {name: matrix.shape for name, matrix in found.items()}
-        yield _contents(path, shapes, lambda names: {n: found[n].read() for n in names}, "v5")
     else:
         shapes = {name: shape for name, shape, kind in whosmat(path) if kind in NUMERIC}
-        yield _contents(path, shapes, lambda names: loadmat(path, variable_names=names), "v4")
+        version = "v5" if matfile_version(path)[0] else "v4"
+        yield _contents(path, shapes, lambda names: loadmat(path, variable_names=names), version)
 
 
 def _contents(path: Path, all_shapes: Mapping[str, tuple[int, ...]], load: Load, version: str) -> Contents:
     """Channels among arrays by name: vectors and matrices. Scalars may state the sampling rate."""
     shapes = {name: tuple(map(int, shape)) for name, shape in all_shapes.items() if 0 not in shape}
-    for shape in shapes.values():
-        check_declared(path, 8.0 * prod(shape))
     scalars = [name for name, shape in shapes.items() if prod(shape) == 1 and states_rate({name: 1.0})]
     vectors = [name for name, shape in shapes.items() if 1 == min(shape) < max(shape)]
     matrices = [name for name, shape in shapes.items() if len(shape) == 2 and 1 < min(shape) < max(shape)]

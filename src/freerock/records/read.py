@@ -23,7 +23,6 @@ READERS = {
     **dict.fromkeys([".csv", ".tsv", ".txt"], "text"),
     **dict.fromkeys([".xlsx", ".xlsm"], "excel"),
     **dict.fromkeys([".h5", ".hdf5", ".nc"], "hdf5"),
-    ".c3d": "c3d",
 }
 
 

@@ -11,7 +11,7 @@ from nptdms.log import log_manager
 from freerock import bounds
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Stamps, check_declared
+from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Stamps
 from freerock.records.headings import is_time
 
 FORMAT = "TDMS"
@@ -100,7 +100,6 @@ def _values(path: Path, channel: TdmsChannel, step: object) -> Floats:
         what = f"channel {channel.name!r} gives no sampling rate (wf_increment is {given})"
         remedy = "log it as a waveform, or set its property wf_increment to the sampling interval in seconds"
         raise FreerockError(path, what, remedy)
-    check_declared(path, 8 * len(channel))
     values = np.empty(len(channel))
     done, origin = 0, None
     for chunk in channel.data_chunks():
