@@ -1,25 +1,23 @@
 """The tables of variables and of columns on the site, with unit and meaning.
 
-Variables are described in `products.names`. Columns are those of docs/interface.json and of the code;
-`datasets.yaml` states what they mean, and their units by the endings of their names.
+Variables are described in `products.names`, columns in `freerock.columns`; `datasets.yaml` says where a
+variable is, and what a row of a table is.
 """
 
-import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
 
-from freerock.planning import plan
+from freerock.columns import Column
+from freerock.columns import columns as listed
 from freerock.products.names import VARIABLES
 from freerock.rotation.flags import BY_HAND, FLAGS
-from freerock.tables.columns import RARE_CANDIDATES_COLUMNS, RARE_IMPACTS
 from freerock_bench.document import in_markdown
 
-ROOT = Path(__file__).parents[2]
 DESCRIBED: dict[str, Any] = YAML(typ="safe", pure=True).load(Path(__file__).with_suffix(".yaml"))
-ROWS, COMMON = DESCRIBED["rows"], DESCRIBED["common"]
+SEVERAL = 4  # tables, from which on a column is described once for all
 Cells = list[str]
 
 
@@ -37,36 +35,23 @@ def variables() -> str:
     return "\n\n".join([*parts, f"Bits of `flags`: {bits}; 0 is valid."])
 
 
-def tables() -> dict[str, list[str]]:
-    """Columns of each table, in the order of `ROWS`."""
-    listed = json.loads((ROOT / "docs/interface.json").read_text(encoding="utf-8"))["columns"]
-    own = {
-        "plan.csv": plan.COLUMNS,
-    }
-    found = {name: (listed | own)[name] for name in ROWS}
-    rare = {"candidates.csv": RARE_CANDIDATES_COLUMNS, "pulls.csv": RARE_IMPACTS}
-    return found | {name: [*found[name], *rare[name]] for name in rare}
-
-
 def columns() -> str:
     """The columns that tables share, then a table for each file."""
     heads = ["column", "unit", "meaning"]
-    parts = [_section("Columns of several tables", "", heads, [column("", name) for name in COMMON])]
-    for table, names in tables().items():
-        shared = ", ".join(f"`{name}`" for name in names if name in COMMON)
-        text = f"One row for each {ROWS[table]}. It has {shared}, and:\n\n"
-        rows = [column(table, name) for name in names if name not in COMMON]
-        parts.append(_section(table, text, heads, rows))
+    shared = [each for each in listed() if len(each.files) >= SEVERAL]
+    parts = [_section("Columns of several tables", "", heads, map(_cells, shared))]
+    for table, of in DESCRIBED["rows"].items():
+        own = [each for each in listed() if table in each.files]
+        common = ", ".join(f"`{each.name}`" for each in own if each in shared)
+        text = f"One row for each {of}. It has {common}, and:\n\n"
+        rows = [_cells(each) for each in own if each not in shared]
+        parts.append(_section(f"{table}.csv", text, heads, rows))
     return "\n\n".join(parts)
 
 
-def column(table: str, name: str) -> Cells:
-    """Name, unit and meaning of a column of a table; its unit is what its ending says, or that of the row."""
-    unit = next((unit for end, unit in DESCRIBED["units"].items() if name.endswith(end)), "")
-    if table and name in DESCRIBED["in_unit_of_row"].split() and "unit" in tables()[table]:
-        unit = "`unit`"
-    own = DESCRIBED["own"].get(table, {})
-    return [f"`{name}`", unit, own.get(name) or (COMMON | DESCRIBED["meanings"])[name]]
+def _cells(column: Column) -> Cells:
+    unit = f"`{column.unit}`" if column.unit == "unit" else column.unit
+    return [f"`{column.name}`", unit, column.meaning]
 
 
 def _section(title: str, text: str, heads: Cells, rows: Iterable[Cells]) -> str:

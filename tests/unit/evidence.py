@@ -2,10 +2,10 @@
 
 import pandas as pd
 
+from freerock.columns import columns_of
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import CANDIDATES, MODELS, law_of
 from freerock.selection.allowed_hypotheses import NOT_TRIED
-from freerock.tables.columns import CHOICE_COLUMNS, PARAMETERS_COLUMNS
 
 NAMED, POSSIBLE, REJECTED, NOT_FITTED = "selected", "also_possible", "rejected", "not_fitted"
 VALUES = {"r": 0.95, "k": 6.88e6, "c": 2.36e4, "lambda": 1.3e8, "width": 0.063}
@@ -55,8 +55,8 @@ def scene(*runs, explained=True, epsilon=1e-5, **changed):
                     for name in names
                 ]
             choice.append(row)
-    frame = pd.DataFrame(choice, columns=CHOICE_COLUMNS).astype({"explains": bool, "n_freed": "Int64"})
-    return frame, pd.DataFrame(parameters, columns=PARAMETERS_COLUMNS).astype({"success": bool})
+    frame = pd.DataFrame(choice, columns=columns_of("choice")).astype({"explains": bool, "n_freed": "Int64"})
+    return frame, pd.DataFrame(parameters, columns=columns_of("parameters")).astype({"success": bool})
 
 
 def paper(status=REJECTED, **others):

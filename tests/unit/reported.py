@@ -14,11 +14,11 @@ from freerock.populations.predict import PREDICTIONS
 from freerock.populations.shared_foundation import shared_foundation
 from freerock.products.estimates import estimates_of
 from freerock.report.page import write_report
-from freerock.tables.columns import CONTRIBUTIONS_COLUMNS
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.populations import budget_table, populations_table
 from freerock.tables.restitution_comparison import restitution_comparison
 from freerock.tables.summary import table1, table2, table3
+from freerock.tables.tidy_tables import CONTRIBUTIONS
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
 VOID = {"img", "meta", "br", "hr", "link", "input"}
@@ -114,7 +114,7 @@ def half_explained(folder):
     of_b2 = choice["block"] == "b2"
     choice.loc[of_b2, ["status", "explains"]] = "rejected", False
     choice.loc[of_b2 & (choice["model"] == "winkler"), "status"] = "selected"  # the nearest
-    nothing = pd.DataFrame(columns=CONTRIBUTIONS_COLUMNS)
+    nothing = pd.DataFrame(columns=CONTRIBUTIONS)
     frames["populations"] = populations_table(parameters, nothing, choice)
     frames["budget"] = budget_table(parameters, nothing, choice)
     for name in ("choice", "populations", "budget"):

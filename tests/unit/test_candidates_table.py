@@ -5,8 +5,8 @@ import pytest
 from evidence import NAMED, ON_ANY_RUN, POSSIBLE, paper, scene
 from fabricated import campaign
 
+from freerock.columns import columns_of
 from freerock.tables.candidates import candidates_table
-from freerock.tables.columns import CANDIDATES_COLUMNS
 from freerock.tables.printed_tables import printed_candidates
 from freerock.tables.tidy_tables import choice_table
 
@@ -23,7 +23,7 @@ def test_counts_and_medians():
     parameters.loc[rows, "value"] = [6e6, 8e6, 1e9]  # of the third run it is rejected
     choice.loc[choice["status"] == "not_fitted", "epsilon_theta"] = 0.5  # that of a quick fit
     table = candidates_table(choice, parameters)
-    assert list(table) == CANDIDATES_COLUMNS
+    assert list(table) == columns_of("candidates")
     assert not (table["epsilon_theta"] == 0.5).any()
     assert table["model"].tolist() == ON_ANY_RUN
     row = table.set_index("model").loc["hunt_crossley"]

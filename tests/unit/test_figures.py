@@ -119,8 +119,8 @@ def test_the_set_up_is_drawn_to_scale():
     body = figure.axes[0].patches[0]
     assert (body.get_width(), body.get_height()) == (BLOCKS["b1"].width_m, BLOCKS["b1"].height_m)
     assert figure.axes[0].get_aspect() == 1
-    assert {"200 mm", "10 mm", "α", "R"} <= {*texts(figure)}
-    assert data["alpha_deg"].tolist() == pytest.approx([np.degrees(BLOCKS["b1"].theta_cr)] * 3)
+    assert {"200 mm", "10 mm", "$θ_{cr}$", "R"} <= {*texts(figure)}
+    assert data["theta_cr_deg"].tolist() == pytest.approx([np.degrees(BLOCKS["b1"].theta_cr)] * 3)
     assert set_up.caption(data, LABELS) == "Slender block on Marble, mat."
 
 

@@ -252,8 +252,8 @@ def test_failed_record_is_a_product(tmp_path):
 
 def test_every_variable_is_described(folder):
     without_units = {"flags", "parameter", "parameter_b", "unit", "covariance", "success"}
-    without_units |= {"part_value", "part_value_stderr", "impact_of_input"}
-    without_units |= {"value", "stderr", "ci95_low", "ci95_high", "discrepancy", "u_total", "contribution"}
+    without_units |= {"part_value", "part_value_stderr", "influence_of_input"}
+    without_units |= {"value", "stderr", "ci95_low", "ci95_high", "u_law", "u_total", "contribution"}
     without_units |= {"input", "input_owner", "input_u", "input_unit", "input_stated"}
     for tree in (open_record(folder / "record_a.nc"), open_fits(folder / "fits_a.nc")):
         for node in tree.subtree:

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freerock.tables.columns import POPULATIONS_COLUMNS
+from freerock.columns import columns_of
 from freerock.tables.populations import populations_table
 
 
@@ -38,7 +38,7 @@ def test_levels_of_a_campaign():
         + [fitted("d", "stone", 7e6 * np.exp(draw.normal(0, 0.03, 40)))]
     )
     table = populations_table(parameters)
-    assert list(table) == POPULATIONS_COLUMNS
+    assert list(table) == columns_of("populations")
     levels = by_level(table)
     assert levels["record"]["test"].tolist() == ["a", "b", "c", "d"]
     assert levels["record"]["tau"].tolist() == pytest.approx([0.09e6] * 3 + [0.21e6], rel=0.3)

@@ -31,17 +31,17 @@ def test_table1_averages_the_usable_runs(datasets):
     blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98), "b3": Block(1.0, 0.5, 9.0)}
     table = table1(datasets[0], blocks, {"b1": 10.0}).set_index("block")
     assert table.loc["b1", "slenderness"] == pytest.approx(4)
-    assert table.loc["b1", "release_angle_deg"] == pytest.approx(10.15)
+    assert table.loc["b1", "alpha_deg"] == pytest.approx(10.15)
     assert table.loc["b1", "n_runs"] == 4
-    assert table.loc["b2", "release_angle_deg"] == pytest.approx(np.mean([19.9, 19.8, 19.9]))
-    assert math.isnan(table.loc["b3", "release_angle_deg"])
+    assert table.loc["b2", "alpha_deg"] == pytest.approx(np.mean([19.9, 19.8, 19.9]))
+    assert math.isnan(table.loc["b3", "alpha_deg"])
     text = table1_text(table.reset_index(), {"b1": "Configuration #2"})
     assert text["Configuration #2"].tolist() == [
         *("0.28", "0.07", "4", "5.84"),
-        *("14.04", "0.1443", "7.140", "0.9118"),  # atan(1/4), √(0.14² + 0.035²), √(3g/4R), 1 − 1.5 sin²α
         *("10", "10.150 ± 0.058"),
+        *("14.04", "0.1443", "7.140", "0.9118"),  # atan(1/4), √(0.14² + 0.035²), √(3g/4R), 1 − 1.5 sin²θ_cr
     ]
-    assert text["b3"].tolist()[-2:] == ["–", "–"]
+    assert text["b3"].tolist()[4:6] == ["–", "–"]
 
 
 def test_table2_prints_value_and_published_side_by_side(datasets):

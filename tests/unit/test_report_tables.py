@@ -4,8 +4,8 @@ import pandas as pd
 from fabricated import fits, record
 from reported import half_explained, tables_of
 
+from freerock.columns import columns_of
 from freerock.report.tables import budget
-from freerock.tables.columns import BUDGET_COLUMNS
 from freerock.tables.csvfile import read_csv
 
 LABELS = {"b1": "Slender", "b2": "Squat", "marble": "Marble"}
@@ -43,7 +43,7 @@ def test_shares_from_one_per_cent_are_told_and_what_nobody_stated():
     ]
     frame = pd.DataFrame(parts, columns=["input", "input_owner", "input_stated", "share_percent"])
     mean = {"level": "foundation", "foundation": "marble", "model": "winkler", "parameter": "k"}
-    frame = frame.assign(**mean, unit="N m-2", mean=6e6, u_total=6e4).reindex(columns=BUDGET_COLUMNS)
+    frame = frame.assign(**mean, unit="N m-2", mean=6e6, u_total=6e4).reindex(columns=columns_of("budget"))
     choice = pd.DataFrame([mean | {"test": "b1_marble", "status": "selected"}])
     (row,) = budget(frame, choice, LABELS).rows
     assert [cell.text for cell in row[3:]] == [

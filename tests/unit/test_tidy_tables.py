@@ -6,7 +6,6 @@ import pytest
 from fabricated import campaign, failed_record, fits, record, tidy_tables
 
 from freerock.runs.verdict import Reason, Verdict, in_one_line
-from freerock.tables import columns as listed
 from freerock.tables import tidy_tables as tables
 from freerock.tables.populations import populations_table
 from freerock.tables.summary import table2
@@ -22,13 +21,6 @@ from freerock.tables.tidy_tables import (
 @pytest.fixture(scope="module")
 def datasets():
     return campaign()
-
-
-def test_runs_have_the_columns_of_the_contract(datasets):
-    assert ",".join(runs_table(datasets[0])) == (
-        "campaign,test,run,block,foundation,origin,theta0_deg,theta0_u_deg,release_s,duration_s,"
-        "n_impacts,n_restitution,sigma_theta_deg,verdict,reasons,excluded"
-    )
 
 
 def test_runs_in_degrees_and_seconds(datasets):
@@ -64,7 +56,6 @@ def test_models_that_could_not_be_fitted_are_told_in_the_rows_of_their_runs():
 
 def test_reasons_are_the_verdicts_of_the_runs_one_by_one(datasets):
     runs, reasons = runs_table(*datasets), reasons_table(*datasets)
-    assert list(reasons) == listed.REASONS_COLUMNS
     own = {key: rows for key, rows in reasons.fillna({"run": 0}).groupby(["test", "run"])}
     told = runs.fillna({"run": 0}).set_index(["test", "run"])
     assert {*own} == {*told.index[told["reasons"] != ""]}
@@ -76,10 +67,6 @@ def test_reasons_are_the_verdicts_of_the_runs_one_by_one(datasets):
 
 def test_parameters_per_run(datasets):
     table = parameters_table(datasets[1])
-    assert ",".join(table) == (
-        "campaign,test,run,block,foundation,model,parameter,value,stderr,ci95_low,ci95_high,discrepancy,"
-        "u_total,unit,success,given,in_phase"
-    )
     own = table[(table["test"] == "b1_marble") & (table["model"] == "hunt_crossley")]
     assert own["run"].tolist() == [1] * 3 + [2] * 3
     assert own["parameter"].tolist()[-3:] == ["k", "lambda", "theta0"]
@@ -90,10 +77,6 @@ def test_parameters_per_run(datasets):
 
 def test_epsilon_selects_the_lowest_bic_of_the_successful_fits(datasets):
     table = epsilon_table(datasets[1])
-    assert ",".join(table) == (
-        "campaign,test,run,block,foundation,model,epsilon_theta,final_time_s,epsilon_holdout,n_parameters,"
-        "aic,bic,selected,success,epsilon_in_phase"
-    )
     assert set(table[table["selected"]]["model"]) == {"hunt_crossley"}
     assert table.groupby(["test", "run"])["selected"].sum().eq(1).all()
 
@@ -103,10 +86,6 @@ def test_epsilon_selects_the_lowest_bic_of_the_successful_fits(datasets):
 
 def test_restitution_of_experiment_and_models_since_release(datasets):
     table = restitution_table(*datasets)
-    assert ",".join(table) == (
-        "campaign,test,run,source,impact,time_s,r,r_stderr,r_u,block,foundation,peak_before_deg,"
-        "peak_before_u_deg,r_energy,r_energy_stderr,r_energy_u,impact_speed_m_s,r_block,r_block_u,peak_before_block_deg"
-    )
     first = table[(table["test"] == "b1_marble") & (table["run"] == 2) & (table["impact"] == 1)]
     assert first["r_stderr"].tolist() == [0.002, 0.0, 0.0, 0.0]
     of_impacts = first[["r_u", "peak_before_u_deg"]].to_numpy()

@@ -11,7 +11,7 @@ from freerock.models.housner import housner_swings
 FIGURE = {
     "title": "Period against amplitude",
     "caption": "Twice the interval between two impacts against the largest |θ| in it over the critical "
-    "angle α. Dotted: a rigid block (Housner 1963), whose period does not depend on r and goes to "
+    "angle θ_cr. Dotted: a rigid block (Housner 1963), whose period does not depend on r and goes to "
     "zero with its amplitude.",
     "reading": "The dotted curve has no free parameter, so a point above it shows a base that yields. The "
     "distance grows as the amplitude falls, since the sinking corner then matters more. Points "
@@ -31,7 +31,7 @@ def _rigid(block: Block, seen: pd.DataFrame) -> tuple[Floats, Floats]:
 
 
 draw = by_block(
-    Shown("amplitude", "period_s", "amplitude |θ|/α", "period / s", _rigid),
+    Shown("amplitude", "period_s", "amplitude |θ|/$θ_{cr}$", "period / s", _rigid),
     lambda swings: swings[swings["period_s"].notna()],
     lambda ax, own: ax.set(xlim=(0, None), ylim=(0, None)),
 )

@@ -17,7 +17,7 @@ FIGURE = {
     "title": "Effect of the foundation on the rotation",
     "caption": "Rotation θ of each block after its release, on each foundation, as in figure 2 of Spanos et "
     "al. 2017. At most about 1000 evenly spaced samples of a run are drawn.",
-    "reading": "Compare the two foundations of a block by how long each rocks, and by how fast its peaks fall.",
+    "reading": "Compare the foundations of a block by how long each rocks, and how fast its peaks fall.",
     "reads": ["records"],
 }
 

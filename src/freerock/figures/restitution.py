@@ -10,8 +10,8 @@ from freerock.models.block import Block
 FIGURE = {
     "title": "Restitution of each impact",
     "caption": "Restitution r of each impact, from the peaks seen before and after it, against the peak "
-    "before it over the critical angle α. Bars: total standard uncertainty. Dotted: a rigid block on a "
-    "rigid base, 1 − 1.5 sin²α of a rectangle (Housner 1963).",
+    "before it over the critical angle θ_cr. Bars: total standard uncertainty. Dotted: a rigid block on a "
+    "rigid base, 1 − 1.5 sin²θ_cr of a rectangle (Housner 1963).",
     "reading": "Compare the points with the dotted line, which is Housner's r of that block on a rigid "
     "base. A constant r would be a horizontal row; a slope means that r depends on amplitude. "
     "The line of the selected law should pass through its points although it was fitted to θ(t), "
@@ -26,7 +26,7 @@ def _rigid(block: Block, seen: pd.DataFrame) -> tuple[Floats, Floats]:
 
 
 draw = by_block(
-    Shown("amplitude", "r", "amplitude |θ|/α before the impact", "restitution $r$", _rigid, "r_u"),
+    Shown("amplitude", "r", "amplitude |θ|/$θ_{cr}$ before the impact", "restitution $r$", _rigid, "r_u"),
     finish=lambda ax, own: ax.set(xlim=(0, None)),
 )
 caption = caption_of("impact")

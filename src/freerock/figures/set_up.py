@@ -15,15 +15,25 @@ from freerock.models.block import Block
 FIGURE = {
     "title": "Set-up of the tests",
     "caption": "Each block as configured, to one scale: the distance R of a corner from the centre of mass, "
-    "the critical angle α between it and the vertical, and where the beam of each sensor meets "
+    "the critical angle θ_cr between it and the vertical, and where the beam of each sensor meets "
     "the block.",
-    "reading": "The blue angle α is the tilt beyond which the block overturns. A beam near the centre of "
+    "reading": "The blue angle θ_cr is the tilt beyond which the block overturns. A beam near the centre of "
     "mass sees less of the rotation than one near the top. Compare the place of each arrow with "
     "the drawing of your set-up, since k depends on it.",
     "reads": ["blocks", "set_ups"],
 }
 
-COLUMNS = ["block", "height_m", "width_m", "R_m", "alpha_deg", "laser", "beam", "position_m", "foundations"]
+COLUMNS = [
+    "block",
+    "height_m",
+    "width_m",
+    "R_m",
+    "theta_cr_deg",
+    "laser",
+    "beam",
+    "position_m",
+    "foundations",
+]
 BEAM: Style = {"color": "#b34700", "arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0}
 MOST_BESIDE, NARROWEST_IN = 4, 1.7  # panels, and each of them
 
@@ -96,7 +106,7 @@ def _panel(ax: Axes, block: Block, set_up: Mapping[str, Any], labels: Labels) ->
     span = (90, 90 + turn) if side > 0 else (90 - turn, 90)
     ax.add_patch(Arc((corner, 0), 1.3 * h, 1.3 * h, theta1=span[0], theta2=span[1], color="#0a5bd3"))
     small: Style = {"fontsize": "small", "color": "#0a5bd3"}
-    ax.text(corner + side * 0.12 * b, 0.62 * h, "α", ha="left" if side > 0 else "right", **small)
+    ax.text(corner + side * 0.12 * b, 0.62 * h, "$θ_{cr}$", ha="left" if side > 0 else "right", **small)
     ax.text(block.e - side * 0.1 * b, 0.62 * h, "R", ha="right" if side > 0 else "left", **small)
     size_mm = f"{1e3 * block.width_m:.4g} × {1e3 * height:.4g} mm"
     stands = style.label(labels, *set_up["foundations"])
@@ -128,7 +138,7 @@ def _rows(blocks: Mapping[str, Block], set_ups: Mapping[str, Mapping[str, Any]])
             "height_m": block.height_m,
             "width_m": block.width_m,
             "R_m": block.R,
-            "alpha_deg": degrees(block.theta_cr),
+            "theta_cr_deg": degrees(block.theta_cr),
             "laser": laser["name"],
             "beam": laser["beam"] or "",
             "position_m": laser["position_m"],

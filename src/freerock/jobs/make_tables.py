@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 import xarray as xr
 
+from freerock.columns import columns_of
 from freerock.models.block import Block
 from freerock.populations.estimate import Estimate
 from freerock.populations.predict import predictions
@@ -69,7 +70,7 @@ def make_tables(
     }
     tables |= {name: frame.assign(origin=origin) for name, frame in printed.items()}
     for name, frame in tables.items():
-        write_csv(frame, Path(folder, f"{name}.csv"))
+        write_csv(frame[columns_of(name)], Path(folder, f"{name}.csv"))
 
 
 def _predicting(estimates: Sequence[Estimate], accepted: set[tuple[str, str, str]]) -> list[Estimate]:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.arrays import Floats
+from freerock.columns import columns_of
 from freerock.config.campaign import Campaign
 from freerock.config.keys_of_plan import SensorSection
 from freerock.config.step_settings import laboratory
@@ -26,8 +27,7 @@ from freerock.rotation.sensor import Laser
 
 CASE_COLUMNS = ["block", "foundation", "laser", "sensor", "duration_s", "sampling_rate_hz"]
 CASE_COLUMNS += ["release_angle_deg", "model"]
-COLUMNS = [*CASE_COLUMNS, "sigma_theta_deg", "parameter", "value", "unit", "stderr", "u_total"]
-COLUMNS += ["first_input", "first_owner", "first_share", "note"]
+COLUMNS = columns_of("plan")
 NONE = np.empty((0, 0))
 
 
@@ -75,8 +75,8 @@ def plan(campaign: Campaign) -> pd.DataFrame:
     -------
     pandas.DataFrame
         A row per case and parameter: block, foundation, laser, sensor, duration_s, sampling_rate_hz,
-        release_angle_deg, model, sigma_theta_deg (of one sample, at the release angle), parameter, value,
-        unit, stderr (Cramér–Rao bound: by noise alone, inputs exact), u_total (by noise and inputs),
+        release_angle_deg, model, sigma_theta_deg (of one sample, at the release angle), parameter, unit,
+        value, stderr (Cramér–Rao bound: by noise alone, inputs exact), u_total (by noise and inputs),
         first_input and first_owner (the input that matters most), first_share (the share of u_total² that
         goes where it is exact), note (why there are no numbers). Impacts are taken not to scatter.
 
@@ -137,7 +137,7 @@ def _rows(
             )
             note = "not determined by such a run" if np.isnan(total).any() else ""
         for i, parameter in enumerate(CANDIDATES[run.model].parameters):
-            what = parameter, run.values[parameter], unit_of(parameter)
+            what = parameter, unit_of(parameter), run.values[parameter]
             numbers = (math.nan, math.nan, "", "", math.nan) if note else _numbers(run, bound, total, i)
             yield *names, name, *choice, run.model, math.degrees(sigma), *what, *numbers, note
 

@@ -8,6 +8,7 @@ from operator import attrgetter
 import numpy as np
 import pandas as pd
 
+from freerock.columns import columns_of
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, law_of
@@ -15,7 +16,7 @@ from freerock.populations.estimate import Estimate, transferable
 from freerock.rotation.as_measured import as_measured
 from freerock.runs.motion import Motion
 
-PREDICTIONS = ["campaign", "test", "run", "block", "foundation", "model", "basis", "n_runs", "epsilon_theta"]
+PREDICTIONS = columns_of("predictions")
 
 Basis = tuple[dict[str, float], int]  # parameters, and the number of runs they come from
 

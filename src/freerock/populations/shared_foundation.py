@@ -9,13 +9,12 @@ import pandas as pd
 from scipy.special import chdtrc
 
 from freerock.arrays import Floats
+from freerock.columns import columns_of
 from freerock.models.laws import MODELS, law_of
 from freerock.populations.between_blocks import TEST, between_blocks, visible_difference
 from freerock.populations.estimate import Estimate, transferable
 
-FOUNDATIONS = ["campaign", "foundation", "model", "parameter", "n_blocks", "n_runs", "n_runs_rejected"]
-FOUNDATIONS += ["between_blocks_percent", "between_runs_percent", "by_inputs_percent", "visible_percent"]
-FOUNDATIONS += ["f_ratio", "f_p", "inputs_p", "shared"]
+FOUNDATIONS = columns_of("foundations")
 
 Fitted = tuple[str, int | str, str]  # record, run, model
 

@@ -146,4 +146,4 @@ def total_uncertainty(fit: xr.Dataset) -> Floats:
     """
     if "u_total" in fit:
         return np.asarray(fit["u_total"].values)
-    return np.asarray(np.hypot(fit["stderr"].values, fit["discrepancy"].values))
+    return np.asarray(np.hypot(fit["stderr"].values, fit["u_law"].values))

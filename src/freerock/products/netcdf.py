@@ -22,7 +22,7 @@ SINCE_RELEASE = {"long_name": "time since the release"}
 
 # Fields of a fit that are variables as they are, by their dimensions.
 OF_FIT: dict[tuple[str, ...], tuple[str, ...]] = {
-    ("parameter",): ("value", "stderr", "ci95_low", "ci95_high", "discrepancy"),
+    ("parameter",): ("value", "stderr", "ci95_low", "ci95_high"),
     ("sample",): ("theta_model", "residual"),
     (): ("epsilon_theta", "epsilon_holdout", "aic", "bic"),
 }
@@ -250,6 +250,7 @@ def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr
             "final_time": ((), fit.final_time_s),
             "n_parameters": ((), np.int32(fit.n_parameters)),
             "success": ((), np.int8(fit.success)),
+            "u_law": ("parameter", fit.discrepancy),
             **{name: (dims, getattr(fit, name)) for dims, names in OF_FIT.items() for name in names},
         }
         arrays |= _in_words_of_lmfit(fit)
@@ -274,7 +275,7 @@ def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr
             inputs = fit.contributions.inputs
             arrays["u_total"] = ("parameter", fit.u_total)
             arrays["contribution"] = (("parameter", "input"), fit.contributions.values)
-            arrays["impact_of_input"] = (("parameter", "input"), fit.contributions.impacts)
+            arrays["influence_of_input"] = (("parameter", "input"), fit.contributions.impacts)
             beside = {
                 "input": ("input", [each.name for each in inputs]),
                 "input_owner": ("input", [each.owner for each in inputs]),

@@ -14,8 +14,7 @@ from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of
 from freerock.selection.allowed_hypotheses import NOT_TRIED
-from freerock.tables.candidates import Answer, answers
-from freerock.tables.columns import MEDIANS
+from freerock.tables.candidates import MEDIANS, Answer, answers
 from freerock.tables.number_text import in_words, quantity, value_text
 
 PIVOTING = [m for m, each in CANDIDATES.items() if each.kinematics == "pivoting" and law_of(m).is_foundation]

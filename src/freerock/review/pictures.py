@@ -178,9 +178,9 @@ def _impacts(data: xr.Dataset, later_s: float, block: Block) -> list[list[float 
 def impact_speed(peak: Floats, block: Block) -> Floats:
     """Angular rate of a rigid block at the impact that follows a peak |θ| [rad/s].
 
-    p √(2 (cos(α − |θ|) − cos α)), from the energy of free rocking (Housner 1963,
-    doi:10.1785/BSSA0530020403); α is the critical angle.
+    p √(2 (cos(θ_cr − |θ|) − cos θ_cr)), from the energy of free rocking (Housner 1963,
+    doi:10.1785/BSSA0530020403).
     """
-    alpha = block.theta_cr
-    fall = np.cos(alpha - np.asarray(peak)) - math.cos(alpha)
+    theta_cr = block.theta_cr
+    fall = np.cos(theta_cr - np.asarray(peak)) - math.cos(theta_cr)
     return np.asarray(block.p * np.sqrt(2 * np.maximum(fall, 0.0)))

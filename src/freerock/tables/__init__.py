@@ -2,7 +2,6 @@
 
 __all__ = [
     "candidates",
-    "columns",
     "csvfile",
     "latex",
     "markdown",

@@ -4,15 +4,14 @@ from typing import NamedTuple
 
 import pandas as pd
 
+from freerock.columns import columns_of
 from freerock.models.laws import CANDIDATES
-from freerock.tables.columns import (
-    CANDIDATES_COLUMNS,
-    COUNTS,
-    MEDIANS,
-    RARE_CANDIDATES_COLUMNS,
-    SCENE_COLUMNS,
-)
 
+SCENE = ["campaign", "block", "foundation"]
+COUNTS = {f"n_{status}": status for status in ("selected", "also_possible", "rejected", "not_fitted")}
+# Column of the median of a parameter over the runs of a block on a foundation.
+MEDIANS = {"r": "r", "k_n_m2": "k", "c_n_s_m2": "c", "lambda_n_s_m3": "lambda", "contact_width_m": "width"}
+MEDIANS |= {"kappa_n_m3": "kappa"}
 POSSIBLE = ("selected", "also_possible")
 RUN_AND_MODEL = ["test", "run", "model"]
 ANSWERS = ("test", "run", "status", "model", "explains", "reason")
@@ -99,25 +98,24 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
     Returns
     -------
     pandas.DataFrame
-        Columns `CANDIDATES_COLUMNS`, then `RARE_CANDIDATES_COLUMNS` that are not empty; one row per block,
-        foundation and candidate. n_runs: those with a choice; n_selected to n_not_fitted: their number by
-        status; n_explains: runs in which the candidate leaves no more than the noise at rest. epsilon_theta,
-        epsilon_holdout: medians (fractions) of the fits that may be used, of all where none may. r, k_n_m2
-        [N/m²], c_n_s_m2 [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m, kappa_n_m3 [N/m³], e, mu, tau_s
-        [s]: medians over the runs in which the candidate is named or also possible, NaN where there is none
-        or it has no such parameter.
+        Columns of candidates.csv, one row per block, foundation and candidate. n_runs: those with a choice;
+        n_selected to n_not_fitted: their number by status; n_explains: runs in which the candidate leaves no
+        more than the noise at rest. epsilon_theta, epsilon_holdout: medians (fractions) of the fits that may
+        be used, of all where none may. r, k_n_m2 [N/m²], c_n_s_m2 [N s/m²], lambda_n_s_m3 [N s/m³],
+        contact_width_m, kappa_n_m3 [N/m³]: medians over the runs in which the candidate is named or also
+        possible, NaN where there is none or it has no such parameter.
     """
-    key = [*SCENE_COLUMNS, "test", "run", "model"]
+    key = [*SCENE, "test", "run", "model"]
     choice, parameters = (table.assign(run=table["run"].astype(str)) for table in (choice, parameters))
     usable = parameters[parameters["success"]]
     choice["usable"] = choice.set_index(key).index.isin(usable.set_index(key).index)
     values = choice[choice["status"].isin(POSSIBLE)][key].merge(usable, on=key)
-    medians = values.groupby([*SCENE_COLUMNS, "model", "parameter"])["value"].median()
+    medians = values.groupby([*SCENE, "model", "parameter"])["value"].median()
     rows = []
-    for scene, asked in choice.groupby(SCENE_COLUMNS, sort=False):
+    for scene, asked in choice.groupby(SCENE, sort=False):
         for model in (name for name in CANDIDATES if name in set(asked["model"])):
             each = asked[asked["model"] == model]
-            row = dict(zip([*SCENE_COLUMNS, "model"], (*scene, model), strict=True))
+            row = dict(zip([*SCENE, "model"], (*scene, model), strict=True))
             row |= {"n_freed": each["n_freed"].max(), "n_runs": len(each)}
             row |= {name: int((each["status"] == status).sum()) for name, status in COUNTS.items()}
             row["n_explains"] = int(each["explains"].sum())
@@ -125,5 +123,4 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
             row |= {name: fitted[name].median() for name in ("epsilon_theta", "epsilon_holdout")}
             row |= {name: medians.get((*scene, model, own), float("nan")) for name, own in MEDIANS.items()}
             rows.append(row)
-    rare = [name for name in RARE_CANDIDATES_COLUMNS if any(pd.notna(row[name]) for row in rows)]
-    return pd.DataFrame(rows, columns=[*CANDIDATES_COLUMNS, *rare]).astype({"n_freed": "Int64"})
+    return pd.DataFrame(rows, columns=columns_of("candidates")).astype({"n_freed": "Int64"})

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from freerock.tables.columns import COUNTS
+from freerock.tables.candidates import COUNTS
 from freerock.tables.number_text import SEEN_NOTE, SIMULATED_NOTE, fixed, quantity, value_text
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
@@ -169,10 +169,10 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     -------
     str
         A file to `\input`: `\frRecords`, `\frRuns`; of each record the mean parameters of its runs with
-        u_total and unit, as `\frConfigTwoMarbleHuntCrossleyK`, and the median discrepancy; of each foundation
+        u_total and unit, as `\frConfigTwoMarbleHuntCrossleyK`, and the median ε_θ; of each foundation
         the mean over its records, as `\frmeanMarbleHuntCrossleyK` (no test begins in lower case), unless
         all its runs reject the law; of each fit
-        its parameters, discrepancy and t_f, with `RunOne` before the model. The numbers of a fit that may
+        its parameters, ε_θ and t_f, with `RunOne` before the model. The numbers of a fit that may
         not be used are the words "failed fit".
     """
     runs, named = tidy["runs"], dict[str, str]()

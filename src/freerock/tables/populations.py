@@ -8,13 +8,14 @@ import numpy as np
 import pandas as pd
 from scipy.special import expit, logit
 
+from freerock.columns import columns_of
 from freerock.models.free_parameters import OF_RECORD
 from freerock.models.laws import MODELS, law_of
 from freerock.populations.means import Key, Mean, over_records, over_runs, spread_of_runs
 from freerock.populations.random_effects import Population
 from freerock.tables.candidates import accepted_fits
-from freerock.tables.columns import BUDGET_COLUMNS, INPUT_COLUMNS, POPULATIONS_COLUMNS
 
+INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
 COMMON = ["campaign", "foundation", "model", "parameter", "unit"]  # of the records of a foundation
 # Column of an end of an interval, and its name in `Population`.
 ENDS = {"ci95_low": "low", "ci95_high": "high", "total95_low": "total_low", "total95_high": "total_high"}
@@ -61,7 +62,7 @@ def populations_table(
     Returns
     -------
     pandas.DataFrame
-        Columns `POPULATIONS_COLUMNS`: level is "record", "foundation" (of two records or more) or "campaign";
+        Columns of populations.csv: level is "record", "foundation" (of two records or more) or "campaign";
         test and block are empty where they are several. mean (geometric, weighted), its standard error and 95
         % interval without what all members share; u_total, its total standard uncertainty with what the
         members owe to the laboratory's inputs, and the 95 % interval of that; tau, the standard deviation
@@ -76,7 +77,9 @@ def populations_table(
     for scene, record in _foundations(members):
         rows.append(scene | _told(scene["parameter"], record.found) | {"n_runs": scene["n_runs"]})
     rows += list(_campaign(members))
-    return pd.DataFrame(rows, columns=POPULATIONS_COLUMNS).astype({"n_runs": "Int64", "n_records": "Int64"})
+    return pd.DataFrame(rows, columns=columns_of("populations")).astype(
+        {"n_runs": "Int64", "n_records": "Int64"}
+    )
 
 
 def budget_table(
@@ -92,7 +95,7 @@ def budget_table(
     Returns
     -------
     pandas.DataFrame
-        Columns `BUDGET_COLUMNS`, a row per mean (with its u_total) and contribution: the scatter of the
+        Columns of budget.csv, a row per mean (with its u_total) and contribution: the scatter of the
         members beyond what the inputs explain (input "runs": noise, and what differs from run to run or from
         record to record), then each input with its standard uncertainty input_u [input_unit] and whether it
         was stated; sensitivity, the derivative of the mean by the input; contribution, their product [unit of
@@ -119,7 +122,9 @@ def budget_table(
             }
             for of_input, shift in each
         ]
-    return pd.DataFrame(rows, columns=BUDGET_COLUMNS).astype({"n_runs": "Int64", "input_stated": "Int64"})
+    return pd.DataFrame(rows, columns=columns_of("budget")).astype(
+        {"n_runs": "Int64", "input_stated": "Int64"}
+    )
 
 
 def _records(
@@ -182,7 +187,7 @@ def _foundations(members: Mapping[tuple[str, ...], list[Mean]]) -> Iterator[tupl
 def _inputs_by_key(contributions: pd.DataFrame) -> dict[Key, dict[str, object]]:
     """Uncertainty, unit and origin of each input in a table of contributions."""
     first = contributions.drop_duplicates(["input_owner", "input"])
-    return {(row["input_owner"], row["input"]): row for row in first[INPUT_COLUMNS].to_dict("records")}
+    return {(row["input_owner"], row["input"]): row for row in first[INPUT].to_dict("records")}
 
 
 def _campaign(members: Mapping[tuple[str, ...], list[Mean]]) -> Iterator[dict[str, Any]]:

@@ -13,7 +13,7 @@ import pandas as pd
 
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import MODEL_LABELS
-from freerock.tables.columns import MEDIANS
+from freerock.tables.candidates import MEDIANS
 from freerock.tables.number_text import SEEN_NOTE, SIMULATED_NOTE, between, fixed, quantity, with_unit
 
 U_NOTE = "±: total standard uncertainty (one standard deviation) of"
@@ -54,7 +54,7 @@ UNKNOWN_NOTE = "Not determined: the standard uncertainty exceeds the value."
 NO_U_NOTE = "Without ±: the law does not explain the run, and the error of the parameter is not known."
 PUBLISHED_NOTE = "Published values: doi:{doi}, from the laboratory's own records."
 
-ANGLE_NOTE = "θ₀ recorded: mean; ±: standard deviation between the runs."
+ANGLE_NOTE = "α: release angle; recorded: mean of the runs; ±: standard deviation between the runs."
 
 CANDIDATES_NOTE = (
     "Number of runs in which a candidate is selected, also possible, rejected, or not fitted. Selected: the "
@@ -192,12 +192,12 @@ TABLE1 = (
     numbers("2b / m", "width_m", _stated),
     numbers("h/b", "slenderness", _stated),
     numbers("m / kg", "mass_kg", _stated),
-    numbers("α / °", "alpha_deg", _FOUR_DIGITS),
+    numbers("α / °", "alpha_nominal_deg", _stated),
+    with_error("α recorded / °", "alpha_deg", "alpha_std_deg"),
+    numbers("θ_cr / °", "theta_cr_deg", _FOUR_DIGITS),
     numbers("R / m", "R_m", _FOUR_DIGITS),
     numbers("p / (rad s⁻¹)", "p_rad_s", _FOUR_DIGITS),
     numbers("r (Housner)", "r_housner", _FOUR_DIGITS),
-    numbers("θ₀ nominal / °", "release_angle_nominal_deg", _stated),
-    with_error("θ₀ recorded / °", "release_angle_deg", "release_angle_std_deg"),
 )
 _PUBLISHED = "Published"
 TABLE2 = (
@@ -278,7 +278,7 @@ def printed_tables(
     first, second, third = (frames[name] for name in ("table1", "table2", "table3"))
     simulated = [SIMULATED_NOTE] if "simulated" in origin else []
     seen = "simulated" if simulated else "measured"
-    scatter = [ANGLE_NOTE] * any(math.isfinite(row.release_angle_std_deg) for row in first.itertuples())
+    scatter = [ANGLE_NOTE] * any(math.isfinite(row.alpha_std_deg) for row in first.itertuples())
     notes = [*simulated, PUBLISHED_NOTE.format(doi=doi)] if doi else simulated
     return {
         "table1": Printed(
@@ -378,10 +378,10 @@ def table1_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFra
 def angle_notes(frame: pd.DataFrame, labels: Labels | None = None) -> list[str]:
     """A note for each block of `summary.table1` that was released at another angle than the nominal one."""
     return [
-        f"{(labels or {}).get(row.block, row.block)} was released at {row.release_angle_deg:.3g}°, not "
-        f"at the nominal {row.release_angle_nominal_deg:.3g}°: is release_angle_deg right, and in degrees?"
+        f"{(labels or {}).get(row.block, row.block)} was released at {row.alpha_deg:.3g}°, not "
+        f"at the nominal {row.alpha_nominal_deg:.3g}°: is release_angle_deg right, and in degrees?"
         for row in frame.itertuples()
-        if abs(row.release_angle_deg / row.release_angle_nominal_deg - 1) > NOMINAL_DIFFERS
+        if abs(row.alpha_deg / row.alpha_nominal_deg - 1) > NOMINAL_DIFFERS
     ]
 
 

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 
 import pandas as pd
 
+from freerock.columns import columns_of
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
-from freerock.tables.columns import RESTITUTION_COMPARISON_COLUMNS
 from freerock.tables.swings import usable_rows
 
 
@@ -26,7 +26,7 @@ def restitution_comparison(
     Returns
     -------
     pandas.DataFrame
-        Columns `RESTITUTION_COMPARISON_COLUMNS`, one row per record with measured impacts: r_fitted and its
+        Columns of restitution_comparison.csv, one row per record with measured impacts: r_fitted and its
         standard error (mean of the runs), r_first, the mean r of the runs' first impacts, r_median, r_low and
         r_high, median and range of all impacts, first_impact_s, the mean time from release to the first
         impact, rigid_s, the mean time of a rigid block from the angles of the same releases [s], r_housner of
@@ -63,7 +63,7 @@ def restitution_comparison(
                 ),
             }
         )
-    return pd.DataFrame(rows, columns=RESTITUTION_COMPARISON_COLUMNS)
+    return pd.DataFrame(rows, columns=columns_of("restitution_comparison"))
 
 
 def _of_scatter(of_runs: pd.Series) -> float:

@@ -39,9 +39,9 @@ def table1(
     Returns
     -------
     pandas.DataFrame
-        One row per block: height 2h and width 2b [m], slenderness h/b, mass [kg], nominal release angle,
+        One row per block: height 2h and width 2b [m], slenderness h/b, mass [kg], nominal release angle α,
         mean and standard deviation of the release angle |θ₀| over the usable runs [degree], their number,
-        critical angle α [degree], R [m], frequency parameter p [rad/s], Housner's r.
+        critical angle θ_cr [degree], R [m], frequency parameter p [rad/s], Housner's r.
     """
     held: dict[str, list[float]] = {name: [] for name in blocks}
     for tree in records:
@@ -54,11 +54,11 @@ def table1(
             "width_m": block.width_m,
             "slenderness": block.height_m / block.width_m,
             "mass_kg": block.mass_kg,
-            "release_angle_nominal_deg": (release_angles_deg or {}).get(name, math.nan),
-            "release_angle_deg": np.mean(held[name]) if held[name] else math.nan,
-            "release_angle_std_deg": np.std(held[name], ddof=1) if len(held[name]) > 1 else math.nan,
+            "alpha_nominal_deg": (release_angles_deg or {}).get(name, math.nan),
+            "alpha_deg": np.mean(held[name]) if held[name] else math.nan,
+            "alpha_std_deg": np.std(held[name], ddof=1) if len(held[name]) > 1 else math.nan,
             "n_runs": len(held[name]),
-            "alpha_deg": math.degrees(block.theta_cr),
+            "theta_cr_deg": math.degrees(block.theta_cr),
             "R_m": block.R,
             "p_rad_s": block.p,
             "r_housner": block.restitution_housner,

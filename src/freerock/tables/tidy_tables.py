@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from freerock.arrays import Floats
+from freerock.columns import columns_of
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import MODELS
 from freerock.products.choices import choices_of, named_in
@@ -17,21 +18,6 @@ from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.rotation.u_total import OF_LAW
 from freerock.runs.verdict import Reason, in_one_line
 from freerock.tables.candidates import candidates_table
-from freerock.tables.columns import (
-    CHOICE_COLUMNS,
-    CONTRIBUTIONS_COLUMNS,
-    EPSILON_COLUMNS,
-    IDENTITY,
-    INPUT_COLUMNS,
-    MOVED_COLUMNS,
-    PARAMETERS_COLUMNS,
-    PARTS_COLUMNS,
-    PULLS_COLUMNS,
-    RARE_IMPACTS,
-    REASONS_COLUMNS,
-    RESTITUTION_COLUMNS,
-    RUNS_COLUMNS,
-)
 from freerock.tables.populations import budget_table, populations_table
 
 # Of impacts: columns, and their variables in the datasets, which not all of them have.
@@ -39,7 +25,11 @@ KINDS_OF_R = ("", "_stderr", "_u", "_block", "_block_u", "_energy", "_energy_std
 OF_IMPACTS = {f"r{kind}": f"restitution{kind}" for kind in KINDS_OF_R} | {"impact_speed_m_s": "impact_speed"}
 PEAKS = {f"{name}_deg": name for name in ("peak_before", "peak_before_u", "peak_before_block")}
 BLOCK = ("restitution_block", "restitution_block_u", "peak_before_block")
-NUMBERS_OF_FIT = ("value", "stderr", "ci95_low", "ci95_high", "discrepancy")
+NUMBERS_OF_FIT = ("value", "stderr", "ci95_low", "ci95_high", "u_law")
+IDENTITY = ["campaign", "test", "run", "block", "foundation"]
+INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
+MOVED = [*INPUT, "input_moved", "input_remaining", "input_pull"]
+CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *INPUT, "contribution"]
 Trees = Iterable[xr.DataTree]
 
 
@@ -56,7 +46,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `RUNS_COLUMNS`: release_s is on the record's clock [s], duration_s the time from release to
+        Columns of runs.csv: release_s is on the record's clock [s], duration_s the time from release to
         rest [s], angles in degrees, theta0_u_deg the total uncertainty of theta0_deg; n_impacts are seen,
         n_restitution of them have a restitution. Failed and excluded runs are rows like any other, with their
         reasons.
@@ -81,7 +71,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
         told = {"origin": tree.attrs["origin"], "verdict": verdict, "reasons": in_one_line(reasons)}
         rows.append({**_identity(tree, number), **told, **of_run})
     whole = dict.fromkeys(["run", "n_impacts", "n_restitution"], "Int64")
-    return pd.DataFrame(rows, columns=RUNS_COLUMNS).astype(whole)
+    return pd.DataFrame(rows, columns=columns_of("runs")).astype(whole)
 
 
 def reasons_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
@@ -97,7 +87,7 @@ def reasons_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `REASONS_COLUMNS`: verdict is what this reason alone would make of the run; value and limit
+        Columns of reasons.csv: verdict is what this reason alone would make of the run; value and limit
         are in unit, NaN of what is no number; key is the limit's in the configuration, empty where no key
         sets it.
     """
@@ -106,7 +96,7 @@ def reasons_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
         for tree, number, _, _, reasons in _judged(records, fits)
         for verdict, name, text, value, limit, unit, key in reasons
     ]
-    frame = pd.DataFrame(rows, columns=REASONS_COLUMNS)
+    frame = pd.DataFrame(rows, columns=columns_of("reasons"))
     return frame.astype({"run": "Int64", "value": float, "limit": float})
 
 
@@ -135,7 +125,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `PARAMETERS_COLUMNS`, SI units; stderr is that of the noise, discrepancy the uncertainty where
+        Columns of parameters.csv, SI units; stderr is that of the noise, u_law the uncertainty where
         the law does not explain the run, u_total the total (that of noise and law where nothing is known of
         the inputs); given is empty of what the fit found, else "fixed", "tied: ..." or "undetermined" (held
         where the search ended); in_phase, of a rigid block that stops rocking at the minimum, the r that
@@ -157,7 +147,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
                     "success": bool(fit["success"].item()),
                 }
             )
-    return pd.DataFrame(rows, columns=PARAMETERS_COLUMNS).astype({"success": bool})
+    return pd.DataFrame(rows, columns=columns_of("parameters")).astype({"success": bool})
 
 
 def _given(fit: xr.Dataset, i: int) -> str:
@@ -180,7 +170,7 @@ def contributions_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `CONTRIBUTIONS_COLUMNS`: contribution is the shift of the parameter for one standard
+        Columns `CONTRIBUTIONS`: contribution is the shift of the parameter for one standard
         uncertainty of the input, in the parameter's unit; input_u in input_unit. What the law does not
         explain counts as an input `law` that all fits of the law share.
     """
@@ -188,14 +178,14 @@ def contributions_table(fits: Trees) -> pd.DataFrame:
     for of_fit, fit in _each_fit(fits):
         if "contribution" not in fit:
             continue
-        inputs = list(zip(*(fit[name].values.tolist() for name in INPUT_COLUMNS), strict=True))
+        inputs = list(zip(*(fit[name].values.tolist() for name in INPUT), strict=True))
         inputs.append((OF_LAW, of_fit["model"], math.nan, "", pd.NA))
-        shifts = np.column_stack([fit["contribution"].values, fit["discrepancy"].values])
+        shifts = np.column_stack([fit["contribution"].values, fit["u_law"].values])
         found = zip(fit["parameter"].values.astype(str), fit["value"].values, shifts, strict=True)
         for parameter, value, own in found:
             for source, shift in zip(inputs, own, strict=True):
                 rows.append((*of_fit.values(), parameter, value, *source, shift))
-    return pd.DataFrame(rows, columns=CONTRIBUTIONS_COLUMNS)
+    return pd.DataFrame(rows, columns=CONTRIBUTIONS)
 
 
 def pulls_table(fits: Trees) -> pd.DataFrame:
@@ -209,20 +199,20 @@ def pulls_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `PULLS_COLUMNS`, then those of `RARE_IMPACTS` that there are: input_moved is the shift of the
+        Columns of pulls.csv: input_moved is the shift of the
         input by the fit, in its standard uncertainties; input_remaining its standard uncertainty after the
         fit over that before; input_pull the shift over its standard deviation, NaN where the run does not see
-        the input; impact_k_percent and so on the shift of a parameter for one remaining standard uncertainty
-        of the input, in per cent, NaN of other laws.
+        the input; influence_k_percent and so on the shift of a parameter for one remaining standard
+        uncertainty of the input, in per cent, NaN of other laws.
     """
     rows = []
     for of_fit, fit in _each_fit(fits):
         if "input_moved" not in fit or not np.any(fit["input_moved"].values):
             continue
-        shifts = 100 * fit["impact_of_input"].values / fit["value"].values[:, None]
-        columns = {name: fit[name].values.tolist() for name in MOVED_COLUMNS}
+        shifts = 100 * fit["influence_of_input"].values / fit["value"].values[:, None]
+        columns = {name: fit[name].values.tolist() for name in MOVED}
         columns |= {
-            f"impact_{name}_percent": shifts[i].tolist()
+            f"influence_{name}_percent": shifts[i].tolist()
             for i, name in enumerate(fit["parameter"].values.astype(str).tolist())
             if name in MODELS[of_fit["model"]]
         }
@@ -230,8 +220,7 @@ def pulls_table(fits: Trees) -> pd.DataFrame:
             {**of_fit, **dict(zip(columns, each, strict=True))}
             for each in zip(*columns.values(), strict=True)
         ]
-    rare = [name for name in RARE_IMPACTS if any(name in row for row in rows)]
-    return pd.DataFrame(rows, columns=[*PULLS_COLUMNS, *rare])
+    return pd.DataFrame(rows, columns=columns_of("pulls"))
 
 
 def parts_table(fits: Trees) -> pd.DataFrame:
@@ -245,7 +234,7 @@ def parts_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `PARTS_COLUMNS`, SI units: part from 1, start_s and end_s since the release [s], stderr by
+        Columns of parts.csv, SI units: part from 1, start_s and end_s since the release [s], stderr by
         white noise (`freerock.identification.model_discrepancy`).
     """
     rows = []
@@ -259,7 +248,7 @@ def parts_table(fits: Trees) -> pd.DataFrame:
             of_parts = (fit[key].values[:, at].tolist() for key in ("part_value", "part_value_stderr"))
             for i, (span, value, stderr) in enumerate(zip(spans, *of_parts, strict=True)):
                 rows.append((*of_fit.values(), name, unit_of(name), i + 1, *span, value, stderr))
-    return pd.DataFrame(rows, columns=PARTS_COLUMNS)
+    return pd.DataFrame(rows, columns=columns_of("parts"))
 
 
 def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
@@ -273,7 +262,7 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `EPSILON_COLUMNS`; epsilon_theta is a fraction up to final_time_s [s], selected the model
+        Columns of epsilon.csv; epsilon_theta is a fraction up to final_time_s [s], selected the model
         chosen for that run (`choice_table`), success says whether the fit may be used; epsilon_in_phase, of a
         rigid block that stops rocking at the minimum, is that of the local one that keeps the phase.
     """
@@ -288,7 +277,7 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
         row["selected"] = of_fit["model"] == named[of_fit["test"]][of_fit["run"]]
         row["success"] = bool(fit["success"].item())
         rows.append(of_fit | row)
-    frame = pd.DataFrame(rows, columns=EPSILON_COLUMNS)
+    frame = pd.DataFrame(rows, columns=columns_of("epsilon"))
     return frame.astype({"n_parameters": "Int64", "selected": bool, "success": bool})
 
 
@@ -303,18 +292,18 @@ def choice_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `CHOICE_COLUMNS`: status is "selected", "also_possible", "rejected" or "not_fitted", explains
+        Columns of choice.csv: status is "selected", "also_possible", "rejected" or "not_fitted", explains
         whether the candidate leaves no more than the noise at rest; numbers as in the datasets, fractions and
         Hz.
     """
     rows = []
     for tree in fits:
         for run, choice in choices_of(tree):
-            numbers = {name: choice[name].values.tolist() for name in CHOICE_COLUMNS if name in choice}
+            numbers = {name: choice[name].values.tolist() for name in columns_of("choice") if name in choice}
             for i, model in enumerate(choice["candidate"].values.astype(str)):
                 found = {name: column[i] for name, column in numbers.items()}
                 rows.append({**_identity(tree, run), "model": model, **found})
-    return pd.DataFrame(rows, columns=CHOICE_COLUMNS).astype({"explains": bool, "n_freed": "Int64"})
+    return pd.DataFrame(rows, columns=columns_of("choice")).astype({"explains": bool, "n_freed": "Int64"})
 
 
 def _of_impacts(node: xr.Dataset, name: str) -> Floats:
@@ -333,7 +322,7 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `RESTITUTION_COLUMNS`; source is "experiment" or a model, impact counts from 1, time_s is
+        Columns of restitution.csv; source is "experiment" or a model, impact counts from 1, time_s is
         since the release [s], r the restitution from the peaks before and after the impact, peak_before_deg
         the peak |θ| before it; of those measured r_u and peak_before_u_deg are the total uncertainties. Of a
         foundation's law r_energy is the root of the ratio of its true energies, r_energy_u its total
@@ -366,14 +355,14 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
         if node.sizes.get("impact", 0)
     ]
     if not frames:
-        return pd.DataFrame(columns=RESTITUTION_COLUMNS)
+        return pd.DataFrame(columns=columns_of("restitution"))
     frame = pd.concat(frames, ignore_index=True)
     ranks = {"test": list(dict.fromkeys(frame["test"])), "source": ["experiment", *MODELS]}
     order = frame.sort_values(
         ["test", "run", "source", "impact"],
         key=lambda column: column.map(ranks[column.name].index) if column.name in ranks else column,
     )
-    return order[RESTITUTION_COLUMNS].reset_index(drop=True)
+    return order[columns_of("restitution")].reset_index(drop=True)
 
 
 def rows_of(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict[str, pd.DataFrame]:
