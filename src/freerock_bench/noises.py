@@ -86,10 +86,6 @@ NOISES: dict[str, Kind] = {  # in standard deviations of the noise, of the rotat
     "white, ½ of 1/f": lambda theta, draw, moving: _white(theta, draw) + 0.5 * _pink(len(theta), draw),
     **{f"step {step:g} σ": lambda theta, draw, moving: _white(theta, draw) for step in (0.5, 2.0, 5.0, 10.0)},
     "Student's t₃": lambda theta, draw, moving: draw.standard_t(3, len(theta)) / math.sqrt(3),
-    "speckle by rate": lambda theta, draw, moving: _white(theta, draw) * (1 + 1.2 * _rate(theta)),
-    "speckle by angle": lambda theta, draw, moving: (
-        _white(theta, draw) * (1 + 1.2 * np.abs(theta) / np.abs(theta).max())
-    ),
     "10 ms in motion": lambda theta, draw, moving: (
         _white(theta, draw) + moving * correlated(len(theta), 0.01, RATE_HZ, draw)
     ),

@@ -24,16 +24,13 @@ def place(i: int) -> tuple[str, str]:
 
 
 def table_2(law: str, foundation: str) -> dict[str, float]:
-    """Parameters of table 2; of a law with cases the last one's stiffness and half of each one's damping.
-
-    A bed that hardens is 20 mm thick.
-    """
+    """Parameters of table 2; of a law with cases the last one's stiffness and half of each one's damping."""
     published = TABLE_2[foundation]
     if not LAWS[law].cases:
         return dict(published[law])
     halves = {name: published[case][name] / 2 for case in LAWS[law].cases for name in LAWS[case].ratios}
     own = {"k": published[LAWS[law].cases[-1]]["k"], **halves}
-    return {name: own.get(name, own["k"] / 0.02) for name in LAWS[law].parameters}
+    return {name: own[name] for name in LAWS[law].parameters}
 
 
 def published(

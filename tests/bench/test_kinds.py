@@ -102,13 +102,6 @@ def test_an_input_off_by_far_is_not_hidden_by_a_second_damping(monkeypatch):
     assert len(rows) > 1 and all(row["first"] and abs(row["z_u"]) < 2 for row in rows)
 
 
-def test_a_mat_that_hardens_is_named_and_gives_its_law():
-    """From volts, on springs that share nothing with the law; Hunt and Crossley's leaves λ far off."""
-    for row in rows_of(("mat of 12 mm that hardens", 1)):
-        assert row["verdict"] == "ok" and row["candidate"] == "hardening_pivoting"
-        assert abs(row["z_u"]) < 3 and abs(row["error"]) < 0.01
-
-
 def test_advice_is_read_from_the_warnings_and_followed():
     texts = ["width_m of config3 fitted -0.001 m off, a pull of -3.4: measure it again"]
     texts += [

@@ -66,7 +66,7 @@ def test_noise_that_is_louder_in_motion():
 
 def test_a_fit_takes_the_noise_that_is_heard_in_motion():
     """A residual twice as loud as the rest is noise where the motion itself shows it, and else is not."""
-    truth, volts = noises.record_of("speckle by rate", 1)
+    truth, volts = noises.record_of("10 ms in motion", 1)
     _, found = truth.first_run(volts)
     motion = found.motion
     at_rest = replace(motion.noise, ratio=np.ones_like(motion.noise.ratio))

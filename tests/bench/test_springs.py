@@ -49,16 +49,6 @@ def test_with_nothing_besides_it_is_the_law(law, kinematics):
     assert np.abs(theta(soil=soil, pivoting=kinematics == "pivoting") - expected).max() < CLOSE
 
 
-@pytest.mark.parametrize(("relaxes_s", "kinematics"), [(0.02, "guided"), (0.02, "pivoting")])
-def test_a_bed_that_relaxes(relaxes_s, kinematics):
-    k = SOIL["k"]
-    soil = {"k": k, "c": 0.4 * k * relaxes_s, "tau": relaxes_s}
-    expected = known("viscoelastic", soil=soil, rules=Rules("geometric", kinematics))
-    besides = {"relaxing": 0.4, "relaxes_s": relaxes_s}
-    found = theta(soil={"k": k}, pivoting=kinematics == "pivoting", besides=besides)
-    assert np.abs(found - expected).max() < 40 * CLOSE
-
-
 def test_a_rigid_block_is_housners():
     soil = {"r": 0.93}
     for block in (BLOCK, replace(BLOCK, com_offset_m=1e-3, com_height_m=0.13)):

@@ -223,7 +223,6 @@ def test_sharp_edges_are_the_limit(law):
     [
         ("housner", {"r": 0.9}, GEOMETRIC),
         ("hunt_crossley", MARBLE, Rules("tensionless")),
-        ("hardening", {**MARBLE, "kappa": 1e9}, Rules()),
     ],
 )
 def test_what_is_not_worked_out_is_refused(model, law, rules):

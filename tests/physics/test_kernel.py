@@ -28,8 +28,8 @@ kinematics = st.sampled_from(["guided", "pivoting"])
 
 def per_mass(law, sideways="guided", side=1, block=BLOCK):
     """The kernel's constants; a block that pivots turns about its right corner, or its left one."""
-    *constants, corner, radius, offset, kappa = Foundation(*law).constants(block, sideways == "pivoting")
-    return (*constants, math.copysign(corner, side), radius, offset, kappa)
+    *constants, corner, radius, offset = Foundation(*law).constants(block, sideways == "pivoting")
+    return (*constants, math.copysign(corner, side), radius, offset)
 
 
 def regime_of(law, state, tensionless):

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from freerock.models import contact, kernel, recurrences, series
+from freerock.models import contact, kernel, recurrences, series, series_sums
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State
 from freerock.models.ground import tilted
@@ -58,7 +58,7 @@ def satisfies_the_law(fill, law, state, sideways, longest, ground=0.0):
     angle, w, h = theta(x), theta.deriv()(x), BLOCK.h
     s, cos = math.sin(angle), math.cos(angle)
     later = State(depth(x) + h * cos, depth.deriv()(x) - h * s * w, angle, w)
-    assume(fill is not series._corner or later.z + BLOCK.b * s > 0 > later.z - BLOCK.b * s)
+    assume(fill is not series_sums.on_corner or later.z + BLOCK.b * s > 0 > later.z - BLOCK.b * s)
     rules = Rules(kinematics=sideways)
     expected = contact.accelerations(BLOCK, Foundation(*law), later, rules, x_ground=ground)
     turning = theta.deriv(2)(x)
@@ -70,28 +70,28 @@ def satisfies_the_law(fill, law, state, sideways, longest, ground=0.0):
 
 
 def test_the_recurrences_are_those_that_are_written_out():
-    text = Path(series.__file__).read_text(encoding="utf-8")
-    assert text.count(recurrences.BEGIN + recurrences.written() + recurrences.END) == 1
+    text = Path(series_sums.__file__).read_text(encoding="utf-8")
+    assert text == recurrences.written()
 
 
 @given(laws, angles, st.floats(0.05, 0.95), rates, kinematics, grounds)
 def test_series_on_a_corner_satisfies_the_law(law, theta, share, moving, sideways, ground):
     """The right corner is down, and the base in contact along a share of it."""
     state = (BLOCK.b * math.sin(theta) * (2 * share - 1), moving[0], theta, moving[1])
-    satisfies_the_law(series._corner, law, state, sideways, 1e-3, ground)
+    satisfies_the_law(series_sums.on_corner, law, state, sideways, 1e-3, ground)
 
 
 @given(laws, st.floats(-0.01, 0.01), st.floats(0, 3e-3), rates, kinematics, grounds)
 def test_series_on_the_whole_base_satisfies_the_law(law, theta, deeper, moving, sideways, ground):
     assume(abs(theta) > 1e-4)
     state = (BLOCK.b * abs(math.sin(theta)) + deeper + 1e-3, 0.1 * moving[0], theta, 0.1 * moving[1])
-    satisfies_the_law(series._whole, law, state, sideways, 1e-5, ground)
+    satisfies_the_law(series_sums.on_whole_base, law, state, sideways, 1e-5, ground)
 
 
 @given(angles, rates, kinematics, grounds)
 def test_series_in_the_air_satisfies_the_law(theta, moving, sideways, ground):
     state = (-BLOCK.b * math.sin(theta) - 0.01, moving[0], theta, moving[1])
-    satisfies_the_law(series._air, (1e6, 0.0, 0.0), state, sideways, 1e-3, ground)
+    satisfies_the_law(series_sums.in_air, (1e6, 0.0, 0.0), state, sideways, 1e-3, ground)
 
 
 def by_the_kernel(block, model, parameters, theta0, time, rtol, sideways="guided", tilt=0.0):

@@ -9,8 +9,6 @@ from freerock.selection.allowed_hypotheses import NOT_TRIED
 
 NAMED, POSSIBLE, REJECTED, NOT_FITTED = "selected", "also_possible", "rejected", "not_fitted"
 VALUES = {"r": 0.95, "k": 6.88e6, "c": 2.36e4, "lambda": 1.3e8, "width": 0.063}
-# A law that bounces is tried on runs that bounced alone.
-ON_ANY_RUN = [model for model in CANDIDATES if not law_of(model).bounces]
 WHERE = {"campaign": "made_up", "test": "t1", "block": "b1", "foundation": "marble"}
 
 
@@ -25,7 +23,7 @@ def scene(*runs, explained=True, epsilon=1e-5, **changed):
     choice, parameters = [], []
     for number, statuses in enumerate(runs, 1):
         enough = min((n_freed(m) for m in statuses if explained and statuses[m] == NAMED), default=99)
-        for rank, model in enumerate(ON_ANY_RUN):
+        for rank, model in enumerate(CANDIDATES):
             status = statuses.get(model, NOT_FITTED)
             fitted, named = status != NOT_FITTED, status in (NAMED, POSSIBLE)
             row = WHERE | {

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 from laboratory import CSV, problems
-from pydantic import ValidationError
 
 from freerock.config.campaign import load_campaign, load_config
 from freerock.config.record import Record
@@ -68,17 +67,3 @@ def test_two_lasers_and_their_channels():
     assert (record.lasers, record.channels) == (("high", "near"), ("top", "low"))
     alone = record.model_copy(update={"channel": "", "laser": "near"})
     assert (alone.lasers, alone.channels) == (("near",), ("",))
-
-
-@pytest.mark.parametrize(
-    ("position", "channels"), [("", ()), ("x;z", ("x", "z")), ("x; z", ("x", "z")), ("x z;z", ("x z", "z"))]
-)
-def test_the_position_of_a_block_has_two_channels(position, channels):
-    record = Record(test="a", file="a.tdms", block="b", foundation="f", laser="l", position=position)
-    assert record.positions == channels
-
-
-@pytest.mark.parametrize("position", ["x", "x;", ";z", "x;x", "x;y;z", ";"])
-def test_a_position_of_other_than_two_channels_is_refused(position):
-    with pytest.raises(ValidationError, match="are not two channels"):
-        Record(test="a", file="a.tdms", block="b", foundation="f", laser="l", position=position)

@@ -186,7 +186,6 @@ def _seen(besides, lost, incline, base):
     [
         ("air", {"besides": {"air_nms2": 2e-3}}, 2e-3),
         ("friction", {"besides": {"rub_nm": 3e-3}}, 3e-3),
-        ("hardening", {"besides": {"thickness_m": 20e-3}}, 50.0),
         ("relaxation", {"besides": {"relaxing": 0.05, "relaxes_s": 0.02}}, 0.05),
         ("beds", {"besides": {"two_beds": 0.01}}, 0.02),
         ("base", {"base": {"hollow_m": 1e-5}}, 1e-5),

@@ -203,18 +203,11 @@ def test_a_nuisance_at_its_bound_is_held_there_and_named():
         ),
         (
             {"free": ("theta_0",)},
-            "fits.free.housner: unknown nuisance 'theta_0'; "
-            "use width, tilt, theta0, t0, r_per_impact or edge_radius",
+            "fits.free.housner: unknown nuisance 'theta_0'; use width, tilt, theta0, t0 or edge_radius",
         ),
         (
             {"model": "housner_width", "free": ("theta_0",)},
-            "fits.free.housner: unknown nuisance 'theta_0'; "
-            "use width, tilt, theta0, t0, r_per_impact or edge_radius",
-        ),
-        (
-            {"model": "winkler_width", "free": ("r_per_impact",)},
-            "fits.free.winkler: a restitution per impact belongs to one run of the Housner model; "
-            "remove r_per_impact, or fit each run by itself",
+            "fits.free.housner: unknown nuisance 'theta_0'; use width, tilt, theta0, t0 or edge_radius",
         ),
     ],
 )
@@ -224,23 +217,6 @@ def test_wrong_arguments_are_named(change, message):
     with pytest.raises(FreerockError) as error:
         fit_run(arguments["model"], CONFIG2, run, FitSettings(free=arguments["free"]))
     assert str(error.value) == message
-
-
-def test_each_impact_of_a_rigid_block_has_its_restitution():
-    from freerock.models.housner import housner_motion, housner_swings
-
-    truth = np.array([0.90, 0.94, 0.92, 0.95, 0.93])
-    time = np.arange(0, 3, 5e-4)
-    alpha = math.radians(10)
-    theta, _ = housner_motion(housner_swings(CONFIG2, truth, alpha, until=3.0), time, alpha)
-    noise = np.random.default_rng(1).normal(0, 1e-4, len(time))
-    fit = fit_run(
-        "housner", CONFIG2, Motion(time, theta + noise, 1e-4, alpha), FitSettings(free=("r_per_impact",))
-    )
-    assert fit.success, fit.message
-    assert fit.parameters[:3] == ("r", "r_2", "r_3")
-    assert fit.value[:5] == pytest.approx(truth, abs=4 * np.max(fit.stderr[:5]))
-    assert np.max(fit.stderr[:5]) < 1e-3
 
 
 def test_a_worn_base_shows_in_the_width():

@@ -19,9 +19,6 @@ from freerock.models.laws import KINEMATICS, LAWS
 from freerock.units import CHANNEL_UNITS
 
 ROOT = Path(__file__).parents[2]
-FREED = [
-    name for name, law in LAWS.items() if not law.bounces
-]  # of a block that bounces it is always the start
 
 
 def test_a_block_can_not_be_released_at_its_critical_angle():
@@ -33,9 +30,9 @@ def test_a_block_can_not_be_released_at_its_critical_angle():
 
 
 def test_freed_nuisances_are_named_for_every_model():
-    assert list(FreeSection.model_fields) == FREED
-    assert list(FitsSection().models) == [model for model, law in LAWS.items() if law.by_default]
-    for model in FREED:
+    assert list(FreeSection.model_fields) == list(LAWS)
+    assert list(FitsSection().models) == list(LAWS)
+    for model in LAWS:
         with pytest.raises(ValueError, match=f"or '{LAWS[model].may_free[-1]}'"):
             FreeSection.model_validate({model: ["size"]})
     assert get_args(Model) == tuple(LAWS)
@@ -50,9 +47,9 @@ def test_what_is_given_of_parameters_is_what_the_configuration_says_and_no_more(
 
 
 def test_paper_mode_frees_the_parameters_of_the_models_only():
-    assert FitsSection().freed == dict.fromkeys(FREED, PER_RUN)  # the same freedom for all
+    assert FitsSection().freed == dict.fromkeys(LAWS, PER_RUN)  # the same freedom for all
     free = {"housner": ["theta0"]}
-    assert FitsSection(paper_mode=True, free=free).freed == dict.fromkeys(FREED, ())
+    assert FitsSection(paper_mode=True, free=free).freed == dict.fromkeys(LAWS, ())
     freed = FitsSection(free=free).freed
     assert (freed["housner"], freed["winkler"]) == (("theta0",), ("theta0", "t0"))
 

@@ -69,11 +69,6 @@ YAML_MISTAKES = {
         "lab.yaml:1: fits.pooled: runs are no longer fitted jointly; "
         "remove it: tables give the mean of the runs",
     ),
-    "restitution per impact of a law without": (
-        ("title: ", "fits: {free: {winkler: [r_per_impact]}}\ntitle: "),
-        "lab.yaml:1: fits.free.winkler.0: 'r_per_impact' is not 'width', 'tilt', 'edge_radius', 'theta0' or "
-        "'t0'; give width, tilt, edge_radius, theta0, t0 or none",
-    ),
     "unknown kinematics": (
         ("title", "fits: {kinematics: [pivotting]}\ntitle"),
         "lab.yaml:1: fits.kinematics.0: 'pivotting' is not 'guided' or 'pivoting'; did you mean 'pivoting'?",
@@ -517,7 +512,7 @@ CSV_MISTAKES = {
     "column of another name": (
         ("note\n", "colour\n"),
         "lab.csv:1: colour: unknown column; use test, file, channel, block, foundation, laser, exclude, "
-        "override, reason, note, start, position",
+        "override, reason, note",
     ),
     "missing column": (
         (CSV, "test,file,block,foundation\na,a.tdms,tall,marble\n"),
@@ -531,7 +526,7 @@ CSV_MISTAKES = {
     "no line of columns": (
         (HEADER, ""),
         "lab.csv:1: names no columns; begin with a line of their names, those in use: "
-        "test,file,channel,block,foundation,laser,exclude,override,reason,note,start,position",
+        "test,file,channel,block,foundation,laser,exclude,override,reason,note",
     ),
     "semicolons": (
         (CSV, CSV.replace(",", ";")),
@@ -540,7 +535,7 @@ CSV_MISTAKES = {
     "no record": (
         (CSV, HEADER),
         "lab.csv: has no record; write the line "
-        "test,file,channel,block,foundation,laser,exclude,override,reason,note,start,position "
+        "test,file,channel,block,foundation,laser,exclude,override,reason,note "
         "and a line per record",
     ),
     "open quote": (

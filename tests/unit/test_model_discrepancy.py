@@ -117,25 +117,10 @@ def test_a_law_that_does_not_explain_its_run_is_uncertain_by_more_than_the_noise
     assert np.all((fit.discrepancy[:2] > 0) & (fit.discrepancy[:2] < fit.value[:2]))
 
 
-def test_a_restitution_of_each_impact_leaves_the_common_ones_known():
-    """One of each impact can't be told from the release of the part; its own uncertainty stays unknown."""
-    settings = FitSettings(free=("theta0", "t0", "r_per_impact"))
-    theta = on_springs(FOUNDATIONS["marble"])
-    truth = Truth("housner", BLOCK, {"r": 0.95}, 0.8 * THETA0, SIGMA)
-    motion = virtual_motion(truth, np.random.default_rng(1), (TIME_S, theta), (1.5, 1.5))
-    fit = fit_run("housner", BLOCK, motion, settings)
-    assert fit.success and fit.diagnostics["noise"] == 0.0 and "r_2" in fit.parameters
-    assert 0 < fit.discrepancy[0] < 0.5
-    assert np.isnan(fit.discrepancy[fit.parameters.index("r_2")])
-
-
-@pytest.mark.parametrize(
-    ("law", "more", "at"), [("general", {"c": 100.0}, 1), ("hardening", {"kappa": 1e7}, 0)]
-)
-def test_a_law_that_lacks_a_number_is_uncertain_though_only_noise_is_left(law, more, at):
-    truth = Truth(law, BLOCK, {**SOIL, **more}, 0.8 * THETA0, SIGMA)
+def test_a_law_that_lacks_a_number_is_uncertain_though_only_noise_is_left():
+    truth = Truth("general", BLOCK, {**SOIL, "c": 100.0}, 0.8 * THETA0, SIGMA)
     motion = virtual_motion(truth, np.random.default_rng(1), still_s=(1.5, 1.5))
     fit = fit_run("hunt_crossley", BLOCK, motion)
     assert fit.diagnostics["noise"] == 1.0 and fit.diagnostics["added_damping"] > 3
-    off = abs(fit.value[at] - truth.parameters[fit.parameters[at]])
-    assert off > 10 * fit.stderr[at] and off < 1.96 * fit.discrepancy[at]
+    off = abs(fit.value[1] - truth.parameters["lambda"])
+    assert off > 10 * fit.stderr[1] and off < 1.96 * fit.discrepancy[1]

@@ -64,10 +64,3 @@ def test_the_restitution_of_a_rigid_block_is_its_own():
         for found, motions in records
     ]
     assert predicted(*rigid)["basis"].tolist() == ["other runs"] * 2
-
-
-def test_a_restitution_per_impact_neither_predicts_nor_is_predicted():
-    (own, other), motions = record("a", [1.0, 1.0])
-    per_impact = replace(own, model="housner", values={"r": 0.9, "r_2": 0.91})
-    assert predicted(([own, per_impact], motions)).empty
-    assert predicted(([own, other, per_impact], motions))["n_runs"].tolist() == [1, 1]

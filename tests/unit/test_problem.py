@@ -134,30 +134,6 @@ def test_averaging_keeps_the_noise_of_a_sample_and_mixes_no_runs():
     assert means[199] == pytest.approx(math.sqrt(10) * noise[1999:2009].mean())
 
 
-def test_a_restitution_per_impact_is_counted_on_the_measured_run():
-    rigid = posed("housner", [BLOCK], [motion("housner")], FitSettings(free=("r_per_impact",)))
-    assert rigid.names[:3] == ("r", "r_2", "r_3")
-    assert len(rigid.names) == rigid.n_impacts > 5
-
-
-@pytest.mark.parametrize("model, n_runs", [("winkler", 1), ("housner", 2)])
-def test_a_restitution_per_impact_belongs_to_one_rigid_run(model, n_runs):
-    with pytest.raises(FreerockError) as error:
-        check(model, [BLOCK] * n_runs, FitSettings(free=("r_per_impact",)))
-    assert str(error.value) == (
-        f"fits.free.{model}: a restitution per impact belongs to one run of the Housner model; "
-        "remove r_per_impact, or fit each run by itself"
-    )
-
-
-def test_a_restitution_per_impact_is_not_worked_out_on_a_tilted_base():
-    with pytest.raises(FreerockError) as error:
-        check("housner", [BLOCK], FitSettings(free=("tilt", "r_per_impact")))
-    assert str(error.value) == (
-        "fits.free.housner: r_per_impact and tilt cannot be free together; remove r_per_impact or tilt"
-    )
-
-
 @pytest.mark.parametrize(
     ("model", "settings", "message"),
     [

@@ -20,8 +20,7 @@ def test_unknown_format(tmp_path):
     path = tmp_path / "record.wav"
     path.touch()
     assert refusal(path) == (
-        "unknown format '.wav'; use one of .tdms, .lvm, .mat, .csv, .tsv, .txt, .xlsx, .xlsm, .h5, "
-        ".hdf5, .nc"
+        "unknown format '.wav'; use one of .tdms, .lvm, .mat, .csv, .tsv, .txt, .xlsx, .xlsm, .h5, .hdf5, .nc"
     )
 
 

@@ -135,7 +135,7 @@ def test_every_reason_is_documented():
     of_fits |= {"other_debonding", "other_sign", "off_level", "rounded_edges", "slow_sensor", "pulled_input"}
     of_fits |= {"unmodelled_effect"}  # tests/unit/test_causes.py
     of_fits |= {"left_out"}  # tests/unit/test_hand_corrections.py
-    of_fits |= {"in_motion", "thrown", "bounced", "slid"}  # tests/unit/test_begun_in_motion.py
+    of_fits |= {"bounced"}  # tests/unit/test_segment.py
     of_fits |= {"not_processed"}  # tests/workflow/test_bad_input.py
     assert documented == {name for _, _, name in ONE_FACT} | {*FAULT_VERDICTS} | of_impacts | of_fits
 

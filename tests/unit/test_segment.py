@@ -302,3 +302,25 @@ def test_virtual_campaign(test):
         assert run.fit_start_s > begin + fade
         soil, held = Foundation(true["k"]), true["theta0_rad"]
         assert view.released(run.theta0, block, soil) == pytest.approx(held, abs=4 * run.theta0_stderr)
+
+
+def bounced_once(offset_deg=0.0, bounces=True):
+    """A run whose block comes back over the same corner at its first impact, and the release [s]."""
+    theta, release = one_run()
+    after = np.flatnonzero(theta < 0)[0]
+    theta[after:] *= -1.0 if bounces else 1.0
+    theta[: round((release + 1.0) * RATE_HZ)] += math.radians(offset_deg)
+    return theta, release
+
+
+def test_a_block_that_comes_back_over_the_same_corner_bounced():
+    arguments, _ = record(bounced_once())
+    (run,) = find_runs(*arguments)
+    assert ("bounced", run.verdict.level) == (run.verdict.names[0], "warn")
+
+
+@pytest.mark.parametrize("offset_deg", [-0.3, 0.0, 0.3])
+def test_a_zero_that_is_off_makes_no_bounce(offset_deg):
+    arguments, _ = record(bounced_once(offset_deg, bounces=False))
+    (run,) = find_runs(*arguments)
+    assert "bounced" not in run.verdict.names

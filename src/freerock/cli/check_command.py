@@ -345,16 +345,15 @@ def _channel(
     if signal.size / rate < LEAST_LENGTH / p:
         what = f"the record lasts {signal.size / rate:.2g} s, a swing of the block about {2 / p:.2g} s"
         found.append(FreerockError(where, what, unit))
-    runs = campaign.processing.runs
-    if (record.start or runs.start) != "motion":  # whatever it turned by before
-        if not LEAST_ANGLE * critical < swept < MOST_ANGLE * critical:
-            what = f"the signal sweeps {swept:.3g}°, the critical angle is {critical:.3g}°"
-            found.append(FreerockError(where, what, "are its unit and the laser's scale right?"))
-        elif nominal and not LEAST_NOMINAL * nominal < swept < MOST_NOMINAL * nominal:
-            what = f"the signal sweeps {swept:.3g}°, the block's release_angle_deg is {nominal:g}"
-            found.append(FreerockError(where, what, "is that in degrees, and the unit of the channel right?"))
-        if not (found or record.excluded or record.override):
-            found += _holds(where, read["time"].values, values, runs.window_s, swept_deg, critical)
+    if not LEAST_ANGLE * critical < swept < MOST_ANGLE * critical:
+        what = f"the signal sweeps {swept:.3g}°, the critical angle is {critical:.3g}°"
+        found.append(FreerockError(where, what, "are its unit and the laser's scale right?"))
+    elif nominal and not LEAST_NOMINAL * nominal < swept < MOST_NOMINAL * nominal:
+        what = f"the signal sweeps {swept:.3g}°, the block's release_angle_deg is {nominal:g}"
+        found.append(FreerockError(where, what, "is that in degrees, and the unit of the channel right?"))
+    if not (found or record.excluded or record.override):
+        window_s = campaign.processing.runs.window_s
+        found += _holds(where, read["time"].values, values, window_s, swept_deg, critical)
     yield from found
 
 
@@ -383,7 +382,8 @@ def _holds(
             yield FreerockError(where, what, HELD_BEYOND)
     elif phases and phases[0].start_s > time_s[0] + LEAD_S:
         what = "begins in motion: nothing stands still before it rocks to rest"
-        yield FreerockError(where, what, "set start: motion of the record, or name the channel that is meant")
+        remedy = "set the release by hand (column override), or name the channel that is meant"
+        yield FreerockError(where, what, remedy)
     else:
         what = "no phase of stillness is followed by free rocking to rest"
         yield FreerockError(where, what, "name the channel that is meant")

@@ -18,9 +18,8 @@ class FitSettings:
     free : sequence of str
         Further free parameters: "theta0" and "t0", within six standard errors of their measured values, or
         0.2 % and 1 ms if those are more; "width", the distance between the corners of rotation; "tilt" of
-        the base; "edge_radius"; "r_per_impact" of one run of the Housner model: r, r_2,
-        r_3 and so on; "release": "theta0" and "t0" may differ from the measured ones by 10 % and 50 ms, as
-        after a push or with a slow finger.
+        the base; "edge_radius"; "release": "theta0" and "t0" may differ from the measured ones by 10 % and
+        50 ms, as after a push or with a slow finger.
     debonding : str
         "geometric" or "tensionless".
     integrator_error : float

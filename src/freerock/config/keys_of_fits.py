@@ -16,7 +16,7 @@ def _free_field(law: Law) -> tuple[Any, Any]:
     return Annotated[tuple[names, ...], Once], key(f"{', '.join(law.may_free)} or none", law.free)
 
 
-_FREE_FIELDS: dict[str, Any] = {model: _free_field(law) for model, law in LAWS.items() if not law.bounces}
+_FREE_FIELDS: dict[str, Any] = {model: _free_field(law) for model, law in LAWS.items()}
 FreeSection = create_model(
     "FreeSection", __base__=Section, __doc__="Further free parameters of each model.", **_FREE_FIELDS
 )
@@ -39,10 +39,8 @@ class FitsSection(Section):
         "the laws to fit: "
         + "; ".join(f"{model} ({law.note})" for model, law in LAWS.items())
         + ". Fitted only if the residuals of the others exceed the noise: "
-        + ", ".join(model for model, law in LAWS.items() if law.cases)
-        + ". Fitted to runs that bounced, listed or not: "
-        + ", ".join(model for model, law in LAWS.items() if law.bounces),
-        tuple(model for model, law in LAWS.items() if law.by_default),
+        + ", ".join(model for model, law in LAWS.items() if law.cases),
+        tuple(LAWS),
         min_length=1,
     )
     kinematics: Annotated[tuple[Kinematics, ...], Once] = key(

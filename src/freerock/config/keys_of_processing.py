@@ -1,7 +1,5 @@
 """The keys of `processing`: the settings of the steps from volts to impacts, and their defaults."""
 
-from typing import Literal
-
 from freerock.config.values import NotNegative, Number, Positive, Section, Whole, key
 
 
@@ -58,9 +56,6 @@ class RunLimits(Section):
     max_growth_fraction : float
         A swing higher than the one before by a larger share, or one that lasts clearly longer, is not free:
         the block was touched, a fail.
-    start : str
-        "hold" (a run begins with the release from a hold) or "motion" (at the last instant at which anything
-        but the ground acted on it, `begun_in_motion`).
     """
 
     window_s: Positive = key("the window in which a still block is sought, in seconds", 0.25)
@@ -85,9 +80,6 @@ class RunLimits(Section):
     )
     max_growth_fraction: NotNegative = key(
         "the largest growth of a swing over the one before, as a share; above it the run fails", 0.05
-    )
-    start: Literal["hold", "motion"] = key(
-        "how runs begin: hold (released from a hold) or motion (dropped, thrown, or cut in motion)", "hold"
     )
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import ValidationInfo, field_validator
 
@@ -38,28 +38,12 @@ class Record(Section):
     )
     reason: Text = key("the reason of an exclusion or override; compulsory with either", "")
     note: Text = key("a remark", "")
-    start: Literal["", "hold", "motion"] = key(
-        "how its runs begin, hold or motion; by default as processing.runs.start", ""
-    )
-    position: str = key(
-        "the channels of the block's horizontal and vertical position by motion capture, as x;z", ""
-    )
 
     @field_validator("exclude", "override")
     @classmethod
     def _understood(cls, cell: Any, info: ValidationInfo) -> Any:
         {"exclude": read_exclusions, "override": read_overrides}[str(info.field_name)](cell)
         return cell
-
-    @field_validator("position")
-    @classmethod
-    def _two_positions(cls, position: Any) -> Any:
-        names = [name.strip() for name in position.split(";")]
-        if position and (len(names) != 2 or not all(names) or names[0] == names[1]):
-            raise Invalid(
-                f"{position!r} are not two channels", "name the horizontal and the vertical, as x;z"
-            )
-        return position
 
     @field_validator("reason")
     @classmethod
@@ -91,11 +75,6 @@ class Record(Section):
     def channels(self) -> tuple[str, ...]:
         """Channel of each laser, "" for the only one of the file."""
         return tuple(name.strip() for name in self.channel.split(";"))
-
-    @property
-    def positions(self) -> tuple[str, ...]:
-        """Channels of the position of the centre, horizontal and vertical; none without motion capture."""
-        return tuple(name.strip() for name in self.position.split(";")) if self.position else ()
 
     @property
     def excluded(self) -> bool:

@@ -114,15 +114,13 @@ def record_settings(
             "exclusions": record.exclusions,
             "excluded": record.reason if record.excluded else "",
             **({"stretches": record.stretches} if record.stretches else {}),
-            **({"positions": list(record.positions)} if record.positions else {}),
-            **({"start": start} if (start := record.start or processing.runs.start) == "motion" else {}),
         }
         for record in records
     }
     return own, {
         "raw": campaign.raw,
         "rotation": section_values(processing.rotation),
-        "runs": section_values(processing.runs, "start"),
+        "runs": section_values(processing.runs),
         "impacts": section_values(processing.impacts),
     }
 

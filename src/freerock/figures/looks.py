@@ -47,10 +47,6 @@ _OF_PARAMETERS = {
     "lambda": ("D", "#d55e00", "none", "////"),
     "c": ("s", "#0072b2", "none", "////"),
     "r": ("^", "#00805e", "#00805e", ""),
-    "kappa": ("v", "#7b5ea7", "none", "...."),
-    "e": ("P", "black", "black", ""),
-    "mu": ("X", "#d55e00", "none", "////"),
-    "tau": ("*", "#8c6d1f", "none", "...."),
 }
 PARAMETER_STYLES: dict[str, Style] = {
     name: {"marker": marker, "color": color, "markerfacecolor": face}

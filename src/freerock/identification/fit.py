@@ -31,11 +31,10 @@ from freerock.identification.problem import Problem
 from freerock.identification.search import Resolution, search, stopped
 from freerock.identification.settings import check
 from freerock.identification.significance_levels import REJECTS, RESIDUAL, chance_of, weight_against
-from freerock.identification.start import beside_friction, posed
+from freerock.identification.start import posed
 from freerock.models.block import Block
-from freerock.models.free_parameters import symbol_of, unit_of
-from freerock.models.given import Given
-from freerock.models.laws import CANDIDATES, MODELS, law_of
+from freerock.models.free_parameters import unit_of
+from freerock.models.laws import MODELS
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
@@ -236,40 +235,8 @@ def fit_record(
         problem = replace(problem, rtol=beside.rtol, directions=beside.directions)
     else:
         problem, end, resolution = search(problem, start)
-    if law_of(model).bounces and len(motions) == 1:
-        return _of_bounces(problem, end, resolution)
     fit, nearest = _fit(problem, end, resolution, moved, start), stopped(problem, end)
     return fit if nearest is None or fit.diagnostics["noise"] else _of_stopped(*nearest, fit, resolution)
-
-
-def _of_bounces(problem: Problem, end: Solution, resolution: Resolution) -> Fit:
-    """The fit of a block that bounces, at the best of its minima; its `discrepancy` has the others, by their
-    odds under white noise."""
-    samples = problem.samples(m=resolution.m)
-    ends = [end, *beside_friction(problem, end.x, samples)]
-    best = min(ends, key=lambda each: each.mean_square)
-    end = replace(best, success=end.success, message=end.message)
-    fit = _holding(vague := problem.undetermined(end.x), problem, end, resolution)
-    if beyond := problem.beyond_bounds(fit.stderr):
-        fit = _holding((*vague, *beyond), problem, end, resolution)
-    square, n = np.square(fit.discrepancy), sum(samples.lengths) // samples.m
-    for each in ends:
-        apart = n * (each.mean_square / max(best.mean_square, np.finfo(float).tiny) - 1)
-        odds = float(np.exp(-min(apart, 1e3) / 2))
-        square = np.maximum(square, odds / (1 + odds) * (problem.physical(each.x) - fit.value) ** 2)
-    return replace(fit, discrepancy=np.sqrt(square))
-
-
-def _holding(names: Sequence[str], problem: Problem, end: Solution, resolution: Resolution) -> Fit:
-    """The fit with parameters held that the run does not determine."""
-    value, at = problem.physical(end.x), [problem.names.index(name) for name in names]
-    given = {name: Given(value=float(value[i]), vary=False) for name, i in zip(names, at, strict=True)}
-    settings = replace(problem.settings, parameters={CANDIDATES[problem.model].law: problem.given | given})
-    fit = _fit(replace(problem, settings=settings), end, resolution)
-    for values in (fit.stderr, fit.ci95_low, fit.ci95_high, fit.discrepancy):
-        values[at] = np.nan
-    told = [f"the run does not determine {symbol_of(n)}, held at {given[n].value:.3g}" for n in names]
-    return replace(fit, message="; ".join([fit.message, *told]))
 
 
 def _of_stopped(problem: Problem, end: Solution, in_phase: Fit, resolution: Resolution) -> Fit:

@@ -14,7 +14,7 @@ from freerock.arrays import Floats, Mask
 from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.models.free_parameters import OF_RECORD, OF_START, PARAMETERS, parameter_of
+from freerock.models.free_parameters import OF_RECORD, PARAMETERS, PER_RUN, parameter_of
 from freerock.models.given import Given, evaluated, in_order
 from freerock.models.laws import CANDIDATES, MODELS, Rules, extended_by, law_of
 from freerock.models.simulate import Solver
@@ -24,7 +24,6 @@ from freerock.runs.noise_spectrum import averaged
 from freerock.runs.release import FAR, lowered
 
 RTOL_RESIDUAL, RTOL_DERIVATIVES = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
-JUMPS = 0.1  # of their sum, from which two one-sided difference quotients are those of a jump
 STRIDE = 30.0  # times the steps of the difference quotients, at the tolerance of the residual
 
 
@@ -97,8 +96,6 @@ class Problem:
     settings : FitSettings
     r_low : float
         Least r: a block that stops too soon is out of step for less time, which would be a false minimum.
-    n_impacts : int
-        Impacts that have a restitution of their own; the last one's is that of all further ones.
     rtol : float
         Of the integrator.
     fine : float
@@ -119,7 +116,6 @@ class Problem:
     motions: tuple[Motion, ...]
     settings: FitSettings
     r_low: float
-    n_impacts: int = 0
     rtol: float = RTOL_RESIDUAL
     fine: float = RTOL_DERIVATIVES
     stride: float = 1.0
@@ -135,8 +131,7 @@ class Problem:
     @cached_property
     def own(self) -> tuple[str, ...]:
         """Parameters of each run."""
-        further = (f"r_{i}" for i in range(2, self.n_impacts + 1))
-        return (*(name for name in OF_START if name in self.settings.free), *further)
+        return tuple(name for name in PER_RUN if name in self.settings.free)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -225,11 +220,7 @@ class Problem:
         width = 2 * self.blocks[0].b / self.blocks[0].width_m
         start = {"width": width, "tilt": self.tilt, "edge_radius": PARAMETERS["edge_radius"].trace}
         as_given = [start[name] for name in self.common[len(common) :]]
-        own = [
-            measured_start(motion).get(name, common[0])  # else r of a further impact
-            for motion in self.motions
-            for name in self.own
-        ]
+        own = [measured_start(motion)[name] for motion in self.motions for name in self.own]
         x = np.array([*common, *as_given, *own])
         return self.completed(x) if self.given else x
 
@@ -265,31 +256,6 @@ class Problem:
         """Whether a curve of the residual is exact enough for derivatives, as one in closed form is."""
         return self.rtol <= self.fine or not (law_of(self.model).is_foundation or "tilt" in self.names)
 
-    def undetermined(self, x: Floats) -> tuple[str, ...]:
-        """Parameters of a block that bounces that make no difference, as friction where no corner slips, or
-        at which its motion jumps, so that difference quotients to either side differ."""
-        law = law_of(self.model)
-        if not law.bounces:
-            return ()
-        samples, found = self.samples(), []
-        for at in np.flatnonzero(self.varied[: len(law.parameters)]):
-            name, before = self.names[at], np.array(x, dtype=float)
-            before[at] = max(before[at] - self.stride * parameter_of(name).step, self.bounds()[at][0])
-            up, down = (self.jacobian(each, samples, wanted=(name,))[:, at] for each in (x, before))
-            if not up.any() or np.linalg.norm(up - down) > JUMPS * np.linalg.norm(up + down):
-                found.append(name)
-        return tuple(found)
-
-    def beyond_bounds(self, stderr: Floats) -> tuple[str, ...]:
-        """Parameters of the law whose standard error, shape (n_parameters,) [SI], exceeds the width of their
-        bounds."""
-        own = law_of(self.model).parameters
-        return tuple(
-            name
-            for name, u in zip(self.names, stderr, strict=True)
-            if name in own and u > np.ptp(PARAMETERS[name].bounds)
-        )
-
     def rough(self) -> "Problem":
         """The same problem with derivatives that are no more exact than the residual; those of a rigid
         block are in closed form."""
@@ -303,7 +269,7 @@ class Problem:
         """Lower and upper bound of each fitted number."""
         least = 1e-4 if law_of(self.model).cases else 1.0  # one of its dampings may be a trace
         bounds: list[tuple[float, float]] = []
-        r_most, r_least = (1 - each for each in PARAMETERS["r"].grid[:2])
+        r_most = 1 - PARAMETERS["r"].grid[0]
         for name in self.common:
             low, high = (self.r_low, r_most) if name == "r" else PARAMETERS[name].bounds
             if PARAMETERS[name].fitted_as == "ratio":
@@ -321,12 +287,7 @@ class Problem:
             if self.settings.loose_release or not self.walled:
                 half |= {"theta0": RELEASE.loose_share * abs(motion.theta0), "t0": RELEASE.loose_s}
             centre = measured_start(motion)
-            bounds += [
-                (centre[name] - half[name], centre[name] + half[name])
-                if name in centre
-                else (r_least, r_most)
-                for name in self.own
-            ]
+            bounds += [(centre[name] - half[name], centre[name] + half[name]) for name in self.own]
         return bounds
 
     @property
@@ -362,10 +323,9 @@ class Problem:
                 u["theta0"] = float(np.hypot(u["theta0"], lowered(fall, motion.fit_start_s)))
                 centre = measured_start(motion)
                 for j, name in enumerate(self.own):
-                    if name in centre:
-                        at = n_common + i * n_own + j
-                        value.append((x[at] - centre[name]) / u[name])
-                        rows.append(np.eye(len(x))[at] / u[name])
+                    at = n_common + i * n_own + j
+                    value.append((x[at] - centre[name]) / u[name])
+                    rows.append(np.eye(len(x))[at] / u[name])
         return np.array(value), np.reshape(rows, (-1, len(x)))
 
     def at_bound(self, x: Floats) -> Mask:
@@ -410,8 +370,6 @@ class Problem:
         value, n_common, n_own = self.physical(x).tolist(), len(self.common), len(self.own)
         own = dict(zip(self.own, value[n_common + i * n_own :], strict=False))
         values = {"theta0": self.motions[i].theta0, **dict(zip(self.common, value, strict=False)), **own}
-        if self.n_impacts > 1:
-            values["r"] = np.array([values["r"], *(own[f"r_{j}"] for j in range(2, self.n_impacts + 1))])
         model = next((m for each, m in extended_by(self.model).items() if each in (added or {})), self.model)
         laboratory = self.motions[i].laboratory
         if laboratory is not None and laboratory.tilt and "tilt" not in self.common:
@@ -520,22 +478,20 @@ class Problem:
 
 
 def measured_start(motion: Motion) -> dict[str, float]:
-    """What was measured of the start of a run: theta0 [rad], t0 [s] and omega0 [rad/s]."""
-    return {"theta0": motion.theta0, "t0": 0.0, "omega0": motion.rate0}
+    """What was measured of the start of a run: theta0 [rad] and t0 [s]."""
+    return {"theta0": motion.theta0, "t0": 0.0}
 
 
 def release_bounds(motion: Motion) -> dict[str, float]:
-    """How far theta0 [rad], t0 [s] and omega0 [rad/s] of a search may be off what was measured."""
+    """How far theta0 [rad] and t0 [s] of a search may be off what was measured."""
     return {name: RELEASE.wall * u for name, u in release_uncertainty(motion).items()}
 
 
 def release_uncertainty(motion: Motion) -> dict[str, float]:
-    """Standard uncertainty of the measured theta0 [rad] and t0 [s], at least 0.03 % and 0.17 ms; and of
-    omega0 [rad/s]."""
+    """Standard uncertainty of the measured theta0 [rad] and t0 [s], at least 0.03 % and 0.17 ms."""
     return {
         "theta0": max(motion.theta0_stderr, RELEASE.least_share * abs(motion.theta0)),
         "t0": max(motion.t0_stderr, RELEASE.least_s),
-        "omega0": RELEASE.loose_share * abs(motion.rate0),
     }
 
 

@@ -133,7 +133,7 @@ def stopped(problem: Problem, end: Solution) -> tuple[Problem, Solution] | None:
         is the nearest.
     """
     rigid = _is_single(problem) and "r" in problem.common
-    if not rigid or problem.given or problem.n_impacts > 1 or not is_poor(problem, end.mean_square):
+    if not rigid or problem.given or not is_poor(problem, end.mean_square):
         return None
     whole, few = replace(problem, r_low=0.0), problem.samples(most=SEARCH.samples)
 
@@ -312,7 +312,7 @@ def _r_first(problem: Problem, x: Floats) -> Floats:
     """A start with Housner's r found for the release as measured: from elsewhere least squares creep."""
     if "r" not in problem.common or "width" in problem.common or len(x) == 1 or not problem.varied[0]:
         return x
-    alone = replace(problem, settings=replace(problem.settings, free=()), n_impacts=0)
+    alone = replace(problem, settings=replace(problem.settings, free=()))
     r = least_squares(alone, x[:1], alone.samples(most=SEARCH.samples)).x
     return np.where([parameter_of(name) is PARAMETERS["r"] for name in problem.names], r, x)
 

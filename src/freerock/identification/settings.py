@@ -38,8 +38,7 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
     ------
     FreerockError
         Unknown model or nuisance; what is given of a parameter is wrong, or leaves nothing to fit; debonding
-        that is not implemented for the model; one width for several blocks; a restitution per impact of
-        several runs, or of a foundation.
+        that is not implemented for the model; one width for several blocks.
     """
     if model not in CANDIDATES:
         raise FreerockError("fits.models", f"unknown model {model!r}", f"use one of {', '.join(CANDIDATES)}")
@@ -68,9 +67,3 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
     if "width" in freed(model, settings.free) and len(set(blocks)) > 1:
         remedy = f"use {model.removesuffix('_width')}" if CANDIDATES[model].width else "remove width"
         raise FreerockError(key, "one width for several blocks", remedy)
-    if "r_per_impact" in settings.free and ("r_per_impact" not in law.may_free or len(blocks) > 1):
-        what = "a restitution per impact belongs to one run of the Housner model"
-        raise FreerockError(key, what, "remove r_per_impact, or fit each run by itself")
-    if {"r_per_impact", "tilt"} <= {*settings.free}:
-        what = "r_per_impact and tilt cannot be free together"
-        raise FreerockError(key, what, "remove r_per_impact or tilt")

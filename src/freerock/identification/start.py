@@ -10,7 +10,6 @@ from scipy.optimize import minimize_scalar
 from freerock.arrays import Floats, Mask
 from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
-from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.problem import Problem, Samples, fitted
 from freerock.identification.settings import freed
 from freerock.models.block import Block
@@ -37,13 +36,8 @@ class StartSettings:
         Values of k, and of the damping, of the finer grid of low dampings.
     lowest : float
         Highest over lowest damping of that grid.
-    of_finer, of_bounces, of_friction : int
-        Starts that it gives; that the grid of a block that bounces gives; and of their ends those that are
-        followed.
-    fallen : float
-        Share of its greatest angle below which a block has come down.
-    beside : tuple of float
-        Changes of the logarithm of friction, from which other ends are sought.
+    of_finer : int
+        Starts that it gives.
     every_r : int
         Every how manieth r is tried where the width is sought beside it.
     width_cell : float
@@ -66,10 +60,6 @@ class StartSettings:
     finer: tuple[int, int] = (90, 8)
     lowest: float = 20.0
     of_finer: int = 16
-    of_bounces: int = 10
-    fallen: float = 0.1
-    beside: tuple[float, ...] = (-0.5, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3, 0.5)
-    of_friction: int = 2
     every_r: int = 7
     width_cell: float = 1e-3
     stands: float = 1.002
@@ -91,8 +81,6 @@ def posed(model: str, blocks: Sequence[Block], motions: Sequence[Motion], settin
         A run has no more valid samples than there are parameters.
     """
     free = freed(model, settings.free)
-    if motions[0].rate0:
-        free = tuple("omega0" if name == "t0" else name for name in free)
     settings = replace(settings, free=free)
     problem = Problem(
         model,
@@ -108,8 +96,6 @@ def posed(model: str, blocks: Sequence[Block], motions: Sequence[Motion], settin
     if min(problem.samples().lengths, default=0) <= len(problem.names):
         what = "fewer valid samples than parameters"
         raise FreerockError("fit", what, "exclude the run or widen it by an override")
-    if "r_per_impact" in settings.free:
-        problem = replace(problem, n_impacts=count_impacts(motions[0]))
     return problem
 
 
@@ -125,8 +111,7 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
 
     Housner's r: the lowest minimum inside the range. At its lower end the error may fall further, as the
     block that stops early is out of step for less time. A law with cases starts from the minima of these,
-    with a trace of the number that each lacks; of a bed that relaxes also from the minima over its own grid,
-    since those of a slow one and of a quick one lie apart.
+    with a trace of the number that each lacks.
 
     Parameters
     ----------
@@ -136,20 +121,15 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
         End of the samples that count, but for Housner's r [s].
     """
     law = law_of(problem.model)
-    if law.bounces:
-        return _scan_bounces(problem)
     if not law.is_foundation:
         return _scan_r_and_width(problem, horizon_s) if "width" in problem.common else [[_scan_r(problem)]]
-    starts = list[list[float]]()
     if law.cases:
         traces = {name: fitted(name, PARAMETERS[name].trace) for name in law.parameters[1:]}
-        starts = [
+        return [
             [(traces | dict(zip(MODELS[case], found, strict=True)))[name] for name in law.parameters]
             for case in law.cases
             for found in scan(replace(problem, model=alike(problem.model, case)), horizon_s)[:2]
         ]
-        if not law.relaxes:
-            return starts
     samples = problem.samples(horizon_s, START.samples)
     coarse = replace(problem, rtol=START.rtol)
     grids = [_grid(problem, name) for name in law.parameters]
@@ -165,41 +145,7 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
         ]
         for point in product(*grids)
     ]
-    return starts + _lowest(coarse, points, [len(grid) for grid in grids], samples)
-
-
-def _scan_bounces(problem: Problem) -> list[list[float]]:
-    """Starts of a block that bounces: its restitution and friction over a grid, from the start that the fall
-    to its first impact has."""
-    motion, parameters = problem.motions[0], law_of(problem.model).parameters
-    grids = [_grid(problem, name) for name in parameters]
-    theta = np.abs(np.nan_to_num(motion.theta, nan=np.inf))
-    down = np.flatnonzero(theta < START.fallen * theta[np.isfinite(theta)].max())
-    fall_s = motion.time_s[down[0]] if len(down) else np.inf
-    x = problem.start([fitted(name, grid[-1]) for name, grid in zip(parameters, grids, strict=True)])
-    fall = problem.samples(fall_s, START.samples)
-    if min(fall.lengths) > len(x):
-        x = least_squares(problem, x, fall).x
-    samples, errors = problem.samples(most=START.samples), dict[tuple[int, ...], tuple[float, list[float]]]()
-    for cell in product(*(range(len(grid)) for grid in grids)):
-        own = [fitted(name, grid[i]) for name, grid, i in zip(parameters, grids, cell, strict=True)]
-        point = [*own, *x[len(own) :].tolist()]
-        errors[cell] = float(np.mean(problem.residual(np.array(point), samples) ** 2)), point
-    kept = list[tuple[int, ...]]()
-    for cell in sorted(errors, key=lambda cell: errors[cell][0]):  # where corners stick, errors are alike
-        if len(kept) < START.of_bounces and not any(np.ptp([cell, own], axis=0).max() < 2 for own in kept):
-            kept.append(cell)
-    samples = problem.samples(most=START.of_swing)
-    ends = [least_squares(problem, np.array(errors[cell][1]), samples) for cell in kept]
-    ends += beside_friction(problem, min(ends, key=lambda end: end.mean_square).x, samples)
-    return [end.x.tolist() for end in sorted(ends, key=lambda end: end.mean_square)[: START.of_friction]]
-
-
-def beside_friction(problem: Problem, x: Floats, samples: Samples) -> list[Solution]:
-    """Where least squares end from other frictions of a block that bounces: where a slip begins or ends, the
-    error has kinks and jumps, and minima between them."""
-    own = np.array(problem.names) == "mu"
-    return [least_squares(problem, np.where(own, x + by, x), samples) for by in START.beside]
+    return _lowest(coarse, points, [len(grid) for grid in grids], samples)
 
 
 def _grid(problem: Problem, name: str) -> Floats:
@@ -348,11 +294,6 @@ def rocking_for(block: Block, motion: Motion, time_s: float) -> float:
     return float(R_GRID[few])
 
 
-def count_impacts(motion: Motion) -> int:
-    """Changes of sign of θ while the block moves."""
-    return int(np.count_nonzero(np.diff(np.sign(motion.theta[_moves(motion)]))))
-
-
 def first_impact_s(motion: Motion) -> float:
     """First change of sign of θ [s]; an eighth of the run where there is none."""
     counts = np.isfinite(motion.theta)
@@ -389,7 +330,6 @@ def from_top(motion: Motion, top: Top) -> Motion:
         theta0_stderr=TOP_STDERR * abs(top.height),
         t0_stderr=TOP_STDERR_S,
         fit_start_s=0.0,
-        rate0=0.0,
     )
 
 

@@ -70,14 +70,9 @@ def make_fits(
     block = Block(**settings["block"])
     hypotheses = Hypotheses(*(settings[key] for key in ("models", "kinematics", "free", "options")))
     laboratory = Laboratory.of(settings["laboratory"])
-    on = {number: hypotheses.on(block, each) for number, each in motions.items()}
-    motions = {
-        number: replace(each, laboratory=laboratory)
-        for number, each in motions.items()
-        if on[number].candidates
-    }
+    motions = {number: replace(each, laboratory=laboratory) for number, each in motions.items()}
     found = (identify or identify_runs)(block, motions, hypotheses)
-    choices: dict[int, Choice] = {number: each.choice(on[number]) for number, each in found.items()}
+    choices: dict[int, Choice] = {number: each.choice(hypotheses) for number, each in found.items()}
     not_fitted = _report(found, choices, settings["attributes"]["test"])
     limits = ImpactLimits(**settings["impacts"])
     fits = {number: _in_order(each) for number, each in found.items() if each.fits}
@@ -98,7 +93,7 @@ def make_fits(
     reasons = {
         number: [
             *(reasons_of_noise(motions[number]) if each.fits else []),
-            *reasons_of_fits(runs[number].verdict, block, motions[number], each, on[number]),
+            *reasons_of_fits(runs[number].verdict, block, motions[number], each, hypotheses),
         ]
         for number, each in found.items()
     }

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from freerock.arrays import Floats
 from freerock.config.keys_of_processing import ImpactLimits, RotationOptions, RunLimits
 from freerock.errors import FreerockError
 from freerock.files import check_file
@@ -22,19 +21,16 @@ from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import laser_of
-from freerock.runs.begun_in_motion import Position
 from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import Impacts
 from freerock.runs.measured_total import MeasuredTotal, measured_total
 from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
-from freerock.units import in_base_units
 
 log = logging.getLogger("freerock")
 
 READERS_NOTES = ("reading", "time_base", "start_time")  # attributes in which a reader says what it found out
-POSITIONS = ("position_x", "position_z")  # of the centre of the block, from motion capture
 Settings = Mapping[str, Any]
 
 
@@ -113,10 +109,8 @@ def _judged(
     """Of θ(t) of a record its runs with their impacts, and the total uncertainties of each."""
     block = Block(**settings["block"])
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
-    of_runs = RunLimits(**settings["runs"], start=settings.get("start", "hold"))
-    limits = of_runs, ImpactLimits(**settings["impacts"])
-    where = Position(*(record[name].values for name in POSITIONS)) if POSITIONS[0] in record else None
-    judged = runs_with_impacts(signal, block, signal_quality(record), by_hand, *limits, where)
+    limits = RunLimits(**settings["runs"]), ImpactLimits(**settings["impacts"])
+    judged = runs_with_impacts(signal, block, signal_quality(record), by_hand, *limits)
     laboratory = Laboratory.of(settings["laboratory"])
     totals = [measured_total(run.theta0, run.theta0_stderr, found, laboratory) for run, found in judged]
     return judged, totals
@@ -158,20 +152,8 @@ def rotation_of(settings: Settings) -> xr.Dataset:
     signals, units = [each.values for each in channels], [each.attrs["units"] for each in channels]
     block, options = Block(**settings["block"]), RotationOptions(**settings["rotation"])
     record = find_rotation(time_s, signals, lasers, block, units, options)
-    for name, channel in zip(POSITIONS, settings.get("positions", ()), strict=False):
-        record[name] = ("time", _position(path, channel, time_s), {"units": "m"})
     found_out = channels[0].attrs
     return record.assign_attrs({key: found_out[key] for key in READERS_NOTES if key in found_out})
-
-
-def _position(path: Path, name: str, time_s: Floats) -> Floats:
-    """A channel of the position of the centre [m]."""
-    channel = _channel(path, name)
-    values, quantity = in_base_units(channel.values, "", channel.attrs["units"])
-    if quantity != "displacement" or not np.array_equal(channel["time"].values, time_s):
-        what = f"channel {name!r} is no position at the times of the rotation"
-        raise FreerockError(path, what, "name channels in m or mm of the same table in the column position")
-    return values
 
 
 def _channel(path: Path, name: str) -> xr.DataArray:

@@ -6,7 +6,6 @@ Taylor series of free rocking, in `series`; `simulate` is the way in.
 
 __all__ = [
     "block",
-    "bouncing",
     "compiled",
     "contact",
     "corners",

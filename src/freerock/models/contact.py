@@ -2,9 +2,7 @@
 
 One law f(z, ż) = k z + c ż + λ z ż acts per unit width of the base wherever base and foundation are
 in contact (Spanos et al. 2017, section 3, doi:10.1016/j.proeng.2017.09.024): λ = 0 is the Winkler
-model, c = 0 the Hunt-Crossley model. A bed of the finite thickness H = k/κ hardens: k z/(1 - z/H)
-stands for k z, the hyperbola by which rock joints close (Bandis, Lumsden and Barton 1983,
-doi:10.1016/0148-9062(83)90595-8). With u in [-b, b] measured from the base centre, positive to
+model, c = 0 the Hunt-Crossley model. With u in [-b, b] measured from the base centre, positive to
 the right, z(u) = z_cb + u sinθ and ż(u) = ż_cb + u θ̇ cosθ are linear in u, so that contact is an
 interval of u (at most two for c λ > 0) and force and moment are polynomial moments over it. What the
 base does sideways enters the motion by `sideways` alone. Rounded edges of radius ρ lie w = ρ - sqrt(ρ² - v²)
@@ -18,7 +16,6 @@ from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
-from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.laws import GEOMETRIC, Rules
 
@@ -37,52 +34,31 @@ class Foundation(NamedTuple):
         Linear damping [N·s/m²].
     lam : float
         Hunt-Crossley damping λ [N·s/m³].
-    kappa : float
-        κ [N/m³] of a bed that hardens; 0 of one that does not.
     """
 
     k: float
     c: float = 0.0
     lam: float = 0.0
-    kappa: float = 0.0
 
     @classmethod
     def of(cls, parameters: Mapping[str, float]) -> "Foundation":
-        """The foundation that a model's parameters, named as in `laws`, describe; those it lacks are zero.
-
-        Of a bed that relaxes, with "tau", it is what stays when it has: k alone.
-        """
-        c = 0.0 if "tau" in parameters else parameters.get("c", 0.0)
-        return cls(parameters["k"], c, parameters.get("lambda", 0.0), parameters.get("kappa", 0.0))
+        """The foundation that a model's parameters, named as in `laws`, describe; those it lacks are zero."""
+        return cls(parameters["k"], parameters.get("c", 0.0), parameters.get("lambda", 0.0))
 
     @property
     def is_damped(self) -> bool:
         """Whether it takes energy from the block."""
         return self.c > 0 or self.lam > 0
 
-    @property
-    def is_plain(self) -> bool:
-        """Whether its force is k z + c ż + λ z ż, without a further number."""
-        return not any(self[3:])
-
-    @property
-    def thickness_m(self) -> float:
-        """Depth at which the bed locks [m]; infinite of one that does not harden."""
-        return self.k / self.kappa if self.kappa else math.inf
-
     def pressure(self, depth: "float | Floats", rate: "float | Floats" = 0.0) -> "float | Floats":
         """Force per unit width [N/m] of the bed in contact, at a depth [m] and its rate [m/s]."""
-        return self.k * depth / (1 - depth / self.thickness_m) + (self.c + self.lam * depth) * rate
-
-    def tangent(self, depth: float) -> float:
-        """Stiffness per unit width [N/m²] of the bed at a depth [m]."""
-        return self.k / (1 - depth / self.thickness_m) ** 2
+        return self.k * depth + (self.c + self.lam * depth) * rate
 
     def constants(self, block: Block, pivots: bool = False) -> tuple[float, ...]:
         """The law and the block as `kernel.integrate` takes them."""
         m = block.mass_kg
         law = (self.k / m, self.c / m, self.lam / m, block.flat, block.h, block.inertia_base / m, block.g)
-        return (*law, block.flat if pivots else 0.0, block.edge_radius, block.e, self.kappa / m)
+        return (*law, block.flat if pivots else 0.0, block.edge_radius, block.e)
 
 
 class State(NamedTuple):
@@ -164,9 +140,6 @@ def contact_force(
             f = f0 + u * (f1 + u * f2)
             force += weight * f
             moment += weight * f * u
-        if foundation.kappa:
-            of_bed = _hardened(foundation, state, u0, u1)
-            force, moment = force + of_bed[0], moment + of_bed[1]
     for side in (1, -1) if block.edge_radius else ():
         of_edge = _edge_force(block, foundation, state, side)
         force, moment = force + of_edge[0], moment + of_edge[1]
@@ -236,8 +209,6 @@ def static_depth(block: Block, foundation: Foundation, theta: float) -> float:
     depth = flat
     if flat < block.b * s:
         depth = math.sqrt(2 * block.weight * s / foundation.k) - block.b * s
-    if foundation.kappa:
-        return _on_hard_bed(block, foundation, s, depth)
     return _deeper(block, foundation, theta, depth) if block.edge_radius else depth
 
 
@@ -246,14 +217,12 @@ def lean(block: Block, foundation: Foundation, tilt_rad: float) -> float:
     right.
 
     The linearised no-uplift equation (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) at rest:
-    m g (h sin τ + e cos τ) / (2/3 b³ k - m g (h cos τ - e sin τ)); k is the tangent at rest of a bed that
-    hardens.
+    m g (h sin τ + e cos τ) / (2/3 b³ k - m g (h cos τ - e sin τ)).
     """
     s, cos, weight = math.sin(tilt_rad), math.cos(tilt_rad), block.weight
     turning, falling = weight * block.h * s, weight * block.h * cos
     turning, falling = turning + weight * block.e * cos, falling - weight * block.e * s
-    tangent = foundation.tangent(static_depth(block, foundation, 0.0)) if foundation.kappa else foundation.k
-    return turning / (2 / 3 * block.b**3 * tangent - falling)
+    return turning / (2 / 3 * block.b**3 * foundation.k - falling)
 
 
 def energy(
@@ -267,7 +236,7 @@ def energy(
 ) -> "float | Floats":
     """Mechanical energy [J] above the upright block, sunk by its weight, for arrays or floats.
 
-    The sum of kinetic energy, weight and elastic energy ∫∫ k z/(1 - z/H) dz du over the contact z > 0.
+    The sum of kinetic energy, weight and elastic energy ∫ k z²/2 du over the contact z > 0.
 
     Parameters
     ----------
@@ -295,9 +264,6 @@ def energy(
     at_rest = static_depth(block, foundation, 0.0)
     weight = block.weight * (-2 * h * np.sin(0.5 * theta) ** 2 - block.e * s - (z_cb - at_rest))
     rest = np.full(1, at_rest)
-    if foundation.kappa:
-        elastic = elastic + _stored_beyond(foundation, left, right, s, b)
-        kinetic = kinetic - _stored_beyond(foundation, rest, rest, np.zeros(1), b)[0]
     if block.edge_radius:
         elastic = elastic + _stored_by_edges(block, foundation, z_cb, s)
         kinetic = kinetic - _stored_by_edges(block, foundation, rest, 0.0)[0]
@@ -320,82 +286,6 @@ def _stored_by_edges(
             z = depth + slope * radius * np.sin(phi) - radius * (1 - np.cos(phi))
             total = total + 0.5 * (last - first) * weight * radius * np.cos(phi) * z**2
     return np.asarray(0.5 * foundation.k * total)
-
-
-def _stored_beyond(
-    foundation: Foundation, left: "Floats", right: "Floats", s: "Floats", b: float
-) -> "Floats":
-    """Elastic energy of a bed that hardens beyond ∫ k z²/2 du, of the depths of both corners [J].
-
-    Per width k H² (-ln(1 - x) - x - x²/2), x = z/H; by Gauss's rule of 48 nodes over the contact.
-    """
-    import numpy as np
-
-    left, right, s = np.broadcast_arrays(left, right, s)
-    deep, high = np.maximum(left, right), np.minimum(left, right)
-    tilted = high < 0
-    length = np.where(tilted, np.maximum(deep, 0.0) / np.maximum(np.abs(s), 1e-300), 2 * b)
-    low, total = np.maximum(high, 0.0), np.zeros(deep.shape)
-    deep = np.maximum(deep, 0.0)
-    for node, weight in _gauss(48):
-        x = 0.5 * (low + deep + node * (deep - low)) / foundation.thickness_m
-        stored = np.where(
-            x < 0.02, x**3 * (1 / 3 + x * (1 / 4 + x * (1 / 5 + x / 6))), -np.log1p(-x) - x - x**2 / 2
-        )
-        total = total + 0.5 * weight * stored
-    return np.asarray(foundation.k * foundation.thickness_m**2 * length * total)
-
-
-def _hardened(foundation: Foundation, state: State, u0: float, u1: float) -> tuple[float, float]:
-    """Force [N] and moment/cosθ [N·m] of a bed that hardens beyond those of k z, from u0 to u1.
-
-    With z = depth + slope u, k z²/(H - z) has the integrals k H² P₂(z/H)/slope and, by u = (z - depth)/slope,
-    k (H³ P₃(z/H) - depth H² P₂(z/H))/slope²; P_n(x) = -ln(1 - x) - x - … - xⁿ/n. Where these lose digits,
-    Gauss's rule of 48 nodes.
-    """
-    (depth, slope, _, _), thick = _along_base(state), foundation.thickness_m
-    z0, z1 = depth + slope * u0, depth + slope * u1
-    if max(z0, z1) >= thick:
-        what = f"the bed is {thick:.3g} m thick, and the block {max(z0, z1):.3g} m deep in it"
-        raise FreerockError("kappa", what, "give a smaller kappa or a smaller depth")
-    if abs(z1 - z0) > 0.5 * thick:
-        second, third = (_tail(n, z1 / thick) - _tail(n, z0 / thick) for n in (2, 3))
-        force = foundation.k * thick**2 * second / slope
-        return force, foundation.k * thick**3 * third / slope**2 - depth * force / slope
-    force = moment = 0.0
-    for node, weight in _gauss(48):
-        u = 0.5 * (u0 + u1 + node * (u1 - u0))
-        z = depth + slope * u
-        f = 0.5 * weight * (u1 - u0) * foundation.k * z**2 / (thick - z)
-        force, moment = force + f, moment + f * u
-    return force, moment
-
-
-def _tail(n: int, x: float) -> float:
-    """-ln(1 - x) less the first n terms of its series."""
-    return -math.log1p(-x) - sum(x**i / i for i in range(1, n + 1))
-
-
-def _on_hard_bed(block: Block, foundation: Foundation, s: float, depth: float) -> float:
-    """The depth that carries a block on a bed that hardens, from that on one that does not.
-
-    The force grows ever faster with the depth: Newton's method from below overshoots once and comes down.
-    """
-    weight, thick, swing = block.weight, foundation.thickness_m, block.b * s
-    z = min(depth, 0.5 * thick - swing)
-    for _ in range(100):
-        low = max(z - swing, 0.0)
-        length = 2 * block.b if swing <= z or s == 0 else (z + swing) / s
-        force = slope = 0.0
-        for node, share in _gauss(16):
-            at = 0.5 * (low + z + swing + node * (z + swing - low))
-            force += 0.5 * share * length * float(foundation.pressure(at))
-            slope += 0.5 * share * length * foundation.tangent(at)
-        step = (force - weight) / slope
-        z = z - step if z - step + swing < thick else 0.5 * (z + thick - swing)
-        if abs(step) <= 1e-14 * block.b:
-            break
-    return z
 
 
 def _deeper(block: Block, foundation: Foundation, theta: float, depth: float) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.contact import Foundation, State, contact_force, lean
-from freerock.models.laws import CANDIDATES, law_of
+from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import simulate_fitted
 
 
@@ -47,12 +47,6 @@ def corners_over_time(
     depth, depth_rate, rate = rates.T
     lift = found.b * np.sin(theta)
     left, right = depth - lift, depth + lift
-    if law_of(model).relaxes:  # what moves the block: the bed's own force depends on what it remembers
-        along = found.h * np.sin(theta) + found.e * np.cos(theta)
-        fall = np.gradient(depth_rate + along * rate, time_s)
-        force = np.where(np.maximum(left, right) > 0, found.mass_kg * (found.g - fall), 0.0)
-    else:
-        states = zip(depth, depth_rate, theta, rate, strict=True)
-        pressed = (contact_force(found, foundation, State(*map(float, each)), rules)[0] for each in states)
-        force = np.fromiter(pressed, float)
-    return Corners(left, right, force)
+    states = zip(depth, depth_rate, theta, rate, strict=True)
+    pressed = (contact_force(found, foundation, State(*map(float, each)), rules)[0] for each in states)
+    return Corners(left, right, np.fromiter(pressed, float))

@@ -78,14 +78,6 @@ PARAMETERS = {
         lively=6.0,
         ratio_unit="s/m",
     ),
-    "kappa": Parameter(  # k over the thickness of a bed that hardens
-        "N m-3", "κ", "ratio", 1e-5, bounds=(0.1, 1e3), grid=(1.0, 500, 8), trace=1.0, ratio_unit="1/m"
-    ),
-    "tau": Parameter(  # of a bed that relaxes
-        "s", "τ_r", "logarithm", 1e-5, bounds=(1e-4, 10.0), grid=(1e-3, 0.3, 4), trace=1e-3
-    ),
-    "e": Parameter("1", "e", "value", 3e-4, bounds=(0.0, 0.95), grid=(0.05, 0.8, 9)),  # of a corner
-    "mu": Parameter("1", "μ", "logarithm", 3e-4, bounds=(5e-3, 10.0), grid=(0.02, 2.0, 9)),  # of a corner
     "width": Parameter(
         "m", "2b", "share", 1e-6, bounds=(0.5, 1.05), grid=(0.55, 1.04, 17)
     ),  # of the corners a block rocks about
@@ -93,11 +85,9 @@ PARAMETERS = {
     "edge_radius": Parameter("m", "ρ", "value", 1e-6, bounds=(0.0, 5e-3), trace=5e-4),  # of the base
     "theta0": Parameter("rad", "θ₀", "value", 1e-6),
     "t0": Parameter("s", "t₀", "value", 1e-5),
-    "omega0": Parameter("rad s-1", "ω₀", "value", 1e-5),  # of a run that is thrown, instead of t0
 }
 
 PER_RUN = ("theta0", "t0")
-OF_START = (*PER_RUN, "omega0")  # all that may be free of the start of a run
 OF_RECORD = ("width", "tilt", "edge_radius")  # what the runs of a record share besides the law
 COMMON_NUISANCES = (*OF_RECORD, *PER_RUN)
 
@@ -105,16 +95,16 @@ SYMBOLS = {name: parameter.symbol for name, parameter in PARAMETERS.items()}
 
 
 def parameter_of(name: str) -> Parameter:
-    """The row of a freed parameter, also of a numbered one: theta0_2 of the second run, r_3 of an impact."""
+    """The row of a freed parameter, also of a numbered one: theta0_2 of the second run."""
     return PARAMETERS[name if name in PARAMETERS else name.rpartition("_")[0]]
 
 
 def symbol_of(name: str) -> str:
-    """Symbol of a freed parameter; with its number that of an impact, or in a joint fit of a run."""
+    """Symbol of a freed parameter; with its number that of a run of a joint fit."""
     if name in PARAMETERS:
         return SYMBOLS[name]
     kind, _, number = name.rpartition("_")
-    return f"{SYMBOLS[kind]} of {'impact' if kind == 'r' else 'run'} {number}"
+    return f"{SYMBOLS[kind]} of run {number}"
 
 
 def unit_of(name: str) -> str:

@@ -49,7 +49,6 @@ D5, D6, D7 = 701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29
 GAMMA = 0.21193756319429014
 R_TABLE = np.loadtxt(Path(__file__).with_name("rodas5p.csv"), delimiter=",")
 R_A, R_C, R_NODES, R_D, R_H = R_TABLE[:8], R_TABLE[8:16], R_TABLE[16], R_TABLE[17], R_TABLE[18:]
-BED_NODES, BED_WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
 @compiled(forceinline=True)
@@ -263,39 +262,9 @@ def _edges(z, s, cos, law):
 
 
 @compiled()
-def _hardened(regime, z, s, law):
-    """What a bed that hardens presses beyond k z: force, moment / cosθ, and their derivatives.
-
-    Those by z, by sinθ, and of the moment by sinθ. Gauss's rule of the integrals over the contact of
-    k z²/(H - z) = k z/(1 - z/H) - k z, with H = k/κ; NaN where the block would be deeper than H.
-    """
-    f_0 = m_0 = f_z = f_s = m_s = 0.0
-    if regime == FLIGHT:
-        return f_0, m_0, f_z, f_s, m_s
-    k, thick = law[0], law[0] / law[10]
-    u0, u1 = _ends(regime, z, 0.0, s, 0.0, law)
-    half, middle = 0.5 * (u1 - u0), 0.5 * (u0 + u1)
-    if not max(z + s * u0, z + s * u1) < thick:
-        return math.nan, math.nan, math.nan, math.nan, math.nan
-    for i in range(BED_NODES.size):
-        u = middle + half * BED_NODES[i]
-        depth = z + s * u
-        free = 1 / (thick - depth)
-        f = half * BED_WEIGHTS[i] * k * depth * free
-        slope = f * (2 * thick - depth) * free
-        f *= depth
-        f_0 += f
-        m_0 += f * u
-        f_z += slope
-        f_s += slope * u
-        m_s += slope * u * u
-    return f_0, m_0, f_z, f_s, m_s
-
-
-@compiled()
-def _upright(k, flat, radius, g, kappa):
+def _upright(k, flat, radius, g):
     """Depth of a block at rest, and the half width of its base that then touches."""
-    depth = g / (2 * flat * k + g * kappa / k)
+    depth = g / (2 * flat * k)
     if radius == 0:
         return depth, flat
     touching = flat
@@ -361,10 +330,6 @@ def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
         m_0 += of_edges[3]
         m_v += of_edges[4]
         m_w += of_edges[5]
-    if law[10] > 0:
-        of_bed = _hardened(regime, z, s, law)
-        f_0 += of_bed[0]
-        m_0 += of_bed[1]
     hs, hc = _com(s, cos, law)
     inverse = 1 / reduced
     t_0 = (lever * x_ground + hs * f_0 - cos * m_0) * inverse
@@ -421,14 +386,6 @@ def _jacobian(regime, y, x_ground, gravity, law):
                 f_s += by_end * u
                 m_z += by_end * u
                 m_s += by_end * u * u
-    if law[10] > 0:
-        of_bed = _hardened(regime, z, s, law)
-        force += of_bed[0]
-        moment += of_bed[1]
-        f_z += of_bed[2]
-        f_s += of_bed[3]
-        m_z += of_bed[3]
-        m_s += of_bed[4]
     hs, hc = _com(s, cos, law)
     rise, shift = law[7] * s, law[7] * cos
     turn = (lever * (x_ground + fall * w * w) + hs * force - cos * moment) / reduced
@@ -877,7 +834,7 @@ def _is_steady(coefficients, segment):
 def _integrate(
     law, restitution, tensionless, y, time, breaks, coefficients, tolerance, max_steps, out, rates
 ):
-    k, c, lam, b, h, inertia, g, corner, radius, e, kappa = law
+    k, c, lam, b, h, inertia, g, corner, radius, e = law
     housner = restitution >= 0
     p = math.sqrt(g * math.sqrt(b * b + h * h) / (inertia + b * b))
     theta_cr = math.atan2(b + radius + abs(e), h)
@@ -885,10 +842,9 @@ def _integrate(
     # where the block changes its corner, θ̈ jumps by w² times this; a step must make more of it to count
     kick = 2 * corner * h / inertia
     least = 0.01 * tolerance * p
-    flat, half = (0.0, b) if housner else _upright(k, b, radius, g, kappa)
-    # stiffness of bed and upright block against turning, and the energy below which it is at rest
-    tangent = k / (1 - flat * kappa / k) ** 2 if kappa > 0 else k
-    turning = (2 / 3) * tangent * half * half * half - g * h
+    flat, half = (0.0, b) if housner else _upright(k, b, radius, g)
+    # stiffness of the upright block against turning, and the energy below which it is at rest
+    turning = (2 / 3) * k * half * half * half - g * h
     rest = 0.5 * turning * (0.03 * tolerance) ** 2 if c > 0 or lam > 0 else -1.0
     dense = np.zeros((4, 5))
     stages = np.empty((8, 4))
@@ -899,7 +855,7 @@ def _integrate(
     n, segment = _begun(y, time, breaks, out, rates)
     right = y[2] > 0 or (y[2] == 0 and y[3] > 0)
     sign = 1.0 if right else -1.0
-    law = (k, c, lam, b, h, inertia, g, sign * corner, radius, e, kappa)
+    law = (k, c, lam, b, h, inertia, g, sign * corner, radius, e)
     bits = 0
     if not housner:
         bits = _signs(tensionless, y, law)
@@ -948,7 +904,7 @@ def _integrate(
             if step < left_in_segment or abs(push) * h > gravity * b:
                 regime = HOUSNER
                 sign = 1.0 if push > 0 else -1.0
-                law = (k, c, lam, b, h, inertia, g, sign * corner, radius, e, kappa)
+                law = (k, c, lam, b, h, inertia, g, sign * corner, radius, e)
                 size = 0.01 / p
                 fresh = True
             continue
@@ -1024,7 +980,7 @@ def _integrate(
             if record and (y[2] != 0 or y[3] != 0):
                 impacts = np.append(impacts, end if which == 5 else t + step * _sign_change(dense, sign))
             sign = -sign
-            law = (k, c, lam, b, h, inertia, g, sign * corner, radius, e, kappa)
+            law = (k, c, lam, b, h, inertia, g, sign * corner, radius, e)
         steps += 1
         implicit += stiff
         t, y, f, swing = end, y1, f1, swing1
@@ -1063,7 +1019,7 @@ def _integrate(
                 # what bed and weight store, seen from where they balance: by how much they do not yet
                 x, gravity = _ground(coefficients, segment, 0.0, g)
                 rise, turn = _accelerations(regime, y[0], 0.0, y[2], 0.0, x, gravity, law)
-                energy += 0.25 * rise * rise / (tangent * half) + 0.5 * (inertia * turn) ** 2 / turning
+                energy += 0.25 * rise * rise / (k * half) + 0.5 * (inertia * turn) ** 2 / turning
             if energy < rest:
                 y = (y[0], 0.0, y[2], 0.0) if e != 0 or 0 <= segment < n_segments else (flat, 0.0, 0.0, 0.0)
                 if segment >= n_segments:
@@ -1089,12 +1045,11 @@ def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.floa
 
     Parameters
     ----------
-    law : tuple of 11 floats
+    law : tuple of 10 floats
         k/m, c/m, λ/m, half the flat part of the base (b, where its edges are sharp), h, (I_cm + m h²)/m, g, b
         where the block turns about its corners or 0 where it is guided, the radius of its edges, which
-        requires a guided block and the geometric rule of debonding, the offset e of the centre of mass to
-        the right of the middle (I_cm + m (h² + e²) is then the moment of inertia), and κ/m of a bed that
-        hardens, which requires sharp edges and the geometric rule.
+        requires a guided block and the geometric rule of debonding, and the offset e of the centre of mass to
+        the right of the middle (I_cm + m (h² + e²) is then the moment of inertia).
     restitution : float
         r of Housner's block; negative for a contact law.
     tensionless : bool

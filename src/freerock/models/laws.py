@@ -1,9 +1,8 @@
 """The rocking models: a law is one row; the candidates of a fit follow from the laws.
 
 Whatever lists models (configuration, fits, tables, figures, report) reads these rows. What a law of the
-foundation does is written in `contact` and, compiled, in `kernel` and `series`; of other laws, in `housner`,
-`viscoelastic` and `bouncing`. The configuration reads the rows too, so nothing is imported here that is slow
-to load.
+foundation does is written in `contact` and, compiled, in `kernel` and `series`; of a rigid block, in
+`housner`. The configuration reads the rows too, so nothing is imported here that is slow to load.
 """
 
 from dataclasses import dataclass, replace
@@ -51,8 +50,6 @@ class Law:
         What a fit frees of these by default.
     published : bool
         Whether Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) identified it.
-    by_default : bool
-        Whether it is fitted where a campaign does not say which models to fit.
     cases : tuple of str
         Laws that it becomes when one of its numbers is zero. It is fitted only where they leave more than
         noise, and starts from where their scans end.
@@ -60,9 +57,6 @@ class Law:
         Whether the tensionless rule of debonding is implemented where none of its ratios is zero.
     kinematics : tuple of str
         What its base may do sideways, the paper's first (`Rules`).
-    bounces : bool
-        Whether its corners may leave the ground after an impact (`bouncing`). It is fitted to runs
-        that bounced, listed or not, and tried beside others where a campaign lists it or its block is squat.
     cites : str
         Its sources, as the methods of a report cite them (`report.methods`).
     note : str
@@ -74,11 +68,9 @@ class Law:
     may_free: tuple[str, ...] = COMMON_NUISANCES
     free: tuple[str, ...] = PER_RUN
     published: bool = False
-    by_default: bool = True
     cases: tuple[str, ...] = ()
     tensionless: bool = True
     kinematics: tuple[str, ...] = KINEMATICS
-    bounces: bool = False
     cites: str = ""
     note: str = ""
 
@@ -88,14 +80,9 @@ class Law:
         return "k" in self.parameters
 
     @property
-    def relaxes(self) -> bool:
-        """Whether its bed remembers what pressed it (`viscoelastic`)."""
-        return "tau" in self.parameters
-
-    @property
     def is_fallback(self) -> bool:
         """Whether it is fitted only where others leave more than noise."""
-        return bool(self.cases) or self.bounces
+        return bool(self.cases)
 
     @property
     def ratios(self) -> tuple[str, ...]:
@@ -111,7 +98,7 @@ LAWS = {
     "housner": Law(
         "Housner",
         ("r",),
-        ("width", "tilt", *PER_RUN, "r_per_impact"),
+        ("width", "tilt", *PER_RUN),
         published=True,
         kinematics=("pivoting",),
         cites="[@housner1963]",
@@ -134,38 +121,6 @@ LAWS = {
         cases=("winkler", "hunt_crossley"),
         tensionless=False,
         note="both dampings, c and λ",
-    ),
-    # f = k z/(1 - κ z/k) + λ z ż
-    "hardening": Law(
-        "Hardening",
-        ("k", "lambda", "kappa"),
-        tuple(name for name in COMMON_NUISANCES if name != "edge_radius"),
-        cases=("hunt_crossley",),
-        tensionless=False,
-        cites="[@bandis1983]",
-        note="Hunt–Crossley on a bed of finite thickness k/κ",
-    ),
-    # 0 ≤ P_n ⟂ v_n⁺ + e v_n⁻ ≥ 0, |P_t| ≤ μ P_n at each corner
-    "bouncing": Law(
-        "Bouncing",
-        ("e", "mu"),
-        PER_RUN,
-        by_default=False,
-        kinematics=("pivoting",),
-        bounces=True,
-        cites="[@moreau1988; @wang1992]",
-        note="a rigid block whose corners bounce with restitution e and slide with friction μ",
-    ),
-    # f = k z + q, q̇ = (c/τ) ż - q/τ
-    "viscoelastic": Law(
-        "Viscoelastic",
-        ("k", "c", "tau"),
-        tuple(name for name in COMMON_NUISANCES if name != "edge_radius"),
-        by_default=False,
-        cases=("winkler",),
-        tensionless=False,
-        cites="[@flugge1975]",
-        note="a bed of springs and dashpots that relaxes in the time τ_r",
     ),
 }
 

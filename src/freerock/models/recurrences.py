@@ -1,4 +1,4 @@
-"""Writes out the recurrences of `series`, order by order, into that file.
+"""Writes `series_sums`: the recurrences of `series`, order by order.
 
 python -m freerock.models.recurrences
 """
@@ -6,9 +6,20 @@ python -m freerock.models.recurrences
 from collections.abc import Sequence
 from pathlib import Path
 
-from freerock.models.series import ORDER
+ORDER = 10  # of the series
+HEAD = f'''"""Sums of the Taylor series of `series`, order by order.
 
-BEGIN, END = "# fmt: off\n", "# fmt: on\n"
+Written by `python -m freerock.models.recurrences`: change that file, not this one.
+"""
+
+from freerock.models.compiled import compiled
+
+ORDER = {ORDER}
+FAST = {{"contract", "reassoc", "nsz"}}  # of floating-point arithmetic; NaN and infinity stay what they are
+
+# fmt: off
+'''
+FILLS = {"corner": "on_corner", "whole": "on_whole_base", "air": "in_air"}
 COMPILED = "@compiled(fastmath=FAST, forceinline=True)\n"
 
 
@@ -101,9 +112,8 @@ def _written_out(touching: str) -> str:
             f"e{n} = e{n} - h*lever*{m}.0*w{m}",
         ]
     lines += [f"z[{n}], t[{n}] = z{n}, t{n}" for n in range(ORDER + 1)]
-    head = (
-        f"def _{touching}(z, t, z0, v0, t0, w0, s0, c0, a, law):\n    k, c, lam, b, h, J, g, ground = law\n"
-    )
+    head = f"def {FILLS[touching]}(z, t, z0, v0, t0, w0, s0, c0, a, law):\n"
+    lines.insert(0, "k, c, lam, b, h, J, g, ground = law")
     return head + "".join(f"    {line}\n" for line in lines)
 
 
@@ -119,7 +129,7 @@ def _both_at() -> str:
     """Text of the function that gives both polynomials and their rates."""
     lines = [f"a, b, v, w = z[{ORDER}], t[{ORDER}], 0.0, 0.0"]
     lines += [f"v, w, a, b = v*x + a, w*x + b, a*x + z[{n}], b*x + t[{n}]" for n in range(ORDER - 1, -1, -1)]
-    return "def _both_at(z, t, x):\n" + "".join(f"    {line}\n" for line in [*lines, "return a, v, b, w"])
+    return "def both_at(z, t, x):\n" + "".join(f"    {line}\n" for line in [*lines, "return a, v, b, w"])
 
 
 def _fill_theta() -> str:
@@ -128,21 +138,14 @@ def _fill_theta() -> str:
     values = ", ".join(f"sign*p[{n}]" for n in range(ORDER + 1))
     lines = [f"{names} = {values}", "for i in range(time.size):", "    x = time[i] - start"]
     lines.append(f"    theta[i] = {_horner()}")
-    return "def _fill_theta(p, sign, start, time, theta):\n" + "".join(f"    {line}\n" for line in lines)
+    return "def fill_theta(p, sign, start, time, theta):\n" + "".join(f"    {line}\n" for line in lines)
 
 
 def written() -> str:
-    """All that is written into `series`."""
-    functions = [*map(_written_out, ("corner", "whole", "air")), _both_at(), _fill_theta()]
-    return "\n\n".join(COMPILED + function for function in functions)
-
-
-def write_recurrences() -> None:
-    """Write them into `series`, between `BEGIN` and `END`."""
-    path = Path(__file__).with_name("series.py")
-    before, rest = path.read_text(encoding="utf-8").split(BEGIN)
-    path.write_text(before + BEGIN + written() + END + rest.split(END)[1], encoding="utf-8")
+    """Text of `series_sums`."""
+    functions = [*map(_written_out, FILLS), _both_at(), _fill_theta()]
+    return "\n\n\n".join([HEAD.rstrip(), *(COMPILED + function.rstrip() for function in functions)]) + "\n"
 
 
 if __name__ == "__main__":
-    write_recurrences()
+    Path(__file__).with_name("series_sums.py").write_text(written(), encoding="utf-8")

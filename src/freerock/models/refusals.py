@@ -37,9 +37,6 @@ def check_scene(
         raise FreerockError("time", "not an increasing array of finite instants", "sort it and drop NaN")
     _check_mass(block)
     _check_edges(model, block, rules)
-    if motion is not None and LAWS[model].bounces:
-        what = f"{model} is solved on ground at rest only"
-        raise FreerockError("base_excitation", what, "leave it out, or use another law")
     return instants
 
 
@@ -54,15 +51,6 @@ def _check_edges(model: str, block: Block, rules: Rules) -> None:
         laws = ", ".join(name for name, law in LAWS.items() if "edge_radius" in law.may_free)
         what = f"rounded edges are implemented for geometric debonding only, under {laws}"
         raise FreerockError("edge_radius_m", what, "leave it out")
-
-
-def check_corners(restitution: float, friction: float, lowest: float) -> None:
-    """Raise where corners can't bounce so, or one starts below the ground, z = 0 [m]."""
-    if not (0 <= restitution < 1 and 0 <= friction < math.inf):
-        what = f"restitution {restitution:g} with friction {friction:g}"
-        raise FreerockError("bouncing", what, "give 0 <= restitution < 1 and a friction of 0 or more")
-    if lowest < -1e-9:
-        raise FreerockError("bouncing", "a corner starts below the ground", "start higher")
 
 
 def _check_mass(block: Block) -> None:
@@ -98,8 +86,6 @@ def _check_parameters(model: str, parameters: Mapping[str, float], rules: Rules)
             raise FreerockError(
                 where, f"{value} is above 1", "an impact cannot add energy: give r between 0 and 1"
             )
-        if name == "e" and value >= 1:
-            raise FreerockError(where, f"{value} is not below 1", "a corner loses energy: give 0 to below 1")
     known = (("debonding", "rule", DEBONDING), ("kinematics", "kinematics", KINEMATICS))
     for name, kind, choices in known:
         if getattr(rules, name) not in choices:

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,13 +17,8 @@ from freerock.models.laws import GEOMETRIC, LAWS, Law, Rules
 from freerock.models.refusals import check_scene
 
 OUTCOMES = ("completed", "at_rest", "overturned", "step_limit", "non_finite")
-if TYPE_CHECKING:
-    from freerock.models.bouncing import Bounces
-
 NO_RATES = np.empty((0, 3))
 STILL = GroundMotion(np.empty(0), np.empty((0, 14)))
-MOST_BOUNCES = 10_000
-TOUCHES = 1e-9  # m, to which a corner on the ground is known
 
 
 @dataclass(frozen=True)
@@ -61,7 +55,7 @@ class Response:
     contact : ndarray of int8, shape (n_time,)
         0 the whole base, 1 its right part only (θ > 0), -1 its left part only, 2 flight.
     impacts : ndarray
-        Instants at which θ changes its sign, of a block that bounces at which a corner comes down [s].
+        Instants at which θ changes its sign [s].
     outcome : str
         "completed", "at_rest" (before the last sample), "overturned" (beyond return), "step_limit" or
         "non_finite" (the state or the step size is no longer a usable number).
@@ -124,8 +118,6 @@ def simulate(
     """
     start = theta0 if isinstance(theta0, State) else State(0.0, 0.0, theta0, 0.0)
     instants = check_scene(model, block, parameters, time, start, base_excitation, rules, solver.rtol)
-    if LAWS[model].bounces:
-        return _bouncing(block, parameters, instants, start, solver)
     if not LAWS[model].is_foundation:
         if base_excitation is None and not block.e:
             return _housner(block, parameters["r"], instants, start, solver.max_steps)
@@ -157,8 +149,7 @@ def simulate_theta(
 ) -> tuple[Floats, str]:
     """Rotation of a block released from rest, for fits: `simulate` without checks of its arguments.
 
-    `parameters` may hold more: the tilt of the base counts [rad], and the rate at the start of a block that
-    bounces, omega0 [rad/s]. Angles count from where the block stands
+    `parameters` may hold more: the tilt of the base counts [rad]. Angles count from where the block stands
     at rest. `rates`, if given, receives z_cb, ż_cb and θ̇ [m, m/s, rad/s], shape (n_time, 3), or
     θ̇ alone, shape (n_time, 1).
 
@@ -251,16 +242,9 @@ class _Scene:
         tolerance, max_steps = self.solver.rtol * amplitude, self.solver.max_steps
         # Housner's block always turns about its corners
         constants = foundation.constants(block, pivots or not is_foundation)
-        odd = tensionless or block.edge_radius or block.e or not foundation.is_plain
+        odd = tensionless or block.edge_radius or block.e
         on = motion.breaks, motion.coefficients
         accuracy = tolerance, max_steps
-        if self.law.relaxes:
-            from freerock.models import viscoelastic  # compiled by itself, for few
-
-            element = float(self.parameters["c"]) / block.mass_kg, float(self.parameters["tau"])
-            return viscoelastic.integrate_viscoelastic(
-                constants, element, state, time, *on, *accuracy, theta, rates
-            )
         if is_foundation and not odd and (not len(motion.coefficients) or motion.leans(time, self.block.g)):
             return series.integrate_series(constants, state, time, *on, *accuracy, theta, rates)
         r = -1.0 if is_foundation else float(self.parameters["r"])
@@ -271,12 +255,6 @@ def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None =
     """Rotation of a block released from rest, and how its motion ends; fills rates if given."""
     block, tilt = scene.block, float(scene.parameters.get("tilt", 0.0))
     is_foundation = scene.law.is_foundation
-    if scene.law.bounces:
-        rate0 = float(scene.parameters.get("omega0", 0.0))
-        found = _bounced(scene.block, scene.parameters, time, (theta0, rate0), tilt, scene.solver.max_steps)
-        if rates is not None:
-            rates[:] = np.column_stack(_of_base(block, found.state))[:, -rates.shape[1] :]
-        return found.theta.copy(), _end_of(found)
     if tilt:
         scene = replace(scene, motion=tilted(tilt, float(time[-1]), block.g))
     if scene.motion is None and not is_foundation and not block.e:
@@ -308,63 +286,6 @@ def _housner(block: Block, r: float, time: Floats, start: State, max_steps: int)
     impacts = swings.impact_time[swings.impact_time <= until]
     statistics, base = _in_closed_form(impacts), _about_corners(block, theta, theta_rate)
     return Response(time, theta, theta_rate, *base, impacts, _housner_outcome(swings, time), statistics)
-
-
-def _bouncing(
-    block: Block,
-    parameters: Mapping[str, float],
-    time: Floats,
-    start: State,
-    solver: Solver,
-) -> Response:
-    """Free motion of a rigid block whose corners bounce and slide."""
-    begun = float(start.theta), float(start.theta_rate)
-    found = _bounced(block, parameters, time, begun, 0.0, solver.max_steps)
-    z_cb, z_cb_rate, theta_rate = _of_base(block, found.state)
-    theta, impacts = found.theta.copy(), found.impact_time_s
-    left, right = (np.abs(z_cb + side * np.sin(theta)) < TOUCHES for side in (-block.b, block.b))
-    contact = np.where(np.isnan(theta) | (left & right), 0, np.where(left, -1, np.where(right, 1, 2)))
-    base, statistics = (z_cb, z_cb_rate, contact.astype(np.int8)), _in_closed_form(impacts)
-    return Response(time, theta, theta_rate, *base, impacts, _end_of(found), statistics)
-
-
-def _bounced(
-    block: Block,
-    parameters: Mapping[str, float],
-    time: Floats,
-    start: tuple[float, float],
-    tilt: float,
-    max_impacts: int,
-) -> "Bounces":
-    """States of a block that bounces, from an angle [rad] and rate [rad/s] on a corner at t = 0."""
-    from freerock.models.bouncing import LEFT, RIGHT, bounce, standing_on  # compiled by itself, for few
-
-    theta0, rate0 = start
-    begun = standing_on(block, LEFT if (theta0 or rate0) < 0 else RIGHT, theta0, rate0)
-    most = min(max_impacts, MOST_BOUNCES)
-    later = int(np.searchsorted(time, 0.0))
-    found = bounce(block, parameters["e"], parameters["mu"], begun, time[later:], tilt, most)
-    if not later:
-        return found
-    before = np.tile([*begun[:3], 0.0, 0.0, 0.0], (later, 1))
-    return replace(found, time_s=time, state=np.vstack([before, found.state]))
-
-
-def _of_base(block: Block, state: Floats) -> tuple[Floats, Floats, Floats]:
-    """z_cb [m], its rate [m/s] and θ̇ [rad/s], of the states of a block that bounces."""
-    _, z, theta, _, z_rate, rate = state.T
-    sin, cos = np.sin(theta), np.cos(theta)
-    return (
-        block.h * cos - block.e * sin - z,
-        -(block.h * sin + block.e * cos) * rate - z_rate,
-        rate,
-    )
-
-
-def _end_of(found: "Bounces") -> str:
-    """How the motion of a block that bounces ends."""
-    still = found.outcome == "completed" and len(found.state) and not found.state[-1, 2:].any()
-    return "at_rest" if still else found.outcome
 
 
 def _about_corners(

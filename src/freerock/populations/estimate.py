@@ -68,7 +68,7 @@ class Estimate:
     @property
     def release(self) -> dict[str, float]:
         """What was freed besides, of the release, of the width the block rocks about and of the base [SI]."""
-        return {name: self.values[name] for name in (*COMMON_NUISANCES, "omega0") if name in self.values}
+        return {name: self.values[name] for name in COMMON_NUISANCES if name in self.values}
 
     @property
     def correlation(self) -> float:

@@ -82,7 +82,6 @@ def methods(
     text = _TEMPLATES.get_template("methods.j2").render(
         {"config": config, "facts": facts, "tested": tested, "free": free, "software": software, "git": git},
         laws={model: LAWS[model] for model in config["fits"]["models"]},
-        bouncing=[law for law in LAWS.values() if law.bounces and law.label in facts["laws"]],
         scenes={(line["foundation"], line["block"]) for line in config["records"]},
         gravity=_gravity(config["blocks"]),
         assumed=ASSUMED,

@@ -18,7 +18,7 @@ from freerock.config.review_log import Change
 from freerock.figures.looks import on_screen, scripts_folder
 from freerock.files import write_text
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, LAWS, MODELS, law_of
+from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.report import tables as made
 from freerock.report.beside_published import beside_published
 from freerock.report.facts import counts, facts, free_besides, settings
@@ -161,16 +161,15 @@ def _content(
         "budget": made.budget(rows["budget"], rows["choice"], labels),
         "restitution_comparison": made.compared_restitution(rows["restitution_comparison"]),
     }
-    named_on, tried = laws_of_foundations(tables["choice"]), {*tables["choice"]["model"]}
+    named_on = laws_of_foundations(tables["choice"])
     fits = tables["epsilon"]
     failed = fits.loc[~fits["success"].astype(bool), ["test", "run", "model"]].astype(str)
     lost = {*failed.itertuples(index=False, name=None)}
-    rare = {model for model in MODELS if not law_of(model).by_default} - tried
     fitted = tables["choice"]["model"][tables["choice"]["status"] != "not_fitted"]
     laws = {CANDIDATES[model].law for model in fitted}
     rigid = {name: bool(law) and not law_of(law).is_foundation for name, law in named_on.items()}
     yielding = [name for name in rigid if not rigid[name]]
-    looks = {name: look for name, look in on_screen().items() if name not in rare}
+    looks = on_screen()
     return {
         "config": config,
         "rigid": bool(rigid) and not yielding,

@@ -6,7 +6,6 @@ of one.
 
 __all__ = [
     "angular_rate",
-    "begun_in_motion",
     "by_hand",
     "impacts",
     "measured_total",

@@ -9,7 +9,6 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
-from freerock.runs.begun_in_motion import LOOSE, local_fit
 from freerock.runs.noise_in_motion import HIGH_SWING, in_motion, swings_of
 from freerock.runs.noise_spectrum import Noise, noise_at_rest
 from freerock.runs.quiet import relative_noise
@@ -42,11 +41,6 @@ class Motion:
     laboratory : Laboratory, optional
         Block and sensors, whose inputs a fit moves within their uncertainties; None if these are
         exact.
-    rate0 : float
-        Rate at the first instant of a run that is thrown in, measured within a tenth [rad/s]; 0 of one that
-        is released from rest.
-    bounced : bool
-        Whether a peak after an impact shows that the block bounced.
     rests : iterable of ndarray, optional
         Stretches of θ at rest [rad], about any level, sampled as the motion is (`quiet.quiet_stretches`):
         they give `noise` where that is None.
@@ -62,8 +56,6 @@ class Motion:
     noise: Noise | None = None
     view: View | None = None
     laboratory: Laboratory | None = None
-    rate0: float = 0.0
-    bounced: bool = False
     rests: InitVar[Iterable[Floats]] = ()
 
     def __post_init__(self, rests: Iterable[Floats]) -> None:
@@ -89,19 +81,14 @@ def motion_of(
         What the sensor makes of a motion.
     """
     during = _during(run, time_s)
-    since_s, own = time_s[during] - run.release_s, theta[during].copy()  # the record is let go
-    is_thrown = "thrown" in run.verdict.names
-    thrown = local_fit(since_s, own, np.full(own.size, run.sigma_theta)) if is_thrown else None
     return Motion(
-        since_s,
-        own,
+        time_s[during] - run.release_s,
+        theta[during].copy(),  # the record is let go
         sigma_theta=run.sigma_theta,
         theta0=run.theta0,
-        theta0_stderr=LOOSE * abs(run.theta0) if thrown else run.theta0_stderr,
+        theta0_stderr=run.theta0_stderr,
         t0_stderr=run.release_stderr_s,
         fit_start_s=run.fit_start_s - run.release_s,
-        rate0=thrown.rate if thrown else 0.0,
-        bounced="bounced" in run.verdict.names,
         noise=noise,
         view=view,
     )

@@ -28,7 +28,7 @@ AROUND = 6  # swings on either side show how evenly heights fall
 FEWEST = 4  # of them at least, to show it
 SURE = 5.0  # times their scatter, from which on a rise is none of them: of hardly damped blocks at most 4.3
 TURN = 0.01  # of the highest peak: a turn of less is none
-REBOUND = 0.03  # of it at least is a peak after a bounce; of measured drops 0.05 to 0.13
+REBOUND = 0.03  # of it at least is a peak after a bounce: 0.05 to 0.13 of a square that falls on a face
 NEAR_ZERO = 0.1  # of a peak: a block that turns back further from zero was not at an impact
 
 
@@ -58,8 +58,6 @@ class Facts:
         Why release and end were set by hand, and why the run was left out; None where they were not.
     reasons_by_hand : sequence of Reason
         What can't be as it was set by hand.
-    slid : Reason or None
-        What the position of the block says of its standing corner.
     """
 
     signal: Signal
@@ -75,7 +73,6 @@ class Facts:
     override: str | None = None
     exclusion: str | None = None
     reasons_by_hand: Sequence[Reason] = ()
-    slid: Reason | None = None
 
     @property
     def release(self) -> Release:
@@ -169,12 +166,6 @@ def bounced(run: Facts) -> Iterator[Reason]:
         yield Reason("warn", "bounced", text)
 
 
-def slides(run: Facts) -> Iterator[Reason]:
-    """The corner that stands stays where it is."""
-    if run.slid is not None:
-        yield run.slid
-
-
 def touched(run: Facts) -> Iterator[Reason]:
     """Swings of a free block get lower and shorter."""
     found, more, limit = _not_free(run)
@@ -245,7 +236,6 @@ CHECKS: tuple[Check, ...] = (
     few_impacts,
     invalid_samples,
     bounced,
-    slides,
     touched,
     hold_wanders,
     ends_at_rest,

@@ -12,7 +12,6 @@ from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.lattice import scatter
 from freerock.rotation.still import stationary_phases
-from freerock.runs.begun_in_motion import Position
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand
 from freerock.runs.impacts import Impacts, find_impacts, reasons_of_impacts
 from freerock.runs.impacts_left_out import impacts_used, missed
@@ -33,21 +32,17 @@ def runs_with_impacts(
     by_hand: ByHand = NOTHING_BY_HAND,
     of_runs: RunLimits = RUN_LIMITS,
     of_impacts: ImpactLimits = IMPACT_LIMITS,
-    position: Position | None = None,
 ) -> list[tuple[Run, Impacts]]:
     """Each run of a record and its impacts.
 
     `signal` is time [s], rotation and the standard deviation of its noise [rad], and flags, of shape
-    (n_time,) each, `position` that of the centre; all else, and the errors, as in `segment.find_runs` and
-    `impacts.find_impacts`.
+    (n_time,) each; all else, and the errors, as in `segment.find_runs` and `impacts.find_impacts`.
     """
     time_s, theta, sigma, flags = signal
     phases = stationary_phases(time_s, theta, window_s=of_runs.window_s)
     noise = sensor_noise(time_s, theta, sigma, quality.converter_step, of_runs.window_s, phases)
     found = []
-    for run in find_runs(
-        time_s, theta, sigma, flags, block, quality, by_hand, of_runs, noise, phases, position
-    ):
+    for run in find_runs(time_s, theta, sigma, flags, block, quality, by_hand, of_runs, noise, phases):
 
         def part(from_s: float, to_s: float, released: bool, run: Run = run) -> Impacts:
             during = slice(np.searchsorted(time_s, from_s), np.searchsorted(time_s, to_s, "right"))

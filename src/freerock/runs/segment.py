@@ -17,12 +17,10 @@ from numpy.typing import ArrayLike
 
 from freerock.config.hand_corrections import Override
 from freerock.config.keys_of_processing import RUN_LIMITS, RunLimits
-from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.still import Phase, stationary_phases
 from freerock.runs.beginning import Beginning, begun_by_hand, from_hold, unseen
-from freerock.runs.begun_in_motion import Position, begun_moving, slid
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand, Planned
 from freerock.runs.ending import OUT_OF_NOISE, end_of_motion
 from freerock.runs.holds import find_holds, no_release
@@ -95,7 +93,6 @@ def find_runs(
     limits: RunLimits = RUN_LIMITS,
     noise: Noise | None = None,
     phases: Sequence[Phase] | None = None,
-    position: Position | None = None,
 ) -> list[Run]:
     """Find the runs of a record.
 
@@ -121,8 +118,6 @@ def find_runs(
         Of the sensor over `sigma_theta`; else what the record shows of it (`quiet.sensor_noise`).
     phases : sequence of Phase, optional
         Of stillness, where they are known.
-    position : Position, optional
-        Of the centre of the block, where it was measured as well.
 
     Returns
     -------
@@ -140,17 +135,11 @@ def find_runs(
         known = signal.converter_step, limits.window_s, phases
         noise = sensor_noise(signal.t, signal.theta, signal.sigma, *known)
     signal = signal._replace(spectrum=noise)
-    search = _Search(signal, phases, block, quality, by_hand, limits, position)
-    if limits.start == "motion":
-        found = search.moving()
-    else:
-        holds = find_holds(signal, phases, limits.window_s)
-        found = search.with_unseen([search.found(hold) for hold in holds])
+    search = _Search(signal, phases, block, quality, by_hand, limits)
+    holds = find_holds(signal, phases, limits.window_s)
+    found = search.with_unseen([search.found(hold) for hold in holds])
     record_end_s = float(signal.t[-1])
     planned = by_hand.merged([(run.begins.release.instant_s, run.end_s) for run in found], record_end_s)
-    if not planned and limits.start == "motion":
-        what = "no run found: the block nowhere rocks freely to rest"
-        raise FreerockError("record", what, "exclude the record: it flies, slides or lands flat")
     if not planned:
         raise no_release(phases, block, signal, quality.faults)
     reasons = by_hand.reasons_of_corrections(planned, record_end_s)
@@ -180,26 +169,11 @@ class _Search:
     quality: SignalQuality
     by_hand: ByHand
     limits: RunLimits
-    position: Position | None = None
 
     @cached_property
     def rests(self) -> list[Phase]:
         """The rests, in the order of time."""
         return [each for each in self.phases if each.kind == "rest"]
-
-    def moving(self) -> list[_Motion]:
-        """The runs that begin in motion, each before a rest."""
-        signal, limits, found, after_s = self.signal, self.limits, list[_Motion](), float(self.signal.t[0])
-        if self.block is None:
-            raise FreerockError("runs", "start: motion requires the block", "give the block")
-        for rest in self.rests:
-            still = rest.core(signal.t, limits.window_s)
-            end_s = end_of_motion(signal, still, after_s, rest.start_s + limits.window_s)
-            begins = begun_moving(signal, after_s, end_s, self.block, self.position, limits.finger_s)
-            if begins and end_s > begins.fit_start_s:
-                found.append(_Motion(begins, end_s, rest, signal.noise(still)))
-            after_s = rest.end_s
-        return found
 
     def found(self, hold: Phase) -> _Motion:
         """The run that begins with a hold."""
@@ -318,11 +292,4 @@ class _Search:
             override=motion.override.reason if motion.override else None,
             exclusion=self.by_hand.exclusion_of(number),
             reasons_by_hand=reasons,
-            slid=self._slid(begins),
         )
-
-    def _slid(self, begins: Beginning) -> Reason | None:
-        """A warning where a run that begins in motion slides before its first impact."""
-        if self.position is None or self.block is None or self.limits.start != "motion":
-            return None
-        return slid(self.signal, begins.fit_start_s, self.block, self.position)

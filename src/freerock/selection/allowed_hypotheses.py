@@ -1,15 +1,13 @@
 """Hypotheses on a run: a law with its kinematics, and the priors that it widens."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from freerock.config.fit_settings import FitSettings
 from freerock.identification.settings import freed, is_rounded
-from freerock.models.block import SQUAT, Block
 from freerock.models.free_parameters import PER_RUN
 from freerock.models.laws import CANDIDATES, LAWS, MODELS, Candidate, law_of
-from freerock.runs.motion import Motion
 
 NOT_TRIED = "not tried because "  # begins the reason of a candidate that the search never came to
 WIDENED = ("release", "tilt", "edge_radius")  # priors that a hypothesis may widen, beside the contact width
@@ -71,20 +69,6 @@ class Hypotheses:
         free = (*_free_of(model, self.free), *self.of(model, widened).widened)
         return FitSettings(free=free, **self.options)
 
-    def on(self, block: Block, motion: Motion) -> "Hypotheses":
-        """The hypotheses on a run.
-
-        If the run bounced or the block is squat, bouncing laws are added. If the run begins in motion, only
-        they remain: the others begin with a release from rest. If they are not allowed on such a run, or on
-        one that bounced, none remains.
-        """
-        bouncing = [name for name, law in LAWS.items() if law.bounces and self.kinematics and motion.bounced]
-        if motion.rate0 or (motion.bounced and not bouncing):
-            return replace(self, laws=bouncing)
-        if block.theta_cr > SQUAT and self.kinematics:
-            bouncing = [name for name, law in LAWS.items() if law.bounces]
-        return replace(self, laws=[*dict.fromkeys((*self.laws, *bouncing))]) if bouncing else self
-
     def of(self, model: str, widened: Sequence[str]) -> Hypothesis:
         """The hypothesis of a candidate that widens what it may of some priors."""
         allowed = self._widens(model)
@@ -113,16 +97,14 @@ class Hypotheses:
         """What a candidate may widen: nothing where its release is held, tilt or edges that are not freed
         already, edges only where they are implemented."""
         free = {*_free_of(model, self.free)}
-        if not {*PER_RUN} <= free or law_of(model).bounces:
+        if not {*PER_RUN} <= free:
             return ()
         rounds = is_rounded(model, self._rule) and "edge_radius" not in free
-        return ("release", *["tilt"] * (not {"r_per_impact", "tilt"} & free), *["edge_radius"] * rounds)
+        return ("release", *["tilt"] * ("tilt" not in free), *["edge_radius"] * rounds)
 
 
 def _adds_one(own: Candidate, other: Candidate) -> bool:
     """Whether a candidate has other kinematics than another, or one damping or a freed width more."""
-    if LAWS[other.law].bounces:
-        return not own.is_rival and other.law != own.law
     law, pivots = other.law != own.law, other.kinematics != own.kinematics
     if law + pivots + (other.width != own.width) != 1:
         return False
@@ -156,7 +138,7 @@ def candidates(
 
 
 def n_freed(model: str, free: Mapping[str, Sequence[str]]) -> int:
-    """How many numbers a candidate frees on one run; a restitution per impact counts as one more.
+    """How many numbers a candidate frees on one run.
 
     `free` is what is freed besides the parameters of each law.
     """
@@ -180,7 +162,7 @@ def contains(larger: str, smaller: str) -> bool:
 
 
 BY_DEFAULT = Hypotheses(
-    tuple(name for name, law in LAWS.items() if law.by_default),
+    tuple(LAWS),
     ("guided", "pivoting"),
     {name: law.free for name, law in LAWS.items()},
 )

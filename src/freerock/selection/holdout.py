@@ -13,7 +13,7 @@ from freerock.identification.problem import Problem
 from freerock.identification.search import SEARCH
 from freerock.identification.start import posed
 from freerock.models.block import Block
-from freerock.models.free_parameters import OF_START
+from freerock.models.free_parameters import PER_RUN
 from freerock.models.laws import MODELS
 from freerock.runs.motion import Motion
 
@@ -42,11 +42,10 @@ def of_other_runs(
     Returns
     -------
     dict of int to float
-        By run; nothing where fewer than two fits may be used, nor where each impact has a restitution of its
-        own. The parameters and a fitted width are the geometric means of the
-        others'; tilt and edges are the run's own.
+        By run; nothing where fewer than two fits may be used. The parameters and a fitted width are the
+        geometric means of the others'; tilt and edges are the run's own.
     """
-    usable = {number: fit for number, fit in fits.items() if fit.success and "r_2" not in fit.parameters}
+    usable = {number: fit for number, fit in fits.items() if fit.success}
     if len(usable) < 2:
         return {}
     found = {}
@@ -69,13 +68,13 @@ def _means(model: str, fits: list[Fit]) -> dict[str, float]:
 
 def _released(problem: Problem, x: Floats, steps: int = 4) -> Floats:
     """The fitted numbers with those of the release at their best, all else as it is: nearly linear."""
-    own = np.array([name in OF_START for name in problem.names])
+    own = np.array([name in PER_RUN for name in problem.names])
     if not own.any():
         return x
     samples = problem.samples(most=SEARCH.samples)
     low, high = np.array(problem.bounds()).T
     for _ in range(steps):
-        jacobian = problem.jacobian(x, samples, wanted=OF_START)[:, own]
+        jacobian = problem.jacobian(x, samples, wanted=PER_RUN)[:, own]
         step = np.linalg.lstsq(jacobian, problem.residual(x, samples), rcond=None)[0]
         x = x.copy()
         x[own] = np.clip(x[own] - step, low[own], high[own])

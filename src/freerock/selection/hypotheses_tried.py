@@ -25,7 +25,7 @@ from freerock.identification.significance_levels import NEAR, REJECTS, TELLS, TR
 from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS, PER_RUN
-from freerock.models.laws import CANDIDATES, LAWS, law_of
+from freerock.models.laws import CANDIDATES, law_of
 from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
 from freerock.selection.added_uncertainty import (
@@ -191,12 +191,9 @@ def identify_run(block: Block, motion: Motion, hypotheses: Hypotheses) -> Identi
     -------
     Identified
     """
-    search = _Search(block, motion, hypotheses.on(block, motion))
+    search = _Search(block, motion, hypotheses)
     for law in search.hypotheses.always_fitted:
         search.fit(Hypothesis(law))
-    for law in search.hypotheses.laws:
-        if motion.bounced and LAWS[law].bounces and not search.explaining:
-            search.fit(Hypothesis(law))
     while search.fits and (untried := search.worth_trying()):
         search.try_all(untried)
     found = search.found()
@@ -224,7 +221,7 @@ def identify_runs(
             found[number].fits[model] = replace(fits[number], epsilon_holdout_runs=epsilon)
     for number, each in found.items():
         if singly[number].explained and not each.explained:
-            take_up_causes(each, block, motions[number], hypotheses.on(block, motions[number]))
+            take_up_causes(each, block, motions[number], hypotheses)
     return found
 
 
@@ -357,7 +354,7 @@ class _Search:
 
     def _required(self, named: Hypothesis) -> tuple[str, ...]:
         fit = self.fits[named]
-        if not {*PER_RUN} <= {*fit.parameters} or law_of(named.model).bounces:
+        if not {*PER_RUN} <= {*fit.parameters}:
             return ()
         required = asks_for(self._end_of(named)) or (("effect",) if self._effect(named) else ())
         lacking = fit.diagnostics.get("added_damping", 0.0)

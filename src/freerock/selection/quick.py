@@ -130,7 +130,7 @@ def _held(problem: Problem, start: Mapping[str, float], horizon_s: float, rough:
     relative change `rough` of the sum of squares.
     """
     settings = replace(problem.settings, free=tuple(set(problem.settings.free) & {*OF_RECORD}))
-    held = replace(problem, settings=settings, n_impacts=0)
+    held = replace(problem, settings=settings)
     samples = held.samples(horizon_s, SEARCH.samples)
     end = least_squares(held, held.start_at(start), samples, ftol=rough)
     x = problem.start_at(start)
@@ -153,16 +153,13 @@ def start_from(each: Hypothesis, ends: Sequence[Fit | Screening]) -> dict[str, f
     -------
     dict of str to float, or None
         The parameters, and what else that fit freed [SI]; of a damping which that law lacks a trace. None
-        where no such fit may be used, for another width of a rigid block, for one that bounces, and for the
-        time in which a bed relaxes: a scan has to find a start.
+        where no such fit may be used, and for another width of a rigid block: a scan has to find a start.
     """
     usable = [end for end in ends if end.success]
-    if not usable or law_of(each.model).bounces:
+    if not usable:
         return None
     found = min(usable, key=lambda end: float(np.nanmean(end.residual**2))).values
     if not law_of(each.model).is_foundation and CANDIDATES[each.model].width and "width" not in found:
-        return None
-    if law_of(each.model).relaxes and "tau" not in found:
         return None
     traces = {name: PARAMETERS[name].trace * found.get("k", 0.0) for name in MODELS[each.model]}
     return traces | found

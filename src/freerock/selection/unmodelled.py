@@ -361,9 +361,7 @@ def _of_forces(path: _Path) -> Iterator[Effect]:
     if not law_of(path.law).is_foundation:
         return
     k, depth = path.values["k"], np.maximum(path.depths, 0.0)
-    hardens = path.on_base(k * depth**2)
-    yield from _acting("hardening", hardens, lambda a: f"of a bed {1e3 / a:.2g} mm thick")
-    for tau in () if law_of(path.law).relaxes else TRIES.relaxes_s:
+    for tau in TRIES.relaxes_s:
         keep = math.exp(-TRIES.step_s / tau)
         memory = lfilter([1.0], [1.0, -keep], np.diff(depth, axis=1, prepend=depth[:, :1]), axis=1)
         relaxes = path.on_base(k * np.where(depth > 0, memory, 0.0))
@@ -378,7 +376,7 @@ def _of_grip(path: _Path) -> Iterator[Effect]:
     Source: derived here, from no slip at the centre of the pressure and Coulomb's friction. Test:
     `tests/unit/test_causes.py::test_a_block_that_rolls_or_slides_moves_as_its_derivative_has_it`.
     """
-    if law_of(path.law).is_foundation and not law_of(path.law).relaxes:
+    if law_of(path.law).is_foundation:
         force, moment = path.presses
         least, b = 1e-3 * path.block.weight, path.block.b  # of a force that has a centre
         centre = np.clip(moment / np.maximum(force, least), -b, b)
@@ -400,8 +398,6 @@ def _of_base(path: _Path) -> Iterator[Effect]:
     k, depth, b = path.values["k"], np.maximum(path.depths, 0.0), path.block.b
     sides = path.on_base(k * depth * np.sign(path.points)[:, None] / 2)
     yield from _acting("beds", sides, "the right one stiffer by {:+.1%}".format, EITHER)
-    if law_of(path.law).relaxes:  # what its bed remembers presses, too
-        return
     hollow = TRIES.hollow_m * (1 - (path.points[:, None] / b) ** 2)
     less = path.pressed(path.points[:, None], hollow) - path.pressed(path.points[:, None])
     gap = path.on_base(less / TRIES.hollow_m)

@@ -11,7 +11,6 @@ SCENE = ["campaign", "block", "foundation"]
 COUNTS = {f"n_{status}": status for status in ("selected", "also_possible", "rejected", "not_fitted")}
 # Column of the median of a parameter over the runs of a block on a foundation.
 MEDIANS = {"r": "r", "k_n_m2": "k", "c_n_s_m2": "c", "lambda_n_s_m3": "lambda", "contact_width_m": "width"}
-MEDIANS |= {"kappa_n_m3": "kappa"}
 POSSIBLE = ("selected", "also_possible")
 RUN_AND_MODEL = ["test", "run", "model"]
 ANSWERS = ("test", "run", "status", "model", "explains", "reason")
@@ -102,7 +101,7 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
         n_selected to n_not_fitted: their number by status; n_explains: runs in which the candidate leaves no
         more than the noise at rest. epsilon_theta, epsilon_holdout: medians (fractions) of the fits that may
         be used, of all where none may. r, k_n_m2 [N/m²], c_n_s_m2 [N s/m²], lambda_n_s_m3 [N s/m³],
-        contact_width_m, kappa_n_m3 [N/m³]: medians over the runs in which the candidate is named or also
+        contact_width_m: medians over the runs in which the candidate is named or also
         possible, NaN where there is none or it has no such parameter.
     """
     key = [*SCENE, "test", "run", "model"]

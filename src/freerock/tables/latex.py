@@ -27,7 +27,7 @@ TEX = {
     **{"<": "$<$", ">": "$>$"},
     **{"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"},
     **{"…": r"\ldots{}", "−": "$-$", "°": r"$^\circ$", "–": "--", "’": "'"},
-    **{"ε_θ": r"$\varepsilon_\theta$", "τ_r": r"$\tau_r$", "θ₀": r"$\theta_0$"},
+    **{"ε_θ": r"$\varepsilon_\theta$", "θ₀": r"$\theta_0$"},
     **{"t_f": "$t_f$", "t₀": "$t_0$"},
 }
 _TEX_TOKEN = re.compile(

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from freerock.arrays import Floats
-from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.contact import Foundation, State, accelerations, contact_force, lean, static_depth
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
@@ -248,9 +247,6 @@ def _fade(
         held = held._replace(z=static_depth(block, foundation, theta0))
     if release.fade_s == 0:
         return np.empty(0), held
-    if LAWS[model].relaxes:
-        what = f"a finger that leaves gradually is not worked out under {model}"
-        raise FreerockError("fade_s", what, "set it to 0, or take another law")
 
     def support(t: float) -> float:
         return 0.5 * (1 + math.cos(math.pi * min(t / release.fade_s, 1.0)))

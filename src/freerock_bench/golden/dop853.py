@@ -1,7 +1,7 @@
 """The second method: SciPy's DOP853 in double precision, restarted at every change of regime.
 
 It shares nothing with `taylor` but the scene: the force and its moment are sums over Gauss's two places of
-the contact, or 40 on a bed that hardens, and eq. (1) is solved as the two linear equations that it is.
+the contact, and eq. (1) is solved as the two linear equations that it is.
 """
 
 import math
@@ -11,7 +11,6 @@ from typing import Any
 
 from numpy.polynomial.legendre import leggauss
 from scipy.integrate import DOP853
-from scipy.optimize import brentq
 
 from freerock_bench.golden.scenes import PULSE_PERIOD_S, PULSE_START_S, Scene, instants
 from freerock_bench.golden.taylor import CHATTER_S, Solution
@@ -36,8 +35,7 @@ class Block:
         uniform = self.m * (shape.width_m**2 + shape.height_m**2) / 12
         self.inertia = shape.inertia_kg_m2 or uniform
         self.k, self.c, self.lam = law.get("k", 0.0), law.get("c", 0.0), law.get("lambda", 0.0)
-        self.thick = self.k / law["kappa"] if "kappa" in law else math.inf
-        nodes, weights = leggauss(40 if "kappa" in law else 2)
+        nodes, weights = leggauss(2)
         self.places = list(zip(nodes.tolist(), weights.tolist(), strict=True))
         self.rigid, self.pivots = scene.law == "housner", scene.kinematics == "pivoting"
         self.tensionless = scene.debonding == "tensionless"
@@ -58,17 +56,7 @@ class Block:
         weight = self.m * GRAVITY
         edge = math.sqrt(2 * weight * s / self.k)  # depth of the edge where the base is partly in contact
         depth = edge - self.b * s if edge < 2 * self.b * s else weight / (2 * self.b * self.k)
-        if math.isfinite(self.thick):
-            deepest = self.thick * (1 - 1e-9) - self.b * s
-            depth = brentq(lambda z: self.carried(z, s) - weight, -self.b * s, deepest, xtol=1e-16)
         return [depth, 0.0, theta0, 0.0]
-
-    def carried(self, z: float, s: float) -> float:
-        """Force of a bed that hardens on a block at rest, tilted to the right."""
-        left = max(-self.b, -z / s) if s > 0 else -self.b
-        half = 0.5 * (self.b - left)
-        depths = [(z + s * (left + half * (1 + place)), weight) for place, weight in self.places]
-        return sum(half * weight * self.k * d / (1 - d / self.thick) for d, weight in depths)
 
     def ends(self, y: State) -> tuple[tuple[str, str], float, float]:
         """The contact at a state: what makes its left and its right end, and where they are."""
@@ -128,7 +116,7 @@ class Block:
                 for place, weight in self.places:
                     u = 0.5 * (u0 + u1) + 0.5 * (u1 - u0) * place
                     depth, rate = z + u * s, v + u * w * c
-                    pressed = self.k * depth / (1 - depth / self.thick) + (self.c + self.lam * depth) * rate
+                    pressed = self.k * depth + (self.c + self.lam * depth) * rate
                     f = weight * pressed * (u1 - u0) / 2
                     force, moment = force + f, moment + f * u * c
             x, gravity = self.ground(t)
