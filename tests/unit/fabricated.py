@@ -38,9 +38,7 @@ def impacts(release_s, theta0_deg, decay=0.8, error=0.002):
     n = np.arange(4)
     peaks, small = np.radians(theta0_deg) * decay**n, np.full(4, 1e-4)
     r, r_stderr = 0.94 + 0.003 * n, np.full(4, error)
-    return Impacts(
-        release_s + 0.3 + 0.4 * n, small, peaks, small, -peaks * decay, small, r, r_stderr, r, r_stderr, 0.0
-    )
+    return Impacts(release_s + 0.3 + 0.4 * n, small, peaks, small, -peaks * decay, small, r, r_stderr, 0.0)
 
 
 def identity(test, block, foundation, origin):

@@ -203,7 +203,8 @@ times = st.floats(-1e6, 1e6, allow_subnormal=False).map(lambda t: round(t, 9))
 
 
 @given(
-    st.sets(st.integers(0, 999_999)), st.sets(st.tuples(times, times).map(lambda pair: tuple(sorted(pair))))
+    st.sets(st.integers(0, 999_999)),
+    st.sets(st.tuples(times, times).filter(lambda pair: pair[0] < pair[1])),
 )
 def test_what_is_left_out_is_written_as_it_was_read(runs, stretches):
     found = read_exclusions(written_exclusions(runs, stretches))
@@ -220,25 +221,9 @@ def judged(arguments, *stretches):
     return runs_with_impacts(signal, block, SignalQuality(), without)
 
 
-def test_an_impact_that_is_named_has_no_restitution_and_all_else_stays():
-    arguments, _, _ = three()
-    plain = judged(arguments)
-    at = plain[1][1].time_s[2]
-    found = judged(arguments, (at + 0.004, at + 0.004))
-    assert found[1][0].verdict.texts == (f"impact 3 at {at:.3f} s left out: knocked",)
-    assert found[1][0].verdict.level == "ok"
-    for (run, impacts), (old, before) in zip(found, plain, strict=True):
-        named = np.arange(before.time_s.size) == (2 if run.number == 2 else -1)
-        for column in IMPACT_COLUMNS:
-            unused = column.startswith("restitution") & named
-            kept = np.where(unused, np.nan, getattr(before, column))
-            np.testing.assert_array_equal(getattr(impacts, column), kept)
-        assert run.release_s == old.release_s
-
-
 @pytest.mark.parametrize(("first", "last"), [(2, 3), (5, 5), (0, 0), (0, 1), (3, 6)])
 def test_what_stands_in_a_stretch_does_not_matter_and_no_restitution_spans_it(first, last):
-    """Of the impacts that are hidden nothing is known, but how many they are; beyond all is as it was."""
+    """One unknown impact stands for those that are hidden; beyond all is as it was."""
     arguments, _, _ = three()
     plain = judged(arguments)[1][1]
     stretch = plain.time_s[first] - 0.02, plain.time_s[last] + 0.02
@@ -250,13 +235,12 @@ def test_what_stands_in_a_stretch_does_not_matter_and_no_restitution_spans_it(fi
     for column in IMPACT_COLUMNS:
         np.testing.assert_array_equal(getattr(same, column), getattr(impacts, column))
     assert run.verdict.texts == (f"{stretch[0]:.3f} s to {stretch[1]:.3f} s left out: knocked",)
-    assert impacts.time_s.size == plain.time_s.size
+    unhidden = np.delete(np.arange(plain.time_s.size), slice(max(first - 1, 0), last + 2))
     known = np.isfinite(impacts.restitution)
-    hidden = slice(max(first - 1, 0), last + 2)
-    assert not known[hidden].any() and known.sum() == known.size - len(known[hidden])
+    assert known.sum() == unhidden.size and np.isnan(impacts.time_s).sum() == 1
     for name, stderr in (("restitution", "restitution_stderr"), ("time_s", "time_stderr_s")):
-        apart = getattr(impacts, name)[known] - getattr(plain, name)[known]
-        most = 4 * np.nan_to_num(getattr(plain, stderr)[known], nan=1.0)  # windows about a peak may differ
+        apart = getattr(impacts, name)[known] - getattr(plain, name)[unhidden]
+        most = 4 * np.nan_to_num(getattr(plain, stderr)[unhidden], nan=1.0)  # windows about a peak may differ
         assert np.all(np.abs(apart) <= most)
 
 

@@ -135,15 +135,6 @@ def test_peaks_of_the_block_itself(position_m):
         assert found.peak_after[i] == pytest.approx(true.peak_after_rad[i], abs=5e-5)
 
 
-def test_an_impact_left_out_by_hand_has_no_peaks_of_the_block_itself():
-    laboratory, _, fit, impacts = under_a_beam()
-    whole = block_peaks(fit, impacts, 0.0, laboratory)
-    gone = replace(impacts, time_s=np.array([impacts.time_s[0], math.nan]))
-    found = block_peaks(fit, gone, 0.0, laboratory)
-    assert found.restitution[0] == pytest.approx(whole.restitution[0], abs=1e-9)
-    assert math.isnan(found.restitution[1])
-
-
 def test_inputs_reach_the_restitution_of_the_block_itself():
     """A beam 1 mm higher: by as much as reading the record anew with that beam."""
     plain, _, fit, impacts = under_a_beam()

@@ -30,7 +30,7 @@ def run(r, stderr=STDERR, theta0=0.17, wrong=None):
     sides = (-1.0) ** np.arange(n + 1)
     empty, one = np.full(n, np.nan), np.full(n, stderr)
     peaks = peaks * sides
-    return Impacts(empty, empty, peaks[:-1], one, peaks[1:], one, seen, stderrs, empty, empty, 0.0)
+    return Impacts(empty, empty, peaks[:-1], one, peaks[1:], one, seen, stderrs, 0.0)
 
 
 def names(impacts):

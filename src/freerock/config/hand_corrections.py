@@ -1,8 +1,7 @@
 """The cells of a campaign's CSV that correct by hand: read, refused, and written again.
 
 Their way to the fit: `record` reads them, `step_settings` passes them to `jobs.make_record`, which masks the
-samples that are left out and sets runs as stated (`runs.by_hand`). An impact left out by its instant has no
-restitution (`runs.impacts_left_out`); fits, which take θ(t), see it still. `runs.segment` marks runs that are
+samples that are left out and sets runs as stated (`runs.by_hand`). `runs.segment` marks runs that are
 excluded, and `jobs.make_fits` passes over them in the record's dataset; a record excluded whole has no runs.
 """
 
@@ -17,12 +16,9 @@ from freerock.config.values import Invalid, shown
 RUN, SECONDS = "[0-9]{1,6}", r"(-?[0-9]{1,9}(?:\.[0-9]{0,12})?)"
 ITEM = re.compile(rf"({RUN})\s*@\s*{SECONDS}\s*:\s*{SECONDS}(?:\s+hold\s+{SECONDS}\s*:\s*{SECONDS})?")
 AS = "2@12.310:19.800 or 2@12.310:19.800 hold 10.000:12.200"
-LEFT_OUT = re.compile(rf"(?P<run>{RUN})|@\s*(?P<at>{SECONDS})|{SECONDS}\s*:\s*{SECONDS}")
+LEFT_OUT = re.compile(rf"({RUN})|{SECONDS}\s*:\s*{SECONDS}")
 NOTHING, WHOLE_RECORD = "", "record"
-EXCLUDED = (
-    "record, or numbers of runs, stretches of time and instants of impacts in seconds, "
-    "as 2;3;12.310:12.450;@14.213"
-)
+EXCLUDED = "record, or numbers of runs and stretches of time in seconds, as 2;3;12.310:12.450"
 
 
 class Override(NamedTuple):
@@ -55,7 +51,7 @@ class Exclusions(NamedTuple):
     runs : tuple of int
         Numbers of runs.
     stretches : tuple of (float, float)
-        From when to when samples are not used [s]; an impact is a stretch that ends as it begins.
+        From when to when samples are not used [s].
     """
 
     runs: tuple[int, ...] = ()
@@ -75,11 +71,11 @@ def read_exclusions(cell: str) -> Exclusions:
         match = LEFT_OUT.fullmatch(item.strip())
         if not match:
             raise Invalid(f"{shown(item)} is not understood", f"give {EXCLUDED}")
-        run, at, *_, from_s, to_s = match.groups()
+        run, from_s, to_s = match.groups()
         if run:
             runs.append(int(run))
-        elif at or float(from_s) < float(to_s):
-            stretches.append((float(at or from_s), float(at or to_s)))
+        elif float(from_s) < float(to_s):
+            stretches.append((float(from_s), float(to_s)))
         else:
             raise Invalid(f"the stretch {item.strip()} ends before it begins", "give its begin first")
     return Exclusions(tuple(runs), tuple(stretches))
@@ -87,7 +83,7 @@ def read_exclusions(cell: str) -> Exclusions:
 
 def written_exclusions(runs: Iterable[int], stretches: Iterable[tuple[float, float]]) -> str:
     """The cell that `read_exclusions` reads as these runs and stretches, in order."""
-    times = [f"@{_seconds(a)}" if a == b else f"{_seconds(a)}:{_seconds(b)}" for a, b in sorted(stretches)]
+    times = [f"{_seconds(from_s)}:{_seconds(to_s)}" for from_s, to_s in sorted(stretches)]
     return ";".join([*map(str, sorted({*runs})), *dict.fromkeys(times)])
 
 

@@ -88,7 +88,7 @@ class Record(Section):
 
     @property
     def stretches(self) -> tuple[tuple[float, float, str], ...]:
-        """(from [s], to [s], reason) of each stretch left out; of an impact both are its instant."""
+        """(from [s], to [s], reason) of each stretch left out."""
         return tuple((*each, self.reason) for each in read_exclusions(self.exclude).stretches)
 
     @property

@@ -2,15 +2,13 @@
 // The charts of a run: signals, rotation with release and end as handles, residuals; restitution.
 
 const SIGNALS = ["#555555", "#0072b2"];
-const NEAR = 0.01;  // of the time shown, a click is near an impact
 const WAIT_MS = 60;  // after the last movement of the window, before finer samples are asked for
 
 class Charts {
   /** styles: looks of the lines by source; moved(release, end): the handles were dragged to these instants [s];
-   *  asked(from, to): finer samples are wanted; told(text): what is below the cursor;
-   *  picked(instant): an impact was clicked. */
-  constructor(styles, {overTime, overSpeed, moved, asked, told, picked}) {
-    Object.assign(this, {styles, moved, asked, told, picked, step: 0});
+   *  asked(from, to): finer samples are wanted; told(text): what is below the cursor. */
+  constructor(styles, {overTime, overSpeed, moved, asked, told}) {
+    Object.assign(this, {styles, moved, asked, told, step: 0});
     this.range = new Bokeh.Range1d({start: 0, end: 1});
     this.sources = {};
     this.drawn = {};
@@ -45,9 +43,6 @@ class Charts {
       this.residual.add_layout(new Bokeh.Span({location: y, dimension: "width", line_color: "#bbbbbb", line_dash: dash}));
     this.theta.scatter({field: "x"}, {field: "y"}, {
       source: this.source("impacts", ["x", "y"]), marker: "circle", size: 6, line_color: "black", fill_color: "white"});
-    this.theta.scatter({field: "x"}, {field: "y"}, {
-      source: this.source("named", ["x", "y"]), marker: "x", size: 14, line_color: "#b00020", line_width: 2});
-    this.theta.on_event("tap", event => this.pick(event.x));
     this.bands = [this.band(this.signals, false), this.band(this.theta, true), this.band(this.residual, false)];
     this.speed = Bokeh.Plotting.figure({
       css_classes: ["speed"], title: "Restitution against speed", x_axis_label: "speed at the impact / (°/s)",
@@ -116,17 +111,9 @@ class Charts {
     this.told(told.join("   "));
   }
 
-  /** An impact was clicked, if one is near. */
-  pick(time) {
-    const near = [...this.sources.impacts.data.x].sort((a, b) => Math.abs(a - time) - Math.abs(b - time))[0];
-    if (Math.abs(near - time) < NEAR * (this.range.end - this.range.start)) this.picked(Number(near.toFixed(4)));
-  }
-
-  /** What is left out: stretches, and impacts, which end as they begin. */
+  /** The stretches that are left out. */
   leave(stretches) {
-    const [named, left] = [true, false].map(same => stretches.filter(([from, to]) => (from === to) === same));
-    this.sources.named.data = {x: named.map(each => each[0]), y: named.map(() => 0)};
-    this.sources.left.data = {x0: left.map(each => each[0]), x1: left.map(each => each[1])};
+    this.sources.left.data = {x0: stretches.map(each => each[0]), x1: stretches.map(each => each[1])};
   }
 
   show(from, to) {

@@ -53,7 +53,7 @@ class Correction(Sent):
         '"record" or a list of runs'
     )
     stretches: Annotated[list[Stretch], Field(max_length=bounds.CORRECTED_RUNS)] = key(
-        "stretches left out, from when to when in seconds; of an impact both are its instant"
+        "stretches left out, from when to when in seconds"
     )
     reason: Text = key("why, as a text")
     note: Text = key("a text")

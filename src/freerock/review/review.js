@@ -148,7 +148,6 @@ async function open(test, run, fit = true) {
   charts ??= new Charts(desk.styles, {
     overTime: at("over-time"), overSpeed: at("over-speed"), asked: samples,
     told: text => { at("cursor").textContent = text; },
-    picked: time => leaveOut(time, time),
     moved: (release, end) => { at("release").value = instant(release); at("end").value = instant(end); correctTimes(); }});
   charts.step = desk.record.step_s;
   const tried = desk.tried.get(test);
@@ -339,19 +338,19 @@ function correctTimes() {
 }
 
 /** Stretches as the CSV has them, and back; null where the text is not understood. */
-const written = stretches => stretches.map(([from, to]) => from === to ? `@${from}` : `${from}:${to}`).join(";");
+const written = stretches => stretches.map(([from, to]) => `${from}:${to}`).join(";");
 function stretchesIn(text) {
   const parts = text.split(";").map(each => each.trim()).filter(each => each);
-  const found = parts.map(each => each.match(/^(?:@\s*(-?\d+\.?\d*)|(-?\d+\.?\d*)\s*:\s*(-?\d+\.?\d*))$/));
-  if (found.some(each => !each || Number(each[2]) >= Number(each[3]))) return null;
-  return found.map(([, at, from, to]) => at === undefined ? [Number(from), Number(to)] : [Number(at), Number(at)]);
+  const found = parts.map(each => each.match(/^(-?\d+\.?\d*)\s*:\s*(-?\d+\.?\d*)$/));
+  if (found.some(each => !each || Number(each[1]) >= Number(each[2]))) return null;
+  return found.map(([, from, to]) => [Number(from), Number(to)]);
 }
 
 function correctStretches(stretches) {
   correct(own => ({...own, stretches: stretches.toSorted((a, b) => a[0] - b[0] || a[1] - b[1])}));
 }
 
-/** A stretch, or an impact: its instant; one that is left out already is used again. */
+/** A stretch; one that is left out already is used again. */
 function leaveOut(from, to) {
   const own = correction().stretches, others = own.filter(each => each[0] !== from || each[1] !== to);
   if (correction().exclude === "record") return;
@@ -510,7 +509,7 @@ function listen() {
     at(id).addEventListener("change", () => { if (at(id).checked) sayWhy(); });
   at("stretches").addEventListener("input", () => {
     const found = stretchesIn(at("stretches").value);
-    if (found) correctStretches(found); else at("work").textContent = "Left out: give 12.310:12.450 or @14.213, more after a ;";
+    if (found) correctStretches(found); else at("work").textContent = "Left out: give 12.310:12.450, more after a ;";
   });
   at("bad").addEventListener("click", () => leaveOut(...[charts.range.start, charts.range.end].map(each => Number(each.toFixed(3)))));
   at("overlay").addEventListener("change", overlay);

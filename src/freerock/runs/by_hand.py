@@ -1,7 +1,7 @@
 """Corrections of runs by hand, and how they are combined with the runs found.
 
 They come from the campaign's CSV: `config.hand_corrections` states their way to the fit. `jobs.make_record`
-masks samples that are left out, `impacts_left_out` leaves out impacts.
+masks samples that are left out.
 """
 
 from collections.abc import Iterator, Sequence
@@ -48,8 +48,7 @@ class ByHand:
     exclusions : sequence of (number, reason)
         Runs left out: kept in the list and marked.
     stretches : sequence of (from_s, to_s, reason)
-        Times whose samples are not used [s]; two equal times name an impact whose restitution is not
-        used.
+        Times whose samples are not used [s].
     """
 
     overrides: Sequence[tuple[Any, ...]] = ()
@@ -111,6 +110,19 @@ class ByHand:
             elif after.override:
                 reasons[other - 1].append(_impossible(f"{times}: release it later, or exclude run {one}"))
         return reasons
+
+    def left_out_in_vain(self, runs: Sequence[tuple[float, float]]) -> list[Reason]:
+        """Stretches left out that meet none of the runs, each from its hold to its end [s]."""
+        lasts = ", ".join(f"{begin_s:.3f} s to {end_s:.3f} s" for begin_s, end_s in runs)
+        return [
+            Reason(
+                "warn",
+                "by_hand",
+                f"exclude: {from_s:g} s to {to_s:g} s meets no run: they last from {lasts}",
+            )
+            for from_s, to_s, _ in self.stretches
+            if not any(from_s < end_s and to_s > begin_s for begin_s, end_s in runs)
+        ]
 
     @property
     def _overrides(self) -> list[Override]:

@@ -4,7 +4,7 @@ A peak is that of a rigid swing of Housner's equation plus a smooth remainder: n
 on a compliant base. Only it is fitted, by a low polynomial, over the widest window whose residual is no more
 than noise. So rigid motion is estimated without bias from almost the whole swing, and compliant motion from
 as much of it as the data allow. An impact is seen from either side: the instant at which θ passes through
-zero, and the angular rates there.
+zero.
 
 The whole call tree is here, since numba's cache notices a change in the file of the cached function only.
 Products and sums are not fused, so the digits do not depend on the processor.
@@ -25,8 +25,6 @@ PEAK_TRIES = 5  # centrings of a window
 CENTRED = 0.02  # of a window: a top this near to its middle is in it
 SWING_SAMPLES = 200  # suffice
 TIME_WINDOWS, TIME_DEGREE = (0.25, 0.15, 0.1, 0.06), 3  # of the time from an impact to a peak
-RATE_DEGREE = 2
-RATE_BELOW = 0.7  # of the lower peak: the rates are read between the uplift amplitude and this
 AGREE = 3.0  # standard errors by which the two sides may differ on the instant
 EPSILON = float(np.finfo(float).eps)
 Index = Any  # of a sample
@@ -106,7 +104,7 @@ class Shape(NamedTuple):
 
 
 class Extrapolated(NamedTuple):
-    """θ [rad] and its rate [rad/s] at an impact, their variances, whether the fit leaves only noise.
+    """θ [rad] and its rate [rad/s] at an impact, the variance of θ, whether the fit leaves only noise.
 
     Not `found` where there are too few samples.
     """
@@ -114,7 +112,6 @@ class Extrapolated(NamedTuple):
     level: float
     rate: float
     level_variance: float
-    rate_variance: float
     adequate: bool
     found: bool
 
@@ -133,7 +130,7 @@ class Side(NamedTuple):
 
 
 UNKNOWN = Peak(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
-NOT_FOUND = Extrapolated(math.nan, math.nan, math.nan, math.nan, False, False)
+NOT_FOUND = Extrapolated(math.nan, math.nan, math.nan, False, False)
 
 
 @compiled(fastmath=False)
@@ -143,7 +140,6 @@ def impact_rows(
     passages: Floats,
     before: Peak,
     released: bool,
-    uplift: float,
     lowest: Lowest,
     block: Rigid,
 ) -> Floats:
@@ -161,20 +157,17 @@ def impact_rows(
         The release.
     released : bool
         Whether its angle is known and below the critical one.
-    uplift : float
-        Amplitude under which the base stays in full contact [rad].
     lowest : Lowest
     block : Rigid
 
     Returns
     -------
-    ndarray, shape (n_found, 12)
+    ndarray, shape (n_found, 10)
         Instant of the impact and its standard error [s]; signed peak before it, its standard error, and the
-        same of the peak after it [rad]; ratio of the angular rates and its standard error; instant of the
-        peak after it and half the window of its fit [s], degree and loudness of that fit. Standard errors
-        are those of white noise.
+        same of the peak after it [rad]; instant of the peak after it and half the window of its fit [s],
+        degree and loudness of that fit. Standard errors are those of white noise.
     """
-    rows = np.full((passages.size, 12), np.nan)
+    rows = np.full((passages.size, 10), np.nan)
     until = np.empty(passages.size + 1, np.int64)
     until[:-1], until[-1] = np.searchsorted(motion.t, passages), swings[-1, 1] + 1
     previous = averaged_swing(part(motion, swings[0, 0], until[0]), block)
@@ -191,15 +184,13 @@ def impact_rows(
         came = side_of(previous, passages[i], before, -1.0, block)
         went = side_of(swing, passages[i], after, 1.0, block)
         instant, instant_stderr = impact_time(came, went, passages[i], block)
-        ratio = rate_ratio(came, went, instant, uplift, block)
         if i == 0 and not released:
-            before, ratio = UNKNOWN, (math.nan, math.nan)
+            before = UNKNOWN
         sign = 1.0 if motion.y[first] > 0 else -1.0
         rows[i, 0], rows[i, 1] = instant, instant_stderr
         rows[i, 2], rows[i, 3] = -sign * before.height, before.stderr
         rows[i, 4], rows[i, 5] = sign * after.height, after.stderr
-        rows[i, 6], rows[i, 7] = ratio
-        rows[i, 8], rows[i, 9], rows[i, 10], rows[i, 11] = after[2:]
+        rows[i, 6], rows[i, 7], rows[i, 8], rows[i, 9] = after[2:]
         before, previous = after, swing
     return rows
 
@@ -410,33 +401,24 @@ def side_of(swing: NoisySamples, passage: float, peak: Peak, sign: float, block:
 
 
 @compiled(fastmath=False)
-def extrapolated(
-    side: Side, instant: float, first: Index, last: Index, degree: int, block: Rigid
-) -> Extrapolated:
-    """The motion extrapolated to the impact from some samples."""
-    if last - first < degree + 3:
+def towards(side: Side, window: float, instant: float, block: Rigid) -> Extrapolated:
+    """The motion extrapolated to the impact from a share of the time to the peak."""
+    far = instant + window * (side.peak.time_s - instant)
+    first = np.searchsorted(side.motion.t, min(instant, far))
+    last = np.searchsorted(side.motion.t, max(instant, far))
+    if last - first < TIME_DEGREE + 3:
         return NOT_FOUND
     t, noise = side.motion.t[first:last], side.motion.noise[first:last]
     reach = max(abs(t[0] - instant), abs(t[-1] - instant))
     remainder = side.remainder[first:last]
-    fit = fit_polynomial((t - instant) / reach, remainder, noise, side.motion.left, degree)
+    fit = fit_polynomial((t - instant) / reach, remainder, noise, side.motion.left, TIME_DEGREE)
     if not fit.found:
         return NOT_FOUND
     swing = swing_at(instant, side.peak, side.shape, block)
     energy = math.cos(block.theta_cr - side.peak.height) - math.cos(block.theta_cr - swing)
     rate = fit.coefficients[1] / reach + block.p * math.sqrt(2 * max(energy, 0.0))
     level = fit.coefficients[0] + side.sign * swing
-    variances = fit.covariance[0, 0], fit.covariance[1, 1] / reach**2
-    return Extrapolated(level, rate, variances[0], variances[1], fit.adequate, True)
-
-
-@compiled(fastmath=False)
-def towards(side: Side, window: float, instant: float, block: Rigid) -> Extrapolated:
-    """The motion extrapolated to the impact from a share of the time to the peak."""
-    far = instant + window * (side.peak.time_s - instant)
-    first = np.searchsorted(side.motion.t, min(instant, far))
-    last = np.searchsorted(side.motion.t, max(instant, far))
-    return extrapolated(side, instant, first, last, TIME_DEGREE, block)
+    return Extrapolated(level, rate, fit.covariance[0, 0], fit.adequate, True)
 
 
 @compiled(fastmath=False)
@@ -457,28 +439,3 @@ def impact_time(came: Side, went: Side, instant: float, block: Rigid) -> tuple[f
         if disagreement < AGREE**2 and one.adequate and other.adequate:
             break
     return instant, stderr
-
-
-@compiled(fastmath=False)
-def uplifted(side: Side, instant: float, uplift: float, below: float, block: Rigid) -> Extrapolated:
-    """The motion extrapolated to the impact from between the uplift amplitude and another [rad]."""
-    y, low, high = side.motion.y, 0, 0
-    for i in range(y.size):  # which is monotonic
-        low += side.sign * y[i] < uplift
-        high += side.sign * y[i] < below
-    first, last = (low, high) if side.sign > 0 else (y.size - high, y.size - low)
-    return extrapolated(side, instant, first, last, RATE_DEGREE, block)
-
-
-@compiled(fastmath=False)
-def rate_ratio(came: Side, went: Side, instant: float, uplift: float, block: Rigid) -> tuple[float, float]:
-    """Angular rate after over before the impact, each extrapolated to it from where the base is uplifted."""
-    below = RATE_BELOW * min(came.peak.height, went.peak.height)
-    before = uplifted(came, instant, uplift, below, block)
-    after = uplifted(went, instant, uplift, below, block)
-    for each in (before, after):
-        if not each.found or each.rate < 3 * math.sqrt(each.rate_variance):
-            return math.nan, math.nan
-    ratio = after.rate / before.rate
-    relative = before.rate_variance / before.rate**2 + after.rate_variance / after.rate**2
-    return ratio, ratio * math.sqrt(relative)

@@ -38,9 +38,6 @@ class Impacts:
         Signed peak rotation on either side [rad]; before the first impact, the release angle.
     restitution, restitution_stderr : ndarray
         From the two peaks (`restitution_from_peaks`).
-    restitution_rate, restitution_rate_stderr : ndarray
-        Cross-check: the angular rate after over that before, both extrapolated to the impact from where the
-        base is uplifted. NaN where that leaves a rate uncertain by a third or more.
     theta_uplift : float
         Amplitude [rad] under which the base stays in full contact, from the period of the run's own tail;
         0 where the tail shows no swinging in full contact.
@@ -54,8 +51,6 @@ class Impacts:
     peak_after_stderr_rad: Floats
     restitution: Floats
     restitution_stderr: Floats
-    restitution_rate: Floats
-    restitution_rate_stderr: Floats
     theta_uplift: float
 
 
@@ -237,8 +232,8 @@ def _rows(
     lowest = Lowest(limits.min_amplitude_sigmas, limits.min_uplift_ratio * uplift)
     t, y, sigma = (_unwritable(each) for each in motion[:3])
     known = NoisySamples(t, y, sigma, motion.left)
-    rows = impact_rows(known, np.array(swings), np.array(passages), start, released, uplift, lowest, rigid)
-    rows, fits = rows[:, :8], rows[:, 8:]
+    rows = impact_rows(known, np.array(swings), np.array(passages), start, released, lowest, rigid)
+    rows, fits = rows[:, :6], rows[:, 6:]
     shared = np.zeros(len(rows))
     if noise and motion.left.known and len(rows):
         shared = under_noise(rows, fits, motion, noise)
@@ -252,7 +247,7 @@ def _rows(
             rows[:, 2:6].tolist(), shared.tolist(), strict=True
         )
     ]
-    return np.hstack([rows[:, :6], np.reshape(restitution, (-1, 2)), rows[:, 6:]])
+    return np.hstack([rows, np.reshape(restitution, (-1, 2))])
 
 
 def _unwritable(values: Floats) -> Floats:

@@ -46,7 +46,7 @@ def under_noise(rows: Floats, fits: Floats, motion: NoisySamples, noise: Noise) 
 
     Parameters
     ----------
-    rows : ndarray, shape (n_impacts, 8)
+    rows : ndarray, shape (n_impacts, 6)
         As `impact_kernel.impact_rows` gives them; written to.
     fits : ndarray, shape (n_impacts, 4)
         Of the peak after each: instant, half its window [s], degree, loudness.
@@ -85,7 +85,6 @@ def under_noise(rows: Floats, fits: Floats, motion: NoisySamples, noise: Noise) 
     rows[:, 5] = np.sqrt(variance)
     rows[1:, 3] = rows[:-1, 5]
     rows[:, 1] *= wider
-    rows[:, 7] *= wider
     shared = np.zeros(len(rows))
     shared[1:] = -covariance[:-1, 0, 1] * np.sqrt(loud[:-1] * loud[1:])  # the peaks are on either side
     return shared

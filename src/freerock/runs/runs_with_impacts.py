@@ -1,7 +1,7 @@
 """The runs of a record with their impacts, checked before a model is fitted."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,12 +13,11 @@ from freerock.rotation.faults import SignalQuality
 from freerock.rotation.lattice import scatter
 from freerock.rotation.still import stationary_phases
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand
-from freerock.runs.impacts import Impacts, find_impacts, reasons_of_impacts
-from freerock.runs.impacts_left_out import impacts_used, missed
+from freerock.runs.impacts import IMPACT_COLUMNS, Impacts, find_impacts, reasons_of_impacts
 from freerock.runs.quiet import sensor_noise
 from freerock.runs.segment import Run, find_runs
 from freerock.runs.uneven_restitution import reasons_of_unevenness
-from freerock.runs.verdict import Verdict
+from freerock.runs.verdict import Reason, Verdict
 
 TILTS = "alternating_restitution"
 PEAK_S = 0.02  # about as long as the top of a swing on which its height rests
@@ -58,14 +57,40 @@ def runs_with_impacts(
                 zero_stderr=run.zero_stderr,
             )
 
-        used = impacts_used(part, run, block, by_hand)
+        impacts, notes = _with_stretches_left_out(part, run, by_hand)
         peaks = _of_peaks(time_s, theta, run, quality.converter_step)
-        uneven = reasons_of_unevenness(used.impacts, block, peaks)
+        uneven = reasons_of_unevenness(impacts, block, peaks)
         verdict = _as_of_a_tilt(run.verdict) if any(each.name == TILTS for each in uneven) else run.verdict
-        reasons = reasons_of_impacts(used.impacts, of_impacts) + uneven + used.notes
-        found.append((replace(run, verdict=verdict.adding(reasons)), used.impacts))
-    vain = missed(by_hand, found)
+        reasons = reasons_of_impacts(impacts, of_impacts) + uneven + notes
+        found.append((replace(run, verdict=verdict.adding(reasons)), impacts))
+    vain = by_hand.left_out_in_vain([(run.hold_start_s, run.end_s) for run, _ in found])
     return [(replace(run, verdict=run.verdict.adding(vain)), impacts) for run, impacts in found]
+
+
+def _with_stretches_left_out(
+    part: Callable[[float, float, bool], Impacts], run: Run, by_hand: ByHand
+) -> tuple[Impacts, list[Reason]]:
+    """The impacts of a run, with one of NaN in place of those that a stretch left out hides, and its notes.
+
+    No peak and no restitution spans what is hidden: `part` finds the impacts from an instant to another [s],
+    of the first part with those that the release begins.
+    """
+    own = [each for each in by_hand.stretches if each[0] <= run.end_s and each[1] >= run.hold_start_s]
+    hidden = sorted(each[:2] for each in own if each[1] > run.release_s and each[0] < run.end_s)
+    notes = [
+        Reason("ok", "left_out", f"{from_s:.3f} s to {to_s:.3f} s left out: {why}")
+        for from_s, to_s, why in own
+    ]
+    begins = np.maximum.accumulate([run.release_s, *(to_s for _, to_s in hidden)]).tolist()
+    ends = [*(from_s for from_s, _ in hidden), run.end_s]
+    parts = [part(run.release_s, max(run.release_s, ends[0]), True)]
+    parts += [part(*span, False) for span in zip(begins[1:], ends[1:], strict=True) if span[0] < span[1]]
+    known = [each for i, each in enumerate(parts) if i == 0 or each.time_s.size]
+    columns = {
+        name: np.concatenate([value for each in known for value in ([np.nan], getattr(each, name))][1:])
+        for name in IMPACT_COLUMNS
+    }
+    return Impacts(**columns, theta_uplift=max(each.theta_uplift for each in known)), notes
 
 
 def _of_peaks(time_s: Floats, theta: Floats, run: Run, converter_step: float) -> float:

@@ -3,7 +3,7 @@
 Reasons are made in `reasons_as_measured`, those of a release that was pushed or badly timed among them; of a
 hold and a beginning in `beginning`; of r in `uneven_restitution` and `impacts`; of a
 signal in `reasons_as_measured.faults_met`; after the fits in `selection.reasons_after_fits`, of base, release
-and sensor in `selection.reasons_of_set_up`; of corrections in `by_hand` and `impacts_left_out`; of fits and
+and sensor in `selection.reasons_of_set_up`; of corrections in `by_hand`; of fits and
 records that failed in `products.verdict_with_fits` and the jobs. They are joined in `runs_with_impacts` and
 `products.verdict_with_fits`. Thresholds with a key are in `config.keys_of_processing`, levels of tests in
 `identification.significance_levels`, others beside their check. A user finds value, limit and key of each
