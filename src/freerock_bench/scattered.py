@@ -141,8 +141,13 @@ def volts_of(truth: Truth, runs: list[Run], draw: np.random.Generator) -> tuple[
         begins.append(sum(map(len, parts)) / RATE_HZ)
         parts += [motion, np.tile(rest, (after, 1))]
     way = way_to_face(np.vstack(parts).T, truth.block, truth.position_m)
-    volts = ZERO_V + V_PER_M * (way - way[0]) / truth.scale + NOISE_V * draw.standard_normal(len(way))
-    return np.asarray(COUNT_V * np.rint(volts / COUNT_V)), begins
+    return written(V_PER_M * (way - way[0]) / truth.scale, draw), begins
+
+
+def written(volts: Floats, draw: np.random.Generator) -> Floats:
+    """Volts over those at rest, with noise, as a converter writes them."""
+    noisy = ZERO_V + volts + NOISE_V * draw.standard_normal(len(volts))
+    return np.asarray(COUNT_V * np.rint(noisy / COUNT_V))
 
 
 def save(path: Path, truth: Truth, runs: list[Run], draw: np.random.Generator) -> None:

@@ -2,8 +2,9 @@
 
 Coordinates are those of the centre of mass (x, y, θ clockwise), of a part of the mass that moves along a
 track near the top (q) and of a table (X, Y). Cells of the base press on the bed by two points of Gauss's rule
-in the part of each that touches. What holds the base sideways is a multiplier, or friction. SciPy's DOP853
-integrates; a rigid block goes from event to event. Of freerock it takes the constants of a block alone.
+in the part of each that touches. What holds the base sideways is a multiplier, or friction. The classical
+Runge-Kutta method integrates, a rigid block by SciPy's DOP853 from event to event. Each impact may have its
+own loss, stiffness and damping. Of freerock it takes the constants of a block alone.
 """
 
 import math
@@ -20,11 +21,10 @@ from freerock.models.block import GRAVITY, Block
 from freerock.models.compiled import compiled
 
 CELLS, GAUSS = 128, 3**-0.5
-DULL_RAD_S = 2e-3  # rate over which dry friction turns round
+DULL_RAD_S, DULL_M_S = 2e-3, 1e-3  # rates over which dry friction and hysteresis turn round
 LEAST_RAD = 1e-5  # a rigid block lies still below
 AT_REST = 2e-5  # [rad]
-RTOL, ATOL, LONGEST_S = 1e-8, 1e-11, 60.0
-USUAL_S, STILL_S = 15.0, 1.0  # after which most blocks have been at rest for so long
+STEP_S, LONGEST_S, STILL_S = 5e-5, 60.0, 1.0  # at the end of a motion the block has been at rest for so long
 TILT_S = 1.2  # of a record, before its hold
 AWAY_M = 0.5  # sensor from the face
 N = 12  # coordinates and rates, without what friction and bed remember
@@ -37,10 +37,12 @@ BASE = {  # what a base may be besides flat
 BESIDES = {  # what may be besides a law; 0 is none
     "thickness_m": 0.0,  # of a mat that hardens: p = k z / (1 - z/H)
     "two_beds": 0.0,  # share by which the right half is stiffer and the left one softer
+    "varies": 0.0,  # share by which the stiffness goes up and down along the base, once
+    "varies_from": 0.0,  # phase of that at the left corner [rad]
+    "hysteresis": 0.0,  # share of k z that has the sign of the rate
     "relaxing": 0.0,  # stiffness that relaxes over that which stays: a standard linear solid
     "relaxes_s": 0.01,
     "tensionless": 0.0,  # 1 where the bed can't pull
-    "hardens_per_s": 0.0,  # share of k
     "top": 0.0,  # share of the mass that moves near the top
     "top_hz": 50.0,
     "table_kg": 0.0,
@@ -53,6 +55,7 @@ BESIDES = {  # what may be besides a law; 0 is none
     "tilt": 0.0,  # of the base, lower on the right [rad]
 }
 KEYS = list(BESIDES)
+UNEVEN = ("radius_m", "hollow_m", "thickness_m", "varies", "hysteresis", "relaxing", "tensionless")
 BRISTLE_N_M, BRISTLE_NS_M = 2e7, 2e3  # what friction holds by before it slips
 
 
@@ -77,6 +80,9 @@ class Scene:
         By which the finger pushes, positive away from rest [rad/s].
     blow : (float, float, float)
         A blow so long after the release [s]: share of the rate that is left, and rate added [rad/s].
+    impacts : ndarray, shape (n_impact, 3)
+        What the rate is multiplied with where the block stands upright, and k and damping from then on, each
+        time after a side has lifted off.
     """
 
     block: Block
@@ -88,6 +94,7 @@ class Scene:
     besides: dict[str, float] = field(default_factory=dict)
     rate: float = 0.0
     blow: tuple[float, float, float] = (math.inf, 1.0, 0.0)
+    impacts: Floats = field(default_factory=lambda: np.ones((0, 3)))
 
     @cached_property
     def known(self) -> dict[str, float]:
@@ -102,17 +109,20 @@ class Scene:
 
     @cached_property
     def cells(self) -> Floats:
-        """Middles and half lengths [m], heights [m], slopes; shape (CELLS, 4)."""
+        """Middles and half lengths [m], heights [m], slopes, stiffness over k; shape (n_cells, 5)."""
         left, right = self.ends
         middle, b, radius = (left + right) / 2, (right - left) / 2, self.known["radius_m"]
-        at = middle - b * np.cos(np.pi * np.arange(CELLS + 1) / CELLS)
+        n = CELLS if any(self.known[name] for name in UNEVEN) else 2
+        at = middle - b * np.cos(np.pi * np.arange(n + 1) / n)
         u, half = (at[1:] + at[:-1]) / 2, np.diff(at) / 2
         v = np.maximum(np.abs(u - middle) - (b - radius), 0.0)
         arc = np.sqrt(np.maximum(radius**2 - v**2, 1e-30))
         hollow = self.known["hollow_m"]
         height = (radius - arc if radius else 0 * u) + hollow * (1 - ((u - middle) / b) ** 2)
         slope = (np.sign(u - middle) * v / arc if radius else 0 * u) - 2 * hollow * (u - middle) / b**2
-        return np.column_stack([u, half, height, slope])
+        stiff = 1 + self.known["two_beds"] * np.sign(u)
+        stiff += self.known["varies"] * np.sin(np.pi * (u - left) / b + self.known["varies_from"])
+        return np.column_stack([u, half, height, slope, stiff])
 
     @cached_property
     def numbers(self) -> tuple[Floats, Floats, Floats]:
@@ -139,17 +149,12 @@ class Motion:
         self.scene, self.rate_hz = scene, rate_hz
         self.stands = standing(scene)
         self.held = _held(scene)
-        for ends_s in dict.fromkeys((min(USUAL_S, longest_s), longest_s)):
-            states = self._until(ends_s)
-            moves = int(np.flatnonzero(np.abs(states[2] - self.stands[2]) > AT_REST)[-1])
-            if moves < (ends_s - STILL_S) * rate_hz:
-                break
+        if "r" in scene.law:
+            states, self.passages_s = _rigid(scene, rate_hz, longest_s)
+        else:
+            states, self.passages_s = _on_springs(scene, self.held, self.stands[2], rate_hz, longest_s)
+        moves = int(np.flatnonzero(np.abs(states[2] - self.stands[2]) > AT_REST)[-1])
         self.states = states[:, : moves + 2]
-
-    def _until(self, ends_s: float) -> Floats:
-        if "r" in self.scene.law:
-            return _rigid(self.scene, self.rate_hz, ends_s)
-        return _on_springs(self.scene, self.held, self.rate_hz, ends_s)
 
     @property
     def theta(self) -> Floats:
@@ -208,22 +213,48 @@ def read(states: Floats, scene: Scene, height_m: float, incline: float = 0.0) ->
     return np.asarray(s)
 
 
-def energy(states: Floats, scene: Scene) -> Floats:
-    """Kinetic, of the weight and of the springs of a flat and level bed [J], by states, shape (n,)."""
-    (m, inertia, e, h), (left, right) = scene.numbers[0][:4], scene.ends
-    y, sin, cos = states[1], np.sin(states[2]), np.cos(states[2])
-    depths = np.maximum(np.outer((left, right), sin) - (y + e * sin - h * cos), 0.0)
-    length = np.minimum(right - left, depths.max(axis=0) / np.maximum(np.abs(sin), 1e-300))
-    stored = scene.law["k"] * length * (depths[0] ** 2 + depths[0] * depths[1] + depths[1] ** 2) / 6
-    x_rate, y_rate, w = states[6:9]
-    return np.asarray(m * ((x_rate**2 + y_rate**2) / 2 + GRAVITY * y) + inertia * w**2 / 2 + stored)
+def energy(states: Floats, scene: Scene, stiffness: float | Floats = 1.0) -> Floats:
+    """Kinetic, of the weight, of the springs of the bed and of the table [J], shape (n,).
+
+    Parameters
+    ----------
+    states : ndarray, shape (12, n)
+    scene : Scene
+    stiffness : float or ndarray, shape (n,)
+        Of the bed, over k.
+    """
+    (m, inertia, e, h), known = scene.numbers[0][:4], scene.known
+    bed = np.array([_stored(y, scene.cells, e, h) for y in states.T.copy()])
+    moving = m * (states[6] ** 2 + states[7] ** 2) + inertia * states[8] ** 2
+    for i, hz in ((4, known["table_x_hz"]), (5, known["table_y_hz"])):
+        if hz:
+            moving += known["table_kg"] * ((2 * math.pi * hz * states[i]) ** 2 + states[i + 6] ** 2)
+    return np.asarray(moving / 2 + m * GRAVITY * states[1] + scene.law.get("k", 0.0) * stiffness * bed)
 
 
 @compiled()
-def _bed(t, y, law, cells, besides, pulls):  # type: ignore[no-untyped-def]
+def _stored(y, cells, e, h):  # type: ignore[no-untyped-def]
+    """Energy of a bed over its stiffness [m³]."""
+    sin, cos = math.sin(y[2]), math.cos(y[2])
+    low = y[1] + e * sin - h * cos
+    total = 0.0
+    for i in range(cells.shape[0]):
+        u, half, height, slope, stiff = cells[i]
+        depth, deeper = y[5] - low + u * sin - height * cos, half * (sin - slope * cos)
+        most, least = depth + abs(deeper), depth - abs(deeper)
+        if most <= 0.0:
+            continue
+        share = 1.0 if least > 0.0 else most / (most - least)
+        least = max(least, 0.0)
+        total += stiff * half * share * (most * most + most * least + least * least) / 3.0
+    return total
+
+
+@compiled()
+def _bed(y, law, cells, besides, pulls):  # type: ignore[no-untyped-def]
     """Upward force [N], its moment about the base's middle by u, and rates of what the bed remembers."""
-    thick, two, relaxing, relaxes, loose, hardens = besides[:6]
-    k, c, lam = law[0] * (1.0 + hardens * t), law[1], law[2]
+    thick, lags, relaxing, relaxes, loose = besides[0], besides[4], besides[5], besides[6], besides[7]
+    k, c, lam = law
     sin, cos = math.sin(y[2]), math.cos(y[2])
     force = moment = 0.0
     e, h = pulls
@@ -232,7 +263,7 @@ def _bed(t, y, law, cells, besides, pulls):  # type: ignore[no-untyped-def]
     n = cells.shape[0]
     forgets = np.zeros(n if relaxing > 0.0 else 0)
     for i in range(n):
-        u, half, height, slope = cells[i]
+        u, half, height, slope, stiffer = cells[i]
         depth, deeper = y[5] - low + u * sin - height * cos, half * (sin - slope * cos)
         bent = 0.0
         if relaxing > 0.0:
@@ -251,7 +282,7 @@ def _bed(t, y, law, cells, besides, pulls):  # type: ignore[no-untyped-def]
             at = 0.5 * (first + last) + 0.5 * (last - first) * node
             place, z = u + half * at, depth + deeper * at
             rate = y[11] - low_rate + (place * cos + height * sin) * y[8]
-            stiff = k * (1.0 + two if place > 0.0 else 1.0 - two)
+            stiff = k * stiffer * (1.0 + lags * math.tanh(rate / DULL_M_S))
             if thick > 0.0:
                 stiff /= 1.0 - min(z / thick, 0.95)
             f = stiff * z + (c + lam * z) * rate + bent
@@ -266,10 +297,10 @@ def _bed(t, y, law, cells, besides, pulls):  # type: ignore[no-untyped-def]
 def _rates(t, y, body, law, cells, besides, hand, fade):  # type: ignore[no-untyped-def]
     """Of all states; the hand is a couple that fades."""
     m, inertia, e, h, top, up, left, right, pivots = body
-    top_hz, table, x_hz, y_hz, lost, grip, air, rub, tilt = besides[7:]
+    top_hz, table, x_hz, y_hz, lost, grip, air, rub, tilt = besides[9:]
     theta, q, w, vq = y[2], y[3], y[8], y[9]
     sin, cos = math.sin(theta), math.cos(theta)
-    force, moment, forgets = _bed(t, y, law, cells, besides, (e, h))
+    force, moment, forgets = _bed(y, law, cells, besides, (e, h))
     gx, gy = GRAVITY * math.sin(tilt), -GRAVITY * math.cos(tilt)
     mass, right_side = np.zeros((7, 7)), np.zeros(7)
     mass[0, 0] = mass[1, 1] = m
@@ -325,7 +356,7 @@ def _rates(t, y, body, law, cells, besides, hand, fade):  # type: ignore[no-unty
     found = np.zeros(y.shape[0])
     found[:6], found[6:N] = y[6:N], speeds[:6]
     found[N] = slides
-    if besides[2] > 0.0:
+    if besides[5] > 0.0:
         found[N + 1 :] = forgets
     return found
 
@@ -335,7 +366,7 @@ def _state(scene: Scene, depth: float, theta: float) -> Floats:
     body, _, _ = scene.numbers
     _, _, e, h, top, _, left, right, pivots = body
     known, sin, cos = scene.known, math.sin(theta), math.cos(theta)
-    y = np.zeros(N + 1 + (CELLS if known["relaxing"] else 0))
+    y = np.zeros(N + 1 + (len(scene.cells) if known["relaxing"] else 0))
     corner = (right if theta > 0 else left) if pivots else 0.0
     y[0] = corner * (1 - cos) + e * cos + h * sin
     y[1], y[2] = -depth - e * sin + h * cos, theta
@@ -360,7 +391,7 @@ def _held(scene: Scene) -> Floats:
 
     def excess(depth: float) -> float:
         y = _state(scene, depth, scene.theta0)
-        force = _bed(0.0, y, scene.numbers[1], scene.cells, scene.numbers[2], tuple(scene.numbers[0][2:4]))[0]
+        force = _bed(y, scene.numbers[1], scene.cells, scene.numbers[2], tuple(scene.numbers[0][2:4]))[0]
         return float(force) - weight
 
     high = scene.block.b * math.sin(abs(scene.theta0)) + 0.01
@@ -382,37 +413,90 @@ def standing(scene: Scene) -> Floats:
     return _state(scene, float(depth_leans[0]) * depth, float(depth_leans[1]) * depth / width)
 
 
-def _on_springs(scene: Scene, held: Floats, rate_hz: float, longest_s: float) -> Floats:
-    """States over time, shape (12, n)."""
+def _on_springs(
+    scene: Scene, held: Floats, rests: float, rate_hz: float, longest_s: float
+) -> tuple[Floats, Floats]:
+    """States over time, shape (12, n), and instants of impacts [s]."""
     pulled = _at(scene, held, 1.0)[8] - _at(scene, held)[8]
-    hand = -float(_at(scene, held)[8] / pulled)
+    hand = -float(_at(scene, held)[8] / pulled) if scene.fade_s > STEP_S else 0.0
     given = (*scene.numbers[:2], scene.cells, scene.numbers[2], hand, scene.fade_s)
-    y, (hit_s, kept, added) = held.copy(), scene.blow
-    _turn(scene, y, math.copysign(scene.rate, scene.rate * scene.theta0))
-    parts, begins = [], 0.0
-    for ends in (min(hit_s, longest_s), longest_s):
-        if ends <= begins:
-            continue
-        at = np.arange(math.ceil(begins * rate_hz - 1e-9), math.ceil(ends * rate_hz - 1e-9)) / rate_hz
-        at = np.append(at[at < ends], ends)
-        found = solve_ivp(
-            _rates, (begins, ends), y, "DOP853", at, rtol=RTOL, atol=ATOL, max_step=5e-3, args=given
-        )
-        assert found.success, found.message
-        parts.append(found.y[:N, :-1])
-        y, begins = found.y[:, -1].copy(), ends
-        y[6:N] *= kept
-        _turn(scene, y, added)
-    return np.hstack(parts)
+    y = held.copy()
+    _turn(scene.numbers[0], y, math.copysign(scene.rate, scene.rate * scene.theta0))
+    states, passages = np.zeros((round(longest_s * rate_hz) + 1, N)), np.zeros(1000)
+    lifts = scene.block.mass_kg * GRAVITY / (scene.law["k"] * 2 * scene.block.b**2)
+    how = np.array([1 / rate_hz, rests, lifts, *scene.blow])
+    n, count = _march(given, y, how, np.asarray(scene.impacts, float), states, passages)
+    return states[:n].T, passages[:count]
 
 
-def _turn(scene: Scene, y: Floats, by: float) -> None:
-    """Give it a rate of rotation about its lower corner [rad/s], in place."""
-    e, h, sin, cos = *scene.numbers[0][2:4], math.sin(y[2]), math.cos(y[2])
-    corner = scene.ends[1] if y[2] > 0 else scene.ends[0]
-    held = corner if scene.pivoting else 0.0
+@compiled()
+def _march(given, y, how, impacts, states, passages):  # type: ignore[no-untyped-def]
+    """Fills states and instants of impacts; how many of each. A step ends where the block stands upright."""
+    sample_s, rests, lifts, hit_s, kept, added = how
+    steps = math.ceil(sample_s / STEP_S)
+    still, top, count = 0, abs(y[2]), 0
+    body, fresh, law = given[0], given[1], given[1].copy()
+    for i in range(states.shape[0]):
+        states[i] = y[:N]
+        still = still + 1 if abs(y[2] - rests) < AT_REST else 0
+        if still * sample_s > STILL_S:
+            return i + 1, count
+        for j in range(steps):
+            t, left = i * sample_s + j * sample_s / steps, sample_s / steps
+            if t + 0.5 * left > hit_s:
+                y[6:N] *= kept
+                _turn(body, y, added)
+                hit_s = math.inf
+            after = _step(given, law, t, left, y)
+            if after[2] * y[2] < 0.0:
+                t, left, y = _upright(given, law, t, left, y)
+                if top > lifts:
+                    if count < impacts.shape[0]:
+                        _turn(body, y, (impacts[count, 0] - 1.0) * y[8])
+                        law[0] = fresh[0] * impacts[count, 1]
+                        law[1], law[2] = fresh[1] * impacts[count, 2], fresh[2] * impacts[count, 2]
+                    passages[min(count, passages.size - 1)] = t
+                    count += 1
+                top = 0.0
+                after = _step(given, law, t, left, y)
+            y = after
+            top = max(top, abs(y[2]))
+    return states.shape[0], count
+
+
+@compiled()
+def _upright(given, law, t, dt, y):  # type: ignore[no-untyped-def]
+    """Instant at which the block stands upright within a step, what is left of it, and the state then."""
+    low, high = 0.0, dt
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        if _step(given, law, t, middle, y)[2] * y[2] > 0.0:
+            low = middle
+        else:
+            high = middle
+    return t + high, dt - high, _step(given, law, t, high, y)
+
+
+@compiled()
+def _step(given, law, t, dt, y):  # type: ignore[no-untyped-def]
+    """State after a step of Runge and Kutta."""
+    body, _, cells, besides, hand, fade = given
+    one = _rates(t, y, body, law, cells, besides, hand, fade)
+    two = _rates(t + 0.5 * dt, y + 0.5 * dt * one, body, law, cells, besides, hand, fade)
+    three = _rates(t + 0.5 * dt, y + 0.5 * dt * two, body, law, cells, besides, hand, fade)
+    four = _rates(t + dt, y + dt * three, body, law, cells, besides, hand, fade)
+    return y + dt / 6.0 * (one + 2.0 * two + 2.0 * three + four)
+
+
+@compiled()
+def _turn(body, y, by):  # type: ignore[no-untyped-def]
+    """Give it a rate of rotation about its lower corner, upright about its middle [rad/s], in place."""
+    e, h, left, right, pivots = body[2], body[3], body[6], body[7], body[8]
+    sin, cos = math.sin(y[2]), math.cos(y[2])
+    corner = 0.0 if abs(y[2]) < 1e-9 else (right if y[2] > 0.0 else left)
+    held = corner if pivots > 0.0 else 0.0
     y[6] += ((held - e) * sin + h * cos) * by
-    y[7] += -((corner - e) * cos - h * sin) * -by
+    y[7] += ((corner - e) * cos - h * sin) * by
     y[8] += by
 
 
@@ -427,8 +511,8 @@ def _down(scene: Scene, theta: float) -> float:
     return -(right if theta > 0 else -left) * abs(math.sin(theta))
 
 
-def _rigid(scene: Scene, rate_hz: float, longest_s: float) -> Floats:
-    """States over time of a rigid block that turns about its corners, from impact to impact; (12, n)."""
+def _rigid(scene: Scene, rate_hz: float, longest_s: float) -> tuple[Floats, Floats]:
+    """As of `_on_springs`, of a rigid block that turns about its corners, from impact to impact."""
     block, known, (left, right) = scene.block, scene.known, scene.ends
     m, tilt, radius = block.mass_kg, known["tilt"], known["radius_m"]
 
@@ -456,7 +540,7 @@ def _rigid(scene: Scene, rate_hz: float, longest_s: float) -> Floats:
     weigh = turning(side, held, 0.0, 0.0)
     hand = -weigh / (turning(side, held, 0.0, 1.0) - weigh)
     time_s = np.arange(0.0, longest_s, 1 / rate_hz)
-    theta, begins, y = np.zeros(len(time_s)), 0.0, [held, scene.rate]
+    theta, begins, y, passages = np.zeros(len(time_s)), 0.0, [held, scene.rate], list[float]()
     how: dict[str, Any] = {"events": lands, "dense_output": True, "rtol": 1e-11, "atol": 1e-14}
     while begins < time_s[-1]:
         longest = math.inf if begins else 0.02
@@ -466,7 +550,9 @@ def _rigid(scene: Scene, rate_hz: float, longest_s: float) -> Floats:
         if during.start < during.stop:
             theta[during] = side * swing.sol(time_s[during])[0]
         begins, side = float(swing.t[-1]), -side
-        y = [1e-300, scene.law["r"] * abs(float(swing.y[1, -1]))]
+        own = scene.impacts[len(passages), 0] if len(passages) < len(scene.impacts) else 1.0
+        y = [1e-300, scene.law["r"] * own * abs(float(swing.y[1, -1]))]
+        passages.append(begins)
         if y[1] ** 2 < 2 * abs(turning(side, 0.0, 0.0, 0.0)) * LEAST_RAD:
             break
-    return on_corners(scene, theta)
+    return on_corners(scene, theta), np.array(passages)

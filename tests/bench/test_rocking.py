@@ -1,16 +1,20 @@
 """The simulator whose impacts scatter: against golden solutions, closed forms, and its own energies."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.signal import detrend
 
 from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
+from freerock_bench import realistic
 from freerock_bench.golden.files import read_golden
 from freerock_bench.rocking import rock
 from freerock_bench.scattered import BEAMS_M, RANGE_M, RATE_HZ, SIGMA_RAD, make
+from freerock_bench.springs import Motion, Scene, energy
 
 NONE = np.zeros(0)
 BLOCK, ANGLE = BLOCKS["config2"], RELEASE_ANGLES["config2"]
@@ -91,3 +95,35 @@ def test_a_record_is_what_it_says(tmp_path):
         assert noise.std() == pytest.approx(SIGMA_RAD, rel=0.05)
     deltas = np.concatenate([record[f"run{j}_delta"] for j in range(4)])
     assert deltas.std() == pytest.approx(0.01, rel=0.3)
+
+
+@pytest.mark.parametrize("kinematics", ["guided", "pivoting"])
+def test_two_simulators_agree_on_impacts_that_scatter(kinematics):
+    """`springs` has other coordinates, equations and code."""
+    pivots, deltas = kinematics == "pivoting", np.array([0.02, -0.01, 0.015, -0.02])
+    factors = np.column_stack([1 + deltas, np.ones((4, 2))])
+    scene = Scene(BLOCK, MARBLE["hunt_crossley"], pivots, ANGLE, 1e-7, impacts=factors)
+    other = Motion(scene, RATE_HZ, 1.8)
+    found = rock(BLOCK, MARBLE["hunt_crossley"], ANGLE, deltas, pivoting=pivots)
+    n = 3500
+    assert np.abs(found.theta[:n] - other.theta[:n]).max() < 1e-6
+    assert found.passages_s[:4] == pytest.approx(other.passages_s[:4], abs=1e-6)
+    swings = pairwise((found.passages_s[:4] * RATE_HZ).astype(int))
+    tops = [i + int(np.argmax(np.abs(found.theta[i:j]))) for i, j in swings]
+    energies = energy(other.states[:, tops], scene) - energy(other.stands[:, None], scene)
+    assert np.sqrt(energies[1:] / energies[:-1]) == pytest.approx(found.restitution[1:3], abs=2e-5)
+
+
+@pytest.mark.slow
+def test_a_realistic_record_has_its_truth(tmp_path):
+    record = np.load(realistic.make(tmp_path, 5, seed=2))
+    laser = Laser("horizontal", float(record["stated_position_m"]), RANGE_M)
+    block = BLOCKS["config3"]
+    found = find_rotation(np.arange(len(record["volts"])) / RATE_HZ, record["volts"], laser, block, "V")
+    for j, begins in enumerate(record["begins_s"]):
+        held = found["theta"].values[int(begins * RATE_HZ) - 2000 :][:1800]
+        assert held.mean() == pytest.approx(record[f"run{j}_theta0"], rel=0.06)
+        trembles = detrend(held.reshape(-1, 20).mean(axis=1))
+        assert trembles.std() == pytest.approx(math.radians(0.01), rel=0.5)
+        r = record[f"run{j}_volts_r_energy"]
+        assert 0.4 < r.min() < r.max() < 0.9 and np.diff(np.sign(record[f"run{j}_tops"])).all()

@@ -108,7 +108,8 @@ def test_a_base_slips_where_friction_does_not_hold_it():
         {"table_kg": 60.0, "table_y_hz": 30.0},
         {"air_nms2": 0.01},
         {"rub_nm": 0.01},
-        {"hardens_per_s": 0.05},
+        {"varies": 0.2},
+        {"hysteresis": 0.05},
     ],
     ids=str,
 )

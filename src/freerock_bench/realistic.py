@@ -1,0 +1,127 @@
+"""A realistic laboratory, where no law is true, by `springs`: volts, and the energies of each impact.
+
+Corners are rounded, the bed varies along the base and has hysteresis, the table gives, the base may slip, air
+drags, the sensor is not quite linear, k and λ differ from impact to impact. A hand trembles, lets go slowly.
+"""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from freerock.arrays import Floats
+from freerock.models.block import GRAVITY, Block
+from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
+from freerock_bench import scattered
+from freerock_bench.scattered import BEAMS_M, INPUTS, KNOWN, RANGE_M, RATE_HZ
+from freerock_bench.springs import Motion, Scene, _held, energy, read
+
+RUNS, SCENES = 5, 6
+K_BY_IMPACT, LAMBDA_BY_IMPACT, K_BY_RUN = 0.02, 0.22, 0.02
+BENT, TREMOR_RAD, TREMOR_HZ = 0.002, math.radians(0.01), (4.0, 12.0)
+FADE_S = (0.02, 0.05)
+BASE = {"radius_m": 1e-3}
+BESIDES = {"varies": 0.1, "hysteresis": 0.03, "table_x_hz": 35.0, "table_y_hz": 45.0, "grip": 0.3}
+TABLE_BLOCKS, DRAG = 20.0, 5e-4  # masses of the block; air by weight times half the width
+
+
+def make(folder: Path, i: int, seed: int) -> Path:
+    """Make the record of a scene, unless it is there: `scattered.save` names its arrays."""
+    name, foundation = list(BLOCKS)[i % 3], list(TABLE_2)[i // 3 % 2]
+    path = folder / f"{name}_{foundation}_{seed}_{i:02d}.npz"
+    if path.exists():
+        return path
+    draw = np.random.default_rng([seed, 74, i])
+    stated, u = BLOCKS[name], KNOWN["callipers"]
+    off = {key: u[key] * draw.standard_normal() for key in INPUTS}
+    sizes = stated.height_m + off["height_m"], stated.width_m + off["width_m"]
+    block = Block(*sizes, stated.mass_kg * (1 + off["mass"]))
+    clock, scale = 1 / (1 + off["sampling_rate_fraction"]), 1 + off["scale_fraction"]
+    values: dict[str, Any] = {"true_law": "realistic", "true_block_name": name, "true_foundation": foundation}
+    values |= {"true_known": "callipers", "true_clock": clock, "true_scale": scale, "rate_hz": RATE_HZ}
+    for key in ("height_m", "width_m", "mass_kg"):
+        values |= {f"true_{key}": getattr(block, key), f"stated_{key}": getattr(stated, key)}
+    values |= {"stated_position_m": BEAMS_M[name], "stated_range_m": RANGE_M}
+    values |= {f"u_{key}": each for key, each in u.items()}
+    law = TABLE_2[foundation]["hunt_crossley"]
+    soil = {key: law[key] * draw.uniform(0.9, 1.1) for key in law}
+    values |= {f"mean_{key}": each for key, each in soil.items()}
+    angle, at = RELEASE_ANGLES[name] * draw.uniform(0.7, 1.0), BEAMS_M[name] + off["position_m"]
+    runs = [_run(block, soil, angle, RATE_HZ / clock, draw) for _ in range(RUNS)]
+    ways, begins = _ways(runs, at, draw)
+    volts = scattered.V_PER_M * (ways - ways[0]) / scale
+    volts = volts * (1 + BENT * (1 - np.abs(volts) / 5))
+    values |= {"volts": scattered.written(volts, draw), "begins_s": begins}
+    for j, (motion, truth) in enumerate(runs):
+        truth["volts_impacts_s"] = begins[j] + truth["volts_impacts_s"] / clock
+        truth["fade_s"] = motion.scene.fade_s
+        values |= {f"run{j}_{key}": each for key, each in truth.items()}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.savez_compressed(path, **values)
+    return path
+
+
+def _run(block: Block, soil: dict[str, float], angle: float, rate_hz: float, draw: Any) -> tuple[Motion, Any]:
+    """A run and what is true of it."""
+    own = soil | {"k": soil["k"] * math.exp(K_BY_RUN * draw.standard_normal())}
+    by = np.column_stack([np.zeros(400), *draw.standard_normal((2, 400))])
+    impacts = np.exp(by * [0.0, K_BY_IMPACT, LAMBDA_BY_IMPACT])
+    weight = block.mass_kg * GRAVITY * block.b
+    besides = BESIDES | {"varies_from": draw.uniform(0, 2 * math.pi), "air_nms2": DRAG * weight}
+    besides["table_kg"] = TABLE_BLOCKS * block.mass_kg
+    theta0, rate = angle + math.radians(draw.uniform(-0.3, 0.3)), TREMOR_RAD * 2 * math.pi * 8 / math.sqrt(2)
+    scene = Scene(
+        block,
+        own,
+        True,
+        float(theta0),
+        draw.uniform(*FADE_S),
+        BASE,
+        besides,
+        float(rate * draw.standard_normal()),
+        impacts=impacts,
+    )
+    motion = Motion(scene, rate_hz, 20.0)
+    passed = motion.passages_s
+    ends = [*np.ceil(passed * rate_hz).astype(int).tolist(), motion.states.shape[1]]
+    tops = [i + int(np.argmax(np.abs(motion.theta[i:j]))) for i, j in pairwise(ends) if j > i]
+    places = [math.ceil(scene.fade_s * rate_hz), *tops]
+    stiffness = np.concatenate([[1.0], impacts[: len(tops), 1]])
+    rests = energy(motion.stands[:, None], scene)
+    energies = energy(motion.states[:, places], scene, stiffness) - rests
+    restitution = np.sqrt(np.maximum(energies[1:], 0) / np.maximum(energies[:-1], 1e-12))
+    truth = {"theta0": scene.theta0, **own, "slid_m": motion.slid_m, "volts_r_energy": restitution}
+    return motion, truth | {"volts_impacts_s": passed[: len(tops)], "tops": motion.theta[places]}
+
+
+def _ways(runs: list[tuple[Motion, Any]], height_m: float, draw: Any) -> tuple[Floats, list[float]]:
+    """Way of the beam [m] over rest, and tilt, hold, run and rest of each; when hands begin to leave [s]."""
+    scene = runs[0][0].scene
+    still = runs[0][0].stands[:12, None]
+    parts, begins, now = [np.repeat(still, int(scattered.REST_S * RATE_HZ), axis=1)], [], still
+    share = np.linspace(0, 1, int(scattered.TILT_S * RATE_HZ))
+    share = share**3 * (10 - 15 * share + 6 * share**2)
+    for motion, _ in runs:
+        slid = now - still  # it is tilted again where it lies
+        held = motion.states[:, :1] + slid
+        at = [motion.scene.theta0 + by for by in (0.0, 1e-4)]
+        less, more = (_held(replace(motion.scene, theta0=each, besides={}))[:12, None] for each in at)
+        hold, after = (int(each * RATE_HZ) for each in draw.uniform(1.5, 2.5, 2))
+        parts += [now + share * (held - now), held + (more - less) / 1e-4 * _tremor(hold, draw)]
+        begins.append(sum(part.shape[1] for part in parts) / RATE_HZ)
+        now = now.copy()
+        now[0] += motion.slid_m
+        parts += [motion.states + slid, np.repeat(now, after, axis=1)]
+    return read(np.hstack(parts), scene, height_m), begins
+
+
+def _tremor(n: int, draw: Any) -> Floats:
+    """Of a hand that holds [rad]; none at the start and at the end, where the run has its rate."""
+    band = butter(2, TREMOR_HZ, "bandpass", fs=RATE_HZ, output="sos")
+    noise = sosfiltfilt(band, draw.standard_normal(n + 2000))[1000 : 1000 + n]
+    ends = np.minimum(1.0, np.minimum(np.arange(n), np.arange(n)[::-1]) / (0.05 * RATE_HZ))
+    return np.asarray(TREMOR_RAD * noise / noise.std() * ends)
