@@ -78,25 +78,6 @@ def test_a_fit_takes_the_noise_that_is_heard_in_motion():
     assert [fit.diagnostics["noise"] for fit in fits] == [1.0, 0.0]
 
 
-def test_a_sum_is_as_unsure_as_the_octaves_it_rests_on():
-    known = white_noise(1.0, RATE_HZ)
-    few = replace(known, dof=np.append(4.0, known.dof[1:]))
-    level, fast = np.full(4000, 1 / 4000), np.tile([1.0, -1.0], 2000)
-    assert unsure_of_sum(known, level) == pytest.approx(1.0, rel=1e-3)
-    assert unsure_of_sum(few, level) == pytest.approx(2.776 / 1.96, rel=0.02)  # Student's t of 4
-    assert unsure_of_sum(few, fast) == pytest.approx(1.0, rel=1e-3)
-
-
-def test_rests_of_one_value_show_no_spectrum():
-    """A converter that hides the noise in one rest, and all but hides it in another."""
-    step, generator = 1e-3, np.random.default_rng(1)
-    stuck = np.full(4000, 1e-20) * generator.standard_normal(4000)
-    toggles = step * (generator.uniform(size=4000) < 1e-3)
-    for rests in ([stuck], [stuck, toggles]):
-        noise = noise_at_rest(rests, RATE_HZ, step)
-        assert np.all(np.isfinite(noise.ratio)) and noise.variance >= step**2 / 12
-
-
 def test_the_truth_keeps_its_energy_but_for_what_the_bed_takes():
     truth = clean_records.truth_of(7)
     assert np.all(np.diff(truth.energies) < 0)
@@ -118,18 +99,3 @@ def test_intervals_hold_the_truth_in_slow_noise_as_in_white():
         for number, least in (("release", 0.8), ("theta0", 0.8), ("restitution", 0.8), ("k", 0.8)):
             inside = [row["inside"] for row in rows if row["number"] == number]
             assert np.mean(inside) >= least, (noise, number)
-
-
-def test_a_row_per_noise():
-    rows = [row for noise in ("white", "hum") for row in noises.rows_of((noise, 1))]
-    text = noises.markdown(noises.pd.DataFrame(rows, columns=noises.COLUMNS))
-    assert len(text.splitlines()) == 4 and "| hum | 1 |" in text
-
-
-def test_an_outlier_in_the_hold_is_no_release():
-    """A sample that stands out by half the held angle, long before the release."""
-    truth, volts = noises.record_of("white", 0)
-    at = round((truth.release_s - 0.5) * RATE_HZ)
-    volts[at] += 0.4 * (clean_records.ZERO_V - volts[at])
-    _, found = truth.first_run(volts)
-    assert abs(found.run.release_s - truth.release_s) < 2e-3

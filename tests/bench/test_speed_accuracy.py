@@ -4,12 +4,10 @@ import math
 import sys
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from freerock_bench import peers, speed_accuracy
 from freerock_bench.document import BEGIN, END, renew
-from freerock_bench.figures import speed_accuracy as figure_of_tools
 from freerock_bench.methods.by_name import TIME_STEPPING, freerock
 from freerock_bench.methods.foundation import ode45
 from freerock_bench.methods.housner import housner_eventless
@@ -56,12 +54,6 @@ def test_a_driver_answers_each_setting(fake):
     assert math.isnan(failed.seconds)
 
 
-def test_a_driver_that_dies_says_why(fake):
-    (peers.DRIVERS / "fake.py").write_text("raise ImportError('no engine')")
-    (answer,) = peers.solve("fake", problem_of("winkler", "geometric"), [{}], TIME[:4], 1)
-    assert answer.message == "ImportError: no engine"
-
-
 def test_freerock_is_within_its_tolerance_of_the_golden_solutions(own):
     rows = own[own["method"] == "freerock"]
     assert list(rows["model"].unique()) == ["housner", "winkler", "hunt_crossley"]
@@ -92,55 +84,6 @@ def test_the_table_has_a_row_for_every_tool(own, tmp_path):
     renew(path, "engines", table(own))
     assert path.read_text().startswith(f"before {begin}| law | tool |")
     assert path.read_text().endswith(f"{end} after")
-
-
-def test_a_tool_that_fails_is_told(own):
-    failed = own[own["method"] == "RK4"].assign(outcome="it exploded", method="Engine")
-    (line,) = [each for each in table(failed).splitlines() if each.startswith("| Winkler |")]
-    assert [each.strip() for each in line.strip("|").split("|")] == [
-        "Winkler",
-        "Engine",
-        "none: it exploded",
-        *[""] * 5,
-    ]
-
-
-def test_the_figures_are_drawn(own):
-    figure, rows = figure_of_tools.draw(own)
-    assert len(figure.axes) == 3 and len(rows) == len(own)
-    assert "pale: a cheaper setting errs less" in [text.get_text() for text in figure.legends[0].texts]
-
-
-def test_what_an_engine_cannot_do_stands_within_its_panel():
-    """Wherever its slowest point lies."""
-    for epsilon in (1e-12, 1e-7, 1e-5, 1e-3, 1e-1, 1.9):
-        rows = [
-            (
-                law,
-                engine,
-                "engine",
-                epsilon,
-                seconds,
-                4e-6,
-                "k",
-                1.0,
-                seconds,
-                "another law: takes no r; more",
-            )
-            for law, engine, seconds in (
-                ("housner", "MuJoCo, box", 0.1),
-                ("winkler", "OpenSees, gap springs", 20.0),
-                ("hunt_crossley", "Drake, points, RK3", 1.0),
-            )
-        ]
-        columns = ["model", "method", "kind", "epsilon", "time_s", "floor_epsilon", "parameter"]
-        columns += ["error_stderr", "fit_s", "note"]
-        figure = figure_of_tools.draw(pd.DataFrame(rows, columns=columns).assign(outcome="completed"))[0]
-        figure.draw_without_rendering()
-        for ax in figure.axes:
-            (note,) = [text for text in ax.texts if text.get_text().endswith(":\nanother law: takes no r")]
-            box, panel = note.get_window_extent(), ax.get_window_extent()
-            assert panel.x0 <= box.x0 and box.x1 <= panel.x1 and box.y1 <= panel.y1
 
 
 # Methods

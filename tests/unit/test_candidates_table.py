@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 from evidence import NAMED, ON_ANY_RUN, POSSIBLE, paper, scene
-from fabricated import campaign
 
 from freerock.columns import columns_of
 from freerock.tables.candidates import candidates_table
-from freerock.tables.printed_tables import printed_candidates
-from freerock.tables.tidy_tables import choice_table
 
 RUNS = (
     paper() | {"hunt_crossley": NAMED},
@@ -50,36 +47,3 @@ def test_medians_are_of_fits_that_may_be_used_unless_none_may():
     table = candidates_table(choice, parameters).set_index("model")
     assert table.loc["winkler", ["epsilon_theta", "epsilon_holdout"]].tolist() == pytest.approx([0.15, 0.15])
     assert table.loc["housner", ["epsilon_theta", "epsilon_holdout"]].tolist() == [1e-5, 2e-5]
-
-
-def test_printed_are_the_candidates_that_were_fitted():
-    printed = printed_candidates(candidates_table(*scene(*RUNS)), "simulated", {"b1": "Slender"})
-    assert printed.text.iloc[:, :6].values.tolist() == [
-        ["Slender, marble", "", "", "", "", ""],
-        ["Housner", "3", "0", "0", "3", "0"],
-        ["Winkler", "4", "1", "0", "2", "0"],
-        ["Hunt–Crossley", "4", "1", "1", "1", "0"],
-        ["Housner, width free", "4", "1", "0", "0", "2"],
-    ]
-    parameters = ["r", "k / (N m⁻²)", "c / (N s m⁻²)", "λ / (N s m⁻³)", "2b / m"]
-    assert list(printed.text)[5:] == ["Not fitted", "ε_θ / %", *parameters]
-    plain = printed_candidates(candidates_table(*scene(RUNS[0])), "measured")
-    assert "2b / m" not in plain.text and "r" not in plain.text
-    assert len(plain.notes) == 1
-
-
-def test_choices_are_those_stored_with_the_fits():
-    choice = choice_table(campaign()[1])
-    own = choice[(choice["test"] == "b1_marble") & (choice["run"] == 1)].set_index("model")
-    assert own["status"].to_dict() == {
-        "housner": "rejected",
-        "winkler": "rejected",
-        "hunt_crossley": "selected",
-    }
-    assert own["explains"].tolist() == [False, False, True]
-    assert own["noise_ratio"].tolist() == [9e4, 2e3, 1.1]
-    assert own["n_freed"].tolist() == [1, 3, 3]
-    assert (
-        own.loc["hunt_crossley", "reason"]
-        == "the one with fewest parameters whose residual agrees with the noise"
-    )

@@ -106,15 +106,6 @@ FILES = {
         missing_record,
         "config/campaigns/lab.csv:2: file: raw/lab/a.tdms: no such file; put it there, or correct its name",
     ),
-    "missing record that the manifest lists": (
-        missing_and_listed,
-        "config/campaigns/lab.csv:2: file: raw/lab/a.tdms: no such file; put it there, or correct its name",
-    ),
-    "empty record that the manifest lists": (
-        lambda raw: (raw / "a.tdms").write_bytes(b""),
-        "config/campaigns/lab.csv:2: file: raw/lab/a.tdms: the file is empty; "
-        "copy it again from the acquisition computer",
-    ),
     "truncated record": (
         truncated,
         "config/campaigns/lab.csv:3: file: raw/lab/b.tdms: the file is truncated: its last segment is "
@@ -124,17 +115,6 @@ FILES = {
         lambda raw: edit("config/campaigns/lab.csv", "top", "tip"),
         "config/campaigns/lab.csv:3: channel: raw/lab/b.tdms: no channel 'tip'; its channels are top, low; "
         "correct the channel column of the campaign's CSV",
-    ),
-    "channel not named": (
-        lambda raw: edit("config/campaigns/lab.csv", "top", ""),
-        "config/campaigns/lab.csv:3: channel: raw/lab/b.tdms: has the channels top, low; "
-        "name one in the channel column of the campaign's CSV",
-    ),
-    "unit of no sensor": (
-        lambda raw: write_volts(raw / "b.tdms", "kg", "top"),
-        "config/campaigns/lab.csv:3: laser: lasers: units: the channel's unit 'kg' is not known; "
-        "name another channel, or declare it as units of the laser: V, mV, kV, mA, A, m, cm, mm, um, rad, "
-        "mrad, deg",
     ),
     "unit other than declared": (
         lambda raw: edit("config/campaigns/lab.yaml", "0.05}", "0.05, units: mA}"),
@@ -146,34 +126,15 @@ FILES = {
         "config/campaigns/lab.csv:2: laser: a voltage has no scale; "
         "give one of range_m, sensitivity_per_mm, calibration to the laser",
     ),
-    "calibration of another output": (
-        lambda raw: edit(raw / "table.csv", "V,mm", "mA,mm"),
-        "config/campaigns/lab.csv:3: laser: the calibration table is of a current, the channel of a voltage; "
-        "give the table of this sensor",
-    ),
     "calibration that turns back": (
         lambda raw: edit(raw / "table.csv", "10,50", "10,50\n5,60"),
         "config/campaigns/lab.yaml:10: lasers.table.calibration: raw/lab/table.csv: the columns don't rise "
         "or fall throughout; give two lines or more, in order of the output",
     ),
-    "no truth": (
-        no_truth,
-        "config/campaigns/lab.yaml:3: truth: raw/lab/truth.json: No such file or directory; "
-        "restore the file, or remove the key truth",
-    ),
     "truth is not JSON": (
         lambda raw: (raw / "truth.json").write_text("{"),
         "config/campaigns/lab.yaml:3: truth: raw/lab/truth.json: is not JSON (Expecting property name "
         "enclosed in double quotes: line 1 column 2 (char 1)); restore the file, or remove the key truth",
-    ),
-    "truth without a parameter": (
-        lambda raw: edit(raw / "truth.json", '"c"', '"d"'),
-        "config/campaigns/lab.yaml:3: truth: raw/lab/truth.json: a: does not hold the model and its "
-        "parameters run by run (KeyError: 'c'); restore the file, or remove the key truth",
-    ),
-    "manifest of other columns": (
-        lambda raw: (raw / "manifest.csv").write_text("name\n"),
-        "raw/lab/manifest.csv: has no columns file and sha256; write file,sha256,bytes first",
     ),
     "no raw folder": (
         no_raw,

@@ -7,7 +7,6 @@ from fabricated import campaign, tidy_tables
 
 from freerock.cli import subcommands as cli
 from freerock.cli.compare_command import compare_results, comparison_text
-from freerock.errors import FreerockError
 from freerock.tables.csvfile import write_csv
 
 RECORDS = [{"test": test, "file": f"{test}.tdms"} for test in ("b1_marble", "b1_mat", "b2_marble", "b2_mat")]
@@ -57,12 +56,6 @@ def test_the_same_analysis_is_the_same(a):
     assert "judged" not in text
 
 
-def test_analyses_without_a_common_record_are_not_compared(a, tmp_path, tables):
-    others = [each | {"test": f"other_{each['test']}"} for each in RECORDS]
-    with pytest.raises(FreerockError, match="no record is in both; name two analyses of one campaign"):
-        compare_results(a, write(tmp_path / "b", tables, records=others))
-
-
 @pytest.mark.parametrize(
     ("checksum", "shift", "verdict"),
     [("0a", 0.9, "within"), ("0a", 1.1, "changed"), ("1b", 1.1, "within"), ("1b", 2.9, "changed")],
@@ -74,29 +67,6 @@ def test_a_difference_is_over_the_error_it_can_have(a, tables, tmp_path, checksu
     assert (row["model"], row["parameter"], row["verdict"]) == ("housner", "r", verdict)
     assert row["ratio"] == pytest.approx(shift / (1 if checksum == "0a" else 2**0.5), rel=1e-3)
     assert row["same_record"] == (checksum == "0a")
-
-
-def test_of_two_errors_of_one_record_the_larger_counts_and_per_cent_are_of_the_first(a, tables, tmp_path):
-    b = write(tmp_path / "b", changed(changed(tables, housner=1.1), "stderr", housner=0.1))
-    row = compare_results(a, b).parameters.query("verdict != 'identical'").iloc[0]
-    assert row["stderr"] == pytest.approx(0.0012)
-    assert row["difference_percent"] == pytest.approx(10)
-
-
-def test_failed_fits_and_what_one_lacks_are_reported(a, tables, tmp_path):
-    fewer = changed(tables, housner=1.1)
-    lost = fewer["parameters"].query("model == 'winkler' and test == 'b1_marble' and run == 2").index
-    fewer["parameters"] = fewer["parameters"].drop(lost)
-    first = fewer["parameters"].query("model == 'housner' and run == 1").index[0]
-    fewer["parameters"].loc[first, "success"] = False
-    b = write(tmp_path / "b", fewer)
-    (b / "figures").mkdir()
-    (b / "figures/models.pdf").write_text("")
-    found = compare_results(a, b)
-    assert found.parameters["verdict"].value_counts().to_dict().items() >= {"failed": 1, "only a": 3}.items()
-    assert (found.only_a, found.only_b) == ([], ["figures/models.pdf"])
-    text = comparison_text(found, a, b)
-    assert "only a" in text and "figures/models.pdf" in text and "fit.log" not in text
 
 
 def test_choices_verdicts_and_provenance_that_differ(a, tables, tmp_path):
@@ -124,12 +94,3 @@ def test_the_command_prints_and_writes_every_parameter(a, tables, tmp_path, caps
     printed = capsys.readouterr().out
     assert "changed" in printed and "b1_marble" in printed
     assert len((tmp_path / "c.csv").read_text().splitlines()) == len(tables["parameters"]) + 1
-
-
-@pytest.mark.parametrize("lost", ["provenance.json", "tables/parameters.csv"])
-def test_a_folder_without_results_is_reported(a, tmp_path, lost, capsys):
-    (a / lost).unlink()
-    with pytest.raises(FreerockError, match="name the results of a campaign"):
-        compare_results(a, a)
-    assert cli.main(["compare", str(a), str(a)]) == 1
-    assert capsys.readouterr().err.count("\n") == 1

@@ -4,7 +4,7 @@ from importlib import import_module
 import numpy as np
 import pandas as pd
 import pytest
-from fabricated import campaign, failed_record, fits, record
+from fabricated import campaign, failed_record, fits
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.colors import to_rgb
@@ -171,19 +171,6 @@ def test_quality_of_a_record_without_runs_shows_its_signal(datasets, tmp_path):
     assert none.empty and not named.axes
 
 
-@pytest.mark.parametrize(("origin", "said"), [("simulated", True), ("measured", False)])
-def test_footer_says_that_a_record_is_simulated(origin, said):
-    tree = record(origin=origin, n_runs=1)
-    fitted = fits(tree)
-    figures = [
-        foundation_effect.draw([tree], origin)[0],
-        models.draw([fitted], runs_table([tree]), origin)[0],
-    ]
-    figures.append(drawn_restitution([tree], [fitted], origin=origin)[0])
-    for figure in [*figures, *quality.draw(tree, fitted)[0]]:
-        assert (style.FOOTER in texts(figure)) is said
-
-
 def test_every_axis_is_labelled_with_its_unit_and_nothing_overlaps(datasets):
     records, fitted = datasets
     figures = [foundation_effect.draw(records, "simulated", LABELS)[0]]
@@ -198,19 +185,6 @@ def test_every_axis_is_labelled_with_its_unit_and_nothing_overlaps(datasets):
         boxes += [artist.get_window_extent() for artist in (*figure.texts, *figure.legends)]
         for i, box in enumerate(boxes):
             assert not any(box.overlaps(other) for other in boxes[i + 1 :])
-
-
-def test_same_figure_same_bytes(tmp_path, datasets):
-    for name in ("one", "two"):
-        style.save(*drawn_restitution(*datasets), tmp_path / name)
-    for suffix in (".pdf", ".png", ".csv"):
-        assert (tmp_path / f"one{suffix}").read_bytes() == (tmp_path / f"two{suffix}").read_bytes()
-    assert len(list(tmp_path.iterdir())) == 6
-    pdf = (tmp_path / "one.pdf").read_bytes()
-    assert b"CreationDate" not in pdf
-    assert b"/FontFile2" in pdf
-    assert b"/Type3" not in pdf
-    assert b"Software" not in (tmp_path / "one.png").read_bytes()
 
 
 def test_each_figure_has_the_width_of_a_page_and_nothing_overlaps(datasets):
@@ -262,17 +236,6 @@ def test_predictions_are_of_the_law_named_for_each_scene(datasets):
     figure, data = predictions.draw(frame, epsilon, "simulated", LABELS)
     drawn = data.groupby("model")["foundation"].unique().map(list).to_dict()
     assert drawn == {"housner": ["marble"], "hunt_crossley": ["mat"]} and len(figure.axes) == 2
-
-
-def test_a_single_run_of_a_single_block_predicts_nothing_and_its_own_fits_are_shown():
-    epsilon = epsilon_table([fits(record(n_runs=1), failed=["winkler"])]).assign(selected=False)
-    figure, data = predictions.draw(pd.DataFrame(columns=PREDICTIONS), epsilon, "simulated")
-    housner, winkler, hunt_crossley = figure.axes
-    assert [len(ax.lines[0].get_xdata()) for ax in figure.axes] == [1, 0, 1]
-    assert [text.get_text() for text in winkler.texts] == ["failed fit"]
-    assert not housner.texts and not hunt_crossley.texts
-    assert set(data["basis"]) == {"fitted to the run itself"}
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["fitted to the run itself"]
 
 
 @given(st.lists(st.floats(-1e3, 1e3) | st.just(np.nan), max_size=300), st.integers(1, 50))

@@ -6,13 +6,12 @@ from importlib import import_module
 
 import numpy as np
 import pytest
-from fabricated import RATE_HZ, campaign, failed_record, fits, record, tidy_tables
-from overlaps import assert_nothing_overlaps
-from test_figures import BLOCKS, LABELS, texts
+from fabricated import RATE_HZ, campaign, fits, record, tidy_tables
+from test_figures import BLOCKS, LABELS
 
 from freerock.config.figure_names import FIGURES
 from freerock.config.keys_of_campaign import CampaignFile
-from freerock.figures import backbone, parameters, residuals, restitution, style
+from freerock.figures import parameters, residuals, restitution
 from freerock.jobs.make_figures import make_figures
 from freerock.tables.csvfile import write_csv
 
@@ -22,29 +21,11 @@ def tables():
     return tidy_tables(*campaign())
 
 
-def of_swings(tables):
-    return tables["runs"], tables["restitution"], tables["epsilon"], BLOCKS, "simulated", LABELS
-
-
 def test_each_figure_of_the_configuration_is_a_module_and_drawn_by_default():
     for name in FIGURES:
         declared = import_module(f"freerock.figures.{name}").FIGURE
         assert {*declared} == {"title", "caption", "reads", "reading"}
     assert CampaignFile.model_fields["figures"].default == FIGURES
-
-
-def test_parameters_have_a_row_per_run_record_and_foundation(tables):
-    drawn = [tables[name] for name in ("parameters", "populations", "choice")]
-    figure, data = parameters.draw(*drawn, "simulated", LABELS)
-    assert set(data["model"]) == {"hunt_crossley"}
-    assert data.groupby("level")["test"].count().to_dict() == {"run": 12, "record": 8, "foundation": 4}
-    alone = tables["runs"][~tables["runs"]["excluded"]].groupby("test")["run"].nunique() == 1
-    assert alone.any() and not set(alone.index[alone]) & set(data[data["level"] == "run"]["test"])
-    own = data[(data["level"] == "run") & (data["parameter"] == "k")]
-    np.testing.assert_allclose(own["value"], 6.88e6)
-    np.testing.assert_allclose(own["high"] - own["low"], 2 * 1.96 * 1.2e4)
-    assert "Slender block, Marble" in texts(figure)
-    assert parameters.caption(data) == "Law: Hunt–Crossley, named by 7 of 7 runs. Runs of 4 records."
 
 
 def bars_of(ax):
@@ -86,19 +67,6 @@ def test_parameters_are_of_the_law_of_each_foundation(tables):
     on_marble, on_mat = parameters.caption(data, LABELS).removeprefix("Laws: ").split("; ")
     assert re.fullmatch(r"Housner \(Marble\), named by (\d) of \1 runs", on_marble)
     assert re.match(r"Hunt–Crossley \(mat\), named by \d of \d runs\. Runs of ", on_mat)
-
-
-def test_nothing_to_draw_is_said():
-    tree = failed_record()
-    empty = tidy_tables([tree], [fits(tree)])
-    drawn = [empty[name] for name in ("parameters", "populations", "choice")]
-    figure, data = parameters.draw(*drawn, "simulated", LABELS)
-    assert data.empty and "no run has a fit that may be used" in texts(figure)
-    figure, data = backbone.draw(*of_swings(empty))
-    assert data.empty
-    figure.draw_without_rendering()
-    figure, data = residuals.draw([fits(tree)], [tree], "simulated", LABELS)
-    assert data.empty and "no fitted run" in texts(figure)
 
 
 def test_the_spectrum_of_a_residual_of_white_noise_is_that_of_its_variance():
@@ -153,16 +121,3 @@ def test_a_caption_has_a_title_what_is_drawn_of_which_runs_and_that_it_is_simula
         "The records are simulated; they are not the laboratory's data.\n"
     )
     assert pages(stem) == 1
-
-
-def test_nothing_overlaps(tables):
-    drawings = {
-        "parameters": parameters.draw(
-            tables["parameters"], tables["populations"], tables["choice"], "simulated", LABELS
-        ),
-        "backbone": backbone.draw(*of_swings(tables)),
-        "residuals": residuals.draw(campaign()[1][:2], campaign()[0], "simulated", LABELS),
-    }
-    for name, (figure, _) in drawings.items():
-        assert figure.get_figwidth() == style.WIDTH_IN
-        assert_nothing_overlaps(figure, name)

@@ -2,13 +2,11 @@
 
 import re
 
-import pandas as pd
-import pytest
 from fabricated import campaign, failed_record, fits, record
 from found_again import found_again
 from reported import make, tables_of
 
-from freerock.report.findings import findings, laws_of_foundations
+from freerock.report.findings import findings
 from freerock.report.numbers import plain
 from freerock.tables.csvfile import read_csv
 
@@ -79,23 +77,6 @@ def test_blocks_rock_longest_where_their_mean_time_is_longest(tmp_path):
     assert plain(found.sentences[0]) == first
 
 
-@pytest.mark.parametrize("n, law", [(1, ""), (2, "winkler")])
-def test_a_law_is_quoted_where_it_explains_most_of_the_runs(n, law):
-    rows = [{"test": "t1", "run": i, "foundation": "marble", "model": "winkler"} for i in range(3)]
-    choice = pd.DataFrame(rows).assign(status="selected", explains=[i < n for i in range(3)])
-    assert laws_of_foundations(choice) == {"marble": law}
-
-
-def test_no_law_explains_any_run(tmp_path):
-    tree = record()
-    text = told(tmp_path, ([tree], [fits(tree, models=("housner", "winkler"))]))
-    assert text["Explained by"].startswith("No law explains any of the 2 runs: the residual exceeds")
-    assert "nearest; its parameters then describe the fit alone" in text["Explained by"]
-    assert text["Parameters"] == "None on Marble: no law explains most of the runs there."
-    assert "which no law explains" in text["Not to be concluded"]
-    assert not any("k =" in line for line in text.values())
-
-
 def test_every_record_failed(tmp_path):
     broken = failed_record()
     text = told(tmp_path, ([broken], [fits(broken)]))
@@ -103,17 +84,6 @@ def test_every_record_failed(tmp_path):
     assert text["Explained by"] == "No law was fitted to any run."
     assert text["Parameters"] == "None, as no run was fitted."
     assert "k" not in text["Not to be concluded"].split()
-
-
-def test_two_laws_that_the_data_cant_tell_apart(tmp_path):
-    tree = record()
-    names = tables_of(tmp_path, ([tree], [fits(tree)]))
-    frames = {name: read_csv(tmp_path / f"{name}.csv") for name in names}
-    choice = frames["choice"]
-    choice.loc[choice["model"] == "housner", "status"] = "also_possible"
-    text = {each.head: " ".join(map(plain, each.sentences)) for each in findings(frames, LABELS)}
-    assert "The data can't tell it from Housner in 2 runs." in text["Explained by"]
-    assert "That the foundation yields" in text["Not to be concluded"]
 
 
 def test_blocks_that_do_not_share_a_foundation_have_each_its_own_parameters(tmp_path, monkeypatch):

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_segment import SIGMA, one_run, record
+from test_segment import one_run, record
 
 from freerock.config.hand_corrections import (
     Override,
-    read_exclusions,
     read_overrides,
-    written_exclusions,
     written_overrides,
 )
 from freerock.config.keys_of_processing import RunLimits
@@ -113,15 +111,6 @@ def test_a_hold_that_was_not_found_is_what_stands_still_before_the_release(still
     assert begun.held.theta0 == pytest.approx(0.1) and begun.fit_start_s == 2.03
 
 
-def test_renumber():
-    arguments, _, found = three()
-    one, two, three_ = by_hand(arguments, (3, found[0].release_s, found[0].end_s))
-    assert one.verdict.level == "warn" and one.verdict.texts[1] == (
-        "set by hand as run 3, it is run 1 in the order of release: correct the number, and those in exclude"
-    )
-    assert (two, three_) == (found[1], found[2])
-
-
 def test_hold_window():
     arguments, (first, _, _), found = three()
     one, *_ = by_hand(arguments, (1, first, found[0].end_s, (first - 0.5, first - 0.3)))
@@ -173,42 +162,7 @@ def test_a_record_in_which_only_a_person_sees_a_run():
     assert run.verdict.level == "warn" and run.n_impacts > 3
 
 
-@pytest.mark.parametrize(
-    "override",
-    [
-        (1, 0.2, 0.8),
-        (1, 0.2, 0.201),
-        (1, 0.0, 99.0),
-        (3, 4.01, 4.02, (0.0, 4.0)),
-        (1, 0.0004, 0.0005),
-        (7, 10.0, 10.001, (9.9, 9.91)),
-    ],
-)
-def test_any_override_leaves_a_verdict_and_the_impacts_of_the_others(override):
-    arguments, _, _ = three()
-    t, theta, _, flags, block = arguments
-    signal = t, theta, np.full(t.size, SIGMA), flags
-    judged = runs_with_impacts(signal, block, SignalQuality(), ByHand([(*override[:3], WHY, *override[3:])]))
-    assert sum(run.overridden for run, _ in judged) == 1
-    assert all(run.verdict.level == "fail" for run, _ in judged if run.overridden)
-    free = [(run, impacts) for run, impacts in judged if not run.overridden]
-    assert len(free) >= 2 and all(run.verdict.level == "ok" for run, _ in free)
-    assert all(impacts.time_s.size > 3 for _, impacts in free)
-    assert all(
-        np.isfinite([run.release_s, run.end_s, run.theta0, run.sigma_theta]).all() for run, _ in judged
-    )
-
-
 times = st.floats(-1e6, 1e6, allow_subnormal=False).map(lambda t: round(t, 9))
-
-
-@given(
-    st.sets(st.integers(0, 999_999)),
-    st.sets(st.tuples(times, times).filter(lambda pair: pair[0] < pair[1])),
-)
-def test_what_is_left_out_is_written_as_it_was_read(runs, stretches):
-    found = read_exclusions(written_exclusions(runs, stretches))
-    assert (set(found.runs), set(found.stretches)) == (runs, stretches)
 
 
 def judged(arguments, *stretches):
@@ -242,13 +196,3 @@ def test_what_stands_in_a_stretch_does_not_matter_and_no_restitution_spans_it(fi
         apart = getattr(impacts, name)[known] - getattr(plain, name)[unhidden]
         most = 4 * np.nan_to_num(getattr(plain, stderr)[unhidden], nan=1.0)  # windows about a peak may differ
         assert np.all(np.abs(apart) <= most)
-
-
-def test_a_run_that_is_hidden_altogether_is_none():
-    arguments, _, found = three()
-    stretch = found[1].release_s + 0.001, found[1].end_s
-    runs = judged(arguments, stretch)
-    assert [run.release_s for run, _ in runs] == pytest.approx(
-        [found[0].release_s, found[2].release_s], abs=1e-4
-    )
-    assert all("meets no run" in run.verdict.texts[0] for run, _ in runs)

@@ -1,6 +1,5 @@
 """The public interface: no name of it is gone, and a campaign of version 0.1 is told of each key that is."""
 
-import json
 import shutil
 from importlib.metadata import version
 from pathlib import Path
@@ -8,10 +7,8 @@ from pathlib import Path
 import pytest
 from ruamel.yaml import YAML
 
-import freerock
 from freerock.cli import subcommands as cli
 from freerock.config import mistakes
-from freerock_bench.interface import gone, of_package
 
 ROOT = Path(__file__).parents[2]
 OF_0_1 = """\
@@ -33,25 +30,6 @@ CSV_0_1 = """\
 test,file,channel,block,foundation,laser,exclude,override,reason,note
 config2_marble,config2_marble.tdms,,config2,marble,at_200mm,,,,
 """
-
-
-def stated():
-    return json.loads((ROOT / "docs/interface.json").read_text(encoding="utf-8"))
-
-
-def test_no_name_of_the_package_is_gone():
-    assert gone({kind: names for kind, names in stated().items() if kind != "version"}, of_package()) == []
-
-
-def test_a_name_that_is_gone_is_found():
-    now = of_package()
-    then = now | {"keys": {**now["keys"], "campaign": [*now["keys"]["campaign"], "fits.pooled"]}}
-    assert gone(then, now) == ["keys: campaign: fits.pooled"]
-    assert "blocks.*.height_m" in now["keys"]["campaign"] and "runs" not in now["keys"]["config.yaml"]
-
-
-def test_every_public_python_name_is_there():
-    assert all(hasattr(freerock, name) for name in stated()["python"]["freerock"])
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 """What the laboratory knows: the same readings with other inputs, and what the configuration says of them."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +8,7 @@ from laboratory import CSV, YAML, problems
 
 from freerock.config.campaign import load_campaign
 from freerock.config.step_settings import inputs
-from freerock.models.block import GRAVITY, Block
+from freerock.models.block import Block
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
@@ -41,16 +40,6 @@ def test_two_lasers_know_the_angle_by_the_distance_of_their_beams():
     np.testing.assert_allclose(np.tan(second), (s[0] - 1.01 * s[1]) / 0.1, atol=1e-12)
 
 
-def test_block_clock_and_tilt_move():
-    laboratory = Laboratory(BLOCK, {"high": HIGH})
-    assert laboratory.moved(Input("b", "width_m", 1e-3, True), -1.0).block == replace(BLOCK, width_m=0.069)
-    clock = laboratory.moved(Input("high", "sampling_rate_fraction", 1e-3, True), 1.0).clock
-    assert clock == pytest.approx(1 / 1.001)
-    assert laboratory.moved(Input("f", "levelled_deg", 0.1, True), 1.0).tilt == pytest.approx(
-        math.radians(0.1)
-    )
-
-
 def of_record(folder, old, new):
     """Inputs of the only record of a campaign whose YAML was changed, by name."""
     (folder / "lab.yaml").write_text(YAML.replace(old, new))
@@ -72,24 +61,6 @@ def test_inputs_are_stated_or_defaults(tmp_path):
     assert of_record(tmp_path, "5.84", "5.84\n    com_offset_m: 0.001")["com_offset_m"]["u"] == 3e-4
     stated = of_record(tmp_path, "5.84", "5.84\n    uncertainty: {com_offset_m: 0.002}")["com_offset_m"]
     assert (stated["u"], stated["stated"]) == (2e-3, True)
-
-
-def test_a_campaign_states_the_centre_of_mass(tmp_path):
-    stated = "5.84\n    com_height_m: 0.15\n    com_offset_m: 0.001\n    inertia_kg_m2: 0.05"
-    of_record(tmp_path, "5.84", stated)
-    block = load_campaign(tmp_path / "lab.yaml").blocks
-    (found,) = [each.block for each in block.values()]
-    assert (found.h, found.e, found.inertia_cm) == (0.15, 0.001, 0.05)
-    assert found.g == GRAVITY
-
-
-@pytest.mark.parametrize(
-    ("sensor", "u", "stated"),
-    [("", 2.9, False), (", response_ms: 4", 0.4, False), (", uncertainty: {response_ms: 0.1}", 0.1, True)],
-)
-def test_a_sensors_response_is_known_as_stated_or_by_default(tmp_path, sensor, u, stated):
-    known = of_record(tmp_path, "range_m: 0.05}", f"range_m: 0.05{sensor}}}")
-    assert known["response_ms"]["u"] == pytest.approx(u) and known["response_ms"]["stated"] is stated
 
 
 def test_a_levelled_base_lies_evenly_within_its_bound(tmp_path):

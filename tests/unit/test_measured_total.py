@@ -121,19 +121,6 @@ def test_the_total_is_a_root_sum_of_squares_and_without_inputs_the_noise():
     assert known.peak_before[0] == pytest.approx(known.theta0, rel=1e-9)
 
 
-def test_what_is_not_known_of_an_impact_stays_unknown():
-    """Released from beyond the critical angle, and a run without impacts."""
-    time_s = np.arange(0, 4.0, 5e-4)
-    theta, _ = simulate_theta("housner", BLOCK, {"r": 0.92}, time_s, theta0=THETA0)
-    laboratory = Laboratory(BLOCK, {"l": NEAR}, tuple(INPUTS.values()))
-    beyond = find_impacts(time_s, theta, 1e-4, BLOCK, theta0=math.radians(15))
-    known = measured_total(math.radians(15), 1e-5, beyond, laboratory)
-    assert np.isnan(known.restitution[0]) and np.isfinite(known.restitution[1:]).all()
-    assert math.isfinite(known.theta0) and np.isfinite(known.peak_after).all()
-    none = find_impacts(time_s[:20], theta[:20], 1e-4, BLOCK, theta0=THETA0)
-    assert measured_total(THETA0, 1e-5, none, laboratory).restitution.shape == (0,)
-
-
 def test_it_holds_where_the_inputs_are_wrong_by_what_is_stated_of_them():
     """A rigid block of other sides under another beam than stated: true r and θ₀ inside ± 1.96 u in 95 %."""
     time_s, generator, inside = np.arange(0, 1.5, 5e-4), np.random.default_rng(7), []

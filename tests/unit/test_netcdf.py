@@ -181,30 +181,6 @@ def test_runs_and_impacts_come_back(folder):
     assert_equal(impacts_in(tree["run_2"]), made_up_impacts(0))
 
 
-@pytest.mark.parametrize(
-    ("verdicts", "excluded", "expected"),
-    [
-        (["ok", "ok"], [], "ok"),
-        (["ok", "fail"], [], "warn"),
-        (["fail", "fail"], [], "fail"),
-        (["ok", "fail"], [1], "fail"),
-        (["ok", "fail"], [1, 2], "warn"),
-    ],
-)
-def test_record_fails_only_when_no_run_can_be_used(tmp_path, verdicts, excluded, expected):
-    runs = [
-        replace(
-            made_up_runs()[0],
-            number=number,
-            verdict=Verdict((Reason(verdict, "check", "found"),)),
-            excluded=number in excluded,
-        )
-        for number, verdict in enumerate(verdicts, 1)
-    ]
-    write_record(tmp_path / "a.nc", made_up_record(), runs, [made_up_impacts()] * 2, ATTRS)
-    assert open_record(tmp_path / "a.nc").attrs["verdict"] == expected
-
-
 def test_fits_come_back(folder):
     tree = open_fits(folder / "fits_a.nc")
     assert list(tree.children) == ["run_1", "run_2"]
@@ -248,20 +224,6 @@ def test_failed_record_is_a_product(tmp_path):
     assert runs_in(tree) == []
     write_fits(tmp_path / "b.nc", {}, ATTRS | {"verdict": "fail", "reasons": [reason]})
     assert not open_fits(tmp_path / "b.nc").children
-
-
-def test_every_variable_is_described(folder):
-    without_units = {"flags", "parameter", "parameter_b", "unit", "covariance", "success"}
-    without_units |= {"part_value", "part_value_stderr", "influence_of_input"}
-    without_units |= {"value", "stderr", "ci95_low", "ci95_high", "u_law", "u_total", "contribution"}
-    without_units |= {"input", "input_owner", "input_u", "input_unit", "input_stated"}
-    for tree in (open_record(folder / "record_a.nc"), open_fits(folder / "fits_a.nc")):
-        for node in tree.subtree:
-            for name, variable in node.variables.items():
-                assert variable.attrs["long_name"], name
-                assert ("units" in variable.attrs) == (name not in without_units), name
-                for beside in variable.attrs.get("ancillary_variables", "").split():
-                    assert beside in node.variables
 
 
 def test_attributes_follow_cf_and_acdd(folder):

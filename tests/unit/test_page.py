@@ -3,9 +3,8 @@ import re
 
 import pytest
 from fabricated import campaign, failed_record, fits, record
-from reported import BLOCKS, make, settings
+from reported import BLOCKS, make
 
-from freerock.config.review_log import LOOKED_AT, Change
 from freerock.tables.number_text import quantity
 from freerock.tables.populations import populations_table
 from freerock.tables.printed_tables import table1_text, table2_text, table3_text
@@ -51,21 +50,6 @@ def test_report_escapes_whatever_files_and_notes_hold(tmp_path):
     assert page.text.count("alert(1)") > 8
 
 
-def test_report_shows_what_was_changed_at_the_review_desk(tmp_path):
-    tree = record("b1_marble")
-    changes = [
-        Change("2026-11-01T10:00:00+01:00", "anna", "b1_marble", "", "exclude", "", "2", "fell"),
-        Change("2026-11-01T11:00:00+01:00", "anna", "b1_marble", "", "reason", "", HOSTILE, "fell"),
-        Change("2026-11-01T12:00:00+01:00", "bert", "b1_marble", "1", LOOKED_AT, "", "yes", ""),
-    ]
-    page = make(tmp_path, ([tree], [fits(tree)]), by_hand=changes)
-    table = page.text.partition("Changes at the review desk, newest first")[2].partition("freerock review")[0]
-    assert table.index("11:00:00") < table.index("10:00:00")
-    assert table.count("(the CSV holds something else by now)") == 2
-    assert "Looked at: 1 of " in table and "runs, by bert." in table
-    assert page.html.count("<script>alert") == 0
-
-
 def test_report_shows_every_run_with_verdict_and_reasons(page):
     assert "5 records with 9 free-rocking runs; verdicts: 7 ok, 2 warn, 1 fail." in page.text
     assert re.search(r'<span class="excluded">\w+, excluded</span>', page.html)
@@ -86,52 +70,6 @@ def test_every_row_of_every_table_leads_to_its_run_or_record(page):
     assert len(tables) == 9
     for row in "".join(tables).split("<tr>")[1:]:
         assert re.search('href="#(run|record|config|evidence)-', row)
-
-
-def test_a_number_of_table_2_leads_to_file_samples_and_settings(page):
-    body = re.search(r"Table 2\..*?<tbody>(.*?)</tbody>", page.html, re.S)[1]
-    row = next(row for row in body.split("<tr>") if "b1_marble" in row and "6.88" in row)
-    target = re.search('href="#(record-b1_marble)"', row)[1]
-    section = re.search(f'<section class="record" id="{target}">(.*?)</section>', page.html, re.S)[1]
-    assert "raw/b1_marble.tdms" in section and "0a1b" in section
-    assert "samples 404 to 1200" in section
-    assert {"config-blocks-b1", "config-lasers-at_200mm", "config-processing", "config-fits"} <= set(
-        re.findall('href="#([^"]*)"', section)
-    )
-
-
-def test_the_records_that_need_a_look_are_listed_and_the_tables_hold_all(tmp_path, monkeypatch):
-    monkeypatch.setattr("freerock.report.page.MOST_LISTED", 2)
-    page = make(tmp_path, campaign())
-    rows = page.html.partition('id="overview"')[2].partition("</table>")[0]
-    assert rows.count("<tr>") == 1 + 4  # the failed record, and the three runs of the next
-    assert "b1_broken" in rows and "b1_marble" in rows and "b2_mat" not in rows
-    assert set(re.findall('id="record-([^"]*)"', page.html)) == {"b1_broken", "b1_marble"}
-    for name in ("table2", "table3", "runs", "budget", "restitution_comparison"):
-        note = f"Listed: 2 of 5 records, those whose runs most need a look. All: tables/{name}.csv."
-        assert note in page.text
-        whole = (tmp_path / f"{name}.csv").read_text(encoding="utf-8")
-        assert "b2_mat" in whole or name == "budget"
-    places = {attrs["id"] for _, attrs in page.tags if "id" in attrs}
-    links = {attrs["href"][1:] for _, attrs in page.tags if attrs.get("href", "").startswith("#")}
-    assert links <= places
-    assert "5 records with 9 free-rocking runs; verdicts: 7 ok, 2 warn, 1 fail." in page.text
-
-
-def test_report_says_what_is_simulated(page, tmp_path):
-    assert "Simulated records." in page.text
-    tree = record("b1_marble", origin="measured")
-    measured = make(tmp_path, ([tree], [fits(tree)]), origin="measured")
-    assert "imulated" not in measured.text
-    assert not any('"mark":" – simulated"' in each for each in measured.scripts)
-
-
-def test_report_says_which_debonding_rule(page, tmp_path):
-    assert "Debonding rule “geometric”" in page.text
-    chosen = settings([])["fits"] | {"debonding": "tensionless"}
-    other = make(tmp_path, campaign(), fits=chosen).text
-    assert "and the foundation pushes" in other
-    assert "dashpot may pull" not in other
 
 
 def test_report_of_a_campaign_in_which_every_record_failed(tmp_path):

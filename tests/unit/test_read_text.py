@@ -1,5 +1,3 @@
-from datetime import datetime, timedelta
-
 import numpy as np
 import pytest
 from reading import refusal
@@ -100,14 +98,6 @@ def test_empty_cells_are_missing_samples_and_gaps_are_told(tmp_path):
     assert dataset.attrs["time_base"] == "3 samples missing in 1 gap, the longest of 3 after 0.029 s"
 
 
-def test_a_cell_that_is_no_number(tmp_path):
-    path = table(tmp_path / "a.csv", "time [s];laser [V]")
-    path.write_text(path.read_text().replace(f"{VOLTS[20]:.6f}", "5.1 V", 1))
-    assert refusal(path) == (
-        "line 22, column 2: '5.1 V' is not a number; correct the line, or export the file again"
-    )
-
-
 @pytest.mark.parametrize("head", [[], ["time,volts"]])
 def test_decimal_commas_between_commas(tmp_path, head):
     path = tmp_path / "a.csv"
@@ -124,81 +114,3 @@ def test_no_time_and_no_rate(tmp_path):
         "no column of time and no sampling rate; "
         "head the column of time with time [s], or state the sampling rate"
     )
-
-
-@pytest.mark.parametrize(
-    ("stamp", "delimiter", "start"),
-    [
-        ("2017-05-02 09:30:{:09.6f}", ";", "2017-05-02T09:30:05.000000"),
-        ("2017/05/02T09:30:{:09.6f}Z", "\t", "2017-05-02T09:30:05.000000Z"),
-        ("09:30:{:06.3f}", ",", None),
-        ("2017-05-02 09:30:{:06.3f}", "  ", None),
-    ],
-)
-@pytest.mark.parametrize("comma", [False, True])
-def test_clock_times(tmp_path, stamp, delimiter, start, comma):
-    rows = [f"{stamp.format(5 + t)}{delimiter}{v:.6f}" for t, v in zip(TIME, VOLTS, strict=True)]
-    if comma and delimiter != ",":
-        rows = [row.replace(".", ",") for row in rows]
-    path = tmp_path / "a.csv"
-    path.write_text("\n".join([f"when{delimiter}laser [V]", *rows]) + "\n")
-    dataset = read_record(path)
-    assert "seconds" not in dataset.attrs["reading"]
-    assert dataset.attrs.get("start_time") == start
-    np.testing.assert_array_equal(next(iter(dataset.values())), VOLTS)
-    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-9)
-
-
-def clocked(path, stamps, head="when;laser [V]"):
-    rows = [f"{stamp};{v:.6f}" for stamp, v in zip(stamps, VOLTS, strict=False)]
-    path.write_text("\n".join([head, *rows]) + "\n")
-    return path
-
-
-def stamps(begin, form):
-    """Times of a logger, each millisecond, written out as its form says."""
-    times = [begin + timedelta(milliseconds=i) for i in range(len(VOLTS))]
-    return [form(t).replace("FFF", f"{t.microsecond // 1000:03}") for t in times]
-
-
-def german(t):
-    return f"{t:%d.%m.%Y %H:%M:%S},FFF"
-
-
-def american(t):
-    return f"{t.month}/{t.day}/{t.year} {t.hour % 12 or 12}:{t:%M:%S}.FFF {'PM' if t.hour > 11 else 'AM'}"
-
-
-def with_slashes(t):
-    return f"{t:%d/%m/%Y %H:%M:%S}.FFF"
-
-
-AFTERNOON = datetime(2026, 11, 22, 13, 5, 7, 123000)
-
-
-@pytest.mark.parametrize(
-    ("begin", "form", "start", "order"),
-    [
-        (AFTERNOON, german, "2026-11-22T13:05:07.123", "day, month, year"),
-        (AFTERNOON, lambda t: f"{t:%d.%m.%y %H:%M:%S}.FFF", "2026-11-22T13:05:07.123", "day, month, year"),
-        (AFTERNOON, lambda t: f"{t:%d.%m.%Y, %H:%M:%S},FFF", "2026-11-22T13:05:07.123", "day, month, year"),
-        (AFTERNOON, american, "2026-11-22T13:05:07.123", "month, day, year"),
-        (datetime(2026, 11, 22, 12, 59, 59, 980000), american, "2026-11-22T12:59:59.980", "month, day, year"),
-        (datetime(2026, 11, 22), american, "2026-11-22T00:00:00.000", "month, day, year"),
-        (datetime(2026, 11, 22, 23, 59, 59, 980000), american, "2026-11-22T23:59:59.980", "month, day, year"),
-        (AFTERNOON, with_slashes, "2026-11-22T13:05:07.123", "day, month, year"),
-        (
-            datetime(2026, 12, 31, 23, 59, 59, 980000),
-            with_slashes,
-            "2026-12-31T23:59:59.980",
-            "day, month, year",
-        ),
-        (datetime(2026, 4, 30, 23, 59, 59, 980000), german, "2026-04-30T23:59:59.980", "day, month, year"),
-    ],
-)
-def test_dates_of_loggers(tmp_path, begin, form, start, order):
-    dataset = read_record(clocked(tmp_path / "a.txt", stamps(begin, form)))
-    assert dataset.attrs["start_time"] == start
-    assert dataset.attrs["reading"].endswith(f"; dates are read as {order}")
-    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-9)
-    np.testing.assert_array_equal(dataset["laser"], VOLTS)

@@ -1,7 +1,6 @@
 """Quantities, calibrations and pairs of lasers: the same motion, however it was measured."""
 
 import math
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -158,72 +157,10 @@ def test_two_lasers_that_disagree_are_named():
     assert math.degrees(fault.angle) > 0.5
 
 
-@pytest.mark.parametrize(
-    ("pair", "what"),
-    [
-        ((HIGH, replace(LOW, face="right")), "the two beams differ in kind or in face; use two of one kind"),
-        ((HIGH, HIGH), "the two beams are at one position_m; give both positions"),
-        ((HIGH,), "2 channels for 1 lasers; name a channel for each laser"),
-    ],
-)
-def test_lasers_that_do_not_fit_together(pair, what):
-    with pytest.raises(FreerockError) as error:
-        find_rotation(TIME, [volts(), volts()], pair, BLOCK)
-    assert str(error.value).startswith(f"laser signal: {what}")
-
-
-@pytest.mark.parametrize(
-    ("moved", "name"),
-    [
-        (0.05 * TIME / TIME[-1], "drift"),
-        (np.where(TIME > 6.3, 0.05, 0.0), "rest_shift"),
-    ],
-)
-def test_a_zero_that_moves(moved, name):
-    found = find_rotation(TIME, volts() + moved, HIGH, BLOCK)
-    (fault,) = listed_faults(found)
-    assert fault.name == name
-    assert fault.start_s < 6.0 < fault.end_s
-    between = 0.05 if name == "rest_shift" else 0.05 * (13 - 1.3) / 14
-    assert fault.angle == pytest.approx(between * 0.01 / 0.2, rel=0.2)
-    assert found.attrs["zero_stderr_rad"] > abs(fault.angle) / 5
-
-
 def test_a_line_that_is_not_from_the_mains_is_named():
     found = find_rotation(TIME, volts() + 0.003 * np.sin(2 * np.pi * 1123.0 * TIME), HIGH, BLOCK)
     (fault,) = listed_faults(found)
     assert fault.name == "aliasing" and fault.note.startswith("12")
-
-
-@pytest.mark.parametrize("ratio", [0.9, 0.99, 1.05])
-def test_a_sampling_rate_that_the_mains_contradict_is_named(ratio):
-    found = find_rotation(TIME, volts() + 0.005 * np.sin(2 * np.pi * 50 * ratio * TIME), HIGH, BLOCK)
-    given = {fault.name: fault.note for fault in listed_faults(found)}
-    assert set(given) in ({"sampling_rate"}, {"sampling_rate", "aliasing"})
-    rate = given["sampling_rate"].split("the sampling rate is ")[1].split()[0]
-    assert float(rate) == pytest.approx(RATE / ratio, rel=2e-4)
-    without = find_rotation(TIME, volts(), HIGH, BLOCK, options=RotationOptions(mains_hz=None))
-    assert without.sizes["fault"] == 0
-
-
-@pytest.mark.parametrize(("true_hz", "stated_hz"), [(60.02, 50.0), (49.97, 60.0)])
-@pytest.mark.parametrize("harmonic", [0.0, 0.4])
-def test_the_mains_at_the_other_frequency_are_named(true_hz, stated_hz, harmonic):
-    phase = 2 * np.pi * true_hz * TIME
-    hum = 0.005 * (np.sin(phase) + harmonic * np.sin(3 * phase))
-    found = find_rotation(TIME, volts() + hum, HIGH, BLOCK, options=RotationOptions(mains_hz=stated_hz))
-    (fault,) = listed_faults(found)
-    other = round(true_hz, -1)
-    seen = re.fullmatch(
-        rf"(.+) Hz, (.+) V: the mains seem to be at {other:g} Hz and not at {stated_hz:g} Hz, "
-        rf"set mains_hz: {other:g}",
-        fault.note,
-    )
-    assert fault.name == "other_mains" and seen
-    assert float(seen[1]) == pytest.approx(true_hz, abs=0.02)
-    assert float(seen[2]) == pytest.approx(0.005, rel=0.05)
-    right = find_rotation(TIME, volts() + hum, HIGH, BLOCK, options=RotationOptions(mains_hz=other))
-    assert {fault.name for fault in listed_faults(right)} == {"mains_interference"}
 
 
 def test_gaps_are_dropouts():

@@ -14,7 +14,7 @@ from freerock.rotation.as_measured import as_measured
 from freerock.rotation.beam import displaced, rotation_from_displacement
 from freerock.rotation.sensor import Laser
 from freerock.rotation.sensor_response import delay_s, moments
-from freerock.rotation.view import View, sensor_attributes, view_in, view_of
+from freerock.rotation.view import View, view_of
 
 BLOCK = Block(0.28, 0.07, 5.84)
 SOIL = Foundation(6.88e6, 0.0, 1.3e8)
@@ -119,14 +119,3 @@ def test_the_rate_is_that_of_what_is_seen(laser, law):
     assert (
         np.quantile(np.abs(rate - quotient), 0.95) < 2e-4
     )  # the rest is beside the impacts of a rigid block
-
-
-@pytest.mark.parametrize("laser", [*BEAMS.values(), Laser(units="rad", response_ms=2.0, response="low_pass")])
-def test_a_dataset_tells_the_view(laser):
-    view = view_of([laser], BLOCK)
-    again = view_in(sensor_attributes(view), BLOCK)
-    values, time_s = PARAMETERS | {"theta0": 0.17}, np.linspace(0, 1, 100)
-    assert np.array_equal(
-        as_measured("hunt_crossley", BLOCK, values, time_s, view),
-        as_measured("hunt_crossley", BLOCK, values, time_s, again),
-    )

@@ -9,8 +9,7 @@ import pytest
 from freerock.files import check_manifest
 from freerock.models.block import Block
 from freerock.models.contact import Foundation, static_depth
-from freerock.models.laws import GEOMETRIC, Rules
-from freerock.models.simulate import simulate
+from freerock.models.laws import GEOMETRIC
 from freerock.records.read import read_record
 from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement
 from freerock.rotation.flags import FLAGS
@@ -108,56 +107,10 @@ def test_volts_invert_to_the_motion():
     assert np.abs(theta - record.seen).max() <= one_count
 
 
-@pytest.mark.parametrize(
-    ("model", "parameters"),
-    [("housner", {"r": 0.9}), ("winkler", {"k": 6.77e6, "c": 2.17e4}), ("hunt_crossley", MARBLE)],
-)
-def test_every_law_and_side(model, parameters):
-    right, left = (one(theta0, parameters, model) for theta0 in (0.15, -0.15))
-    np.testing.assert_allclose(left.theta, -right.theta, atol=2e-6)
-    run = right.truth["runs"][0]
-    assert run["outcome"] in ("completed", "at_rest")
-    assert len(run["impacts_s"]) > 5
-    for instant in run["impacts_s"][:5]:
-        before, after = np.interp([instant - 1e-3, instant + 1e-3], right.time_s, right.theta)
-        assert before * after < 0
-
-
-def test_pivoting_block_is_recorded_from_release_to_rest():
-    pivoting = Rules(kinematics="pivoting")
-    sudden, brief = (one(rules=pivoting, fade_s=fade) for fade in (0.0, 1e-5))
-    run = sudden.truth["runs"][0]
-    since = sudden.time_s - run["free_s"]
-    expected = simulate("hunt_crossley", BLOCK, MARBLE, since, theta0=0.17, rules=pivoting)
-    np.testing.assert_allclose(sudden.theta[since >= 0], expected.theta[since >= 0], atol=2e-6)
-    faded = brief.truth["runs"][0]
-    assert faded["impacts_s"][0] - faded["release_s"] == pytest.approx(expected.impacts[0], abs=2e-5)
-    guided = simulate("hunt_crossley", BLOCK, MARBLE, [0.0, 0.5], theta0=0.17)
-    assert expected.impacts[0] - guided.impacts[0] > 1e-3
-    assert sudden.truth["kinematics"] == "the block turns by θ about a corner, in the law and for the laser"
-    assert sudden.truth["kinematics"] == one(0.17, {"r": 0.9}, "housner").truth["kinematics"]
-
-
 def test_overturned_block_leaves_the_beam():
     record = one(math.radians(13.9), {"k": 2e5, "lambda": 1e7})
     assert record.truth["runs"][0]["outcome"] == "overturned"
     assert record.volts[-1] == pytest.approx(10.2, abs=1e-6)
-
-
-@pytest.mark.parametrize(("theta0", "release_side"), [(0.085, "positive"), (-0.085, "negative")])
-@pytest.mark.parametrize(
-    ("sinks", "least_deg"), [(False, 0.5), (True, 1.0)]
-)  # lower ones sink below their rest
-def test_unsigned_beam_gets_the_side_of_every_lobe(theta0, release_side, sinks, least_deg):
-    laser = Laser("vertical", 0.0, 0.05, release_side=release_side)
-    releases = [VirtualRelease(theta0, MARBLE, blocked_s=[(0.3, 0.6)])] * 3
-    record = simulate_record(
-        BLOCK, laser, "hunt_crossley", releases, seed=4, recording=Recording(corner_sinks=sinks)
-    )
-    found = find_rotation(record.time_s, record.volts, laser, BLOCK)
-    clear = (np.abs(record.theta) > math.radians(least_deg)) & (found["flags"].values == 0)
-    assert clear.sum() > 10_000
-    assert (np.abs(found["theta"] - record.seen) < 6 * found["sigma_theta"])[clear].all()
 
 
 def test_a_sinking_corner_reads_as_a_higher_beam():

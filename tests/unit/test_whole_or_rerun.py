@@ -13,8 +13,7 @@ import pytest
 from freerock.cli.verify_command import refusal
 from freerock.errors import DamagedProduct, FreerockError
 from freerock.jobs import contents, ledger, whole_or_rerun
-from freerock.jobs.code_identity import code_checksum
-from freerock.jobs.contents import LOOKS, checksum, look, look_settled
+from freerock.jobs.contents import checksum
 from freerock.jobs.finish_campaign import complete
 from freerock.jobs.ledger import at_work, entry_path, read_entry
 from freerock.jobs.whole_or_rerun import (
@@ -141,18 +140,6 @@ def test_made_otherwise(lab, changes, why):
     assert states(found) == {path: ("stale", f"was made {why}", False) for path in MADE.outputs}
 
 
-def test_tuples_and_whole_numbers_are_no_other_settings(lab):
-    do(READ, settings={"code": "2", "runs": [[1, "a"]], "mass_kg": 2})
-    assert not compare(
-        [dataclasses.replace(READ, settings={"code": "2", "runs": ((1, "a"),), "mass_kg": 2.0})]
-    ).doubts
-
-
-def test_two_records_of_one_file_are_no_other_files(lab):
-    do(MADE, inputs=["raw/a.tdms", "raw/a.tdms"])
-    assert not compare([dataclasses.replace(MADE, inputs=["raw/a.tdms", "raw/a.tdms"])]).doubts
-
-
 def test_products_of_another_campaign_are_not_taken_for_ones_own(lab):
     """The whole folder copied over, ledger and all."""
     os.rename(lab / "results/lab", lab / "results/other")
@@ -171,14 +158,6 @@ def test_products_of_another_campaign_are_not_taken_for_ones_own(lab):
 def test_without_an_entry_nothing_is_taken_for_whole(lab):
     entry_path(MADE.log).unlink()
     assert states()["results/lab/x.nc"] == ("stale", "has no entry in the ledger", False)
-
-
-def test_a_first_run_is_told_nothing(lab):
-    new = PlannedJob("results/lab/logs/new.log", [], ["results/lab/new.csv"], {})
-    found = compare([new])
-    assert states(found) == {"results/lab/new.csv": ("missing", "is missing", False)}
-    assert in_doubt(found) == []
-    assert compare([MADE, READ, new]).again == {new.log}
 
 
 @pytest.mark.parametrize(
@@ -202,25 +181,6 @@ def test_a_damaged_entry_is_none(lab, damage):
     assert compare([MADE, READ]).again == {MADE.log}
 
 
-def test_every_byte_of_an_entry_that_is_flipped_asks_for_no_less(lab):
-    """Whatever it says then: a product that is damaged is not taken for whole."""
-    path = entry_path(MADE.log)
-    whole = path.read_bytes()
-    rewrite(lab / "results/lab/x.nc", lambda data: data.swapcase())
-    for place in range(0, len(whole), 3):
-        path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
-        assert MADE.log in compare([MADE, READ]).again
-
-
-def test_a_file_that_looks_as_it_did_is_not_read(lab, monkeypatch):
-    time.sleep(0.03)  # now the times of all files are past
-    compare([MADE, READ]).contents.note()
-    monkeypatch.setattr(contents, "checksum", lambda path: pytest.fail(f"{path} is read"))
-    assert not compare([MADE, READ]).doubts
-    with pytest.raises(pytest.fail.Exception, match=r"raw/a\.tdms is read"):
-        compare([PlannedJob("log/x/y.log", ["raw/a.tdms"], [], {})], thorough=True)
-
-
 def test_a_thorough_look_reads_every_file(lab, monkeypatch):
     time.sleep(0.03)
     compare([MADE, READ]).contents.note()
@@ -228,30 +188,6 @@ def test_a_thorough_look_reads_every_file(lab, monkeypatch):
     monkeypatch.setattr(contents, "checksum", lambda path: read.append(path) or checksum(path))
     assert not compare([MADE, READ], thorough=True).doubts
     assert sorted(read) == sorted({*MADE.inputs, *MADE.outputs, *READ.outputs})
-
-
-@pytest.mark.parametrize("notes", ["", "[]", '{"raw/a.tdms": 1}', '{"raw/a.tdms": ["0", 1]}', "[" * 100_000])
-def test_damaged_notes_are_none(lab, notes):
-    LOOKS.write_text(notes)
-    assert not compare([MADE, READ]).doubts
-
-
-def test_looks_that_contradict_each_other_are_not_believed(lab):
-    time.sleep(0.03)
-    do(MADE)  # the records are seen, their times are past
-    LOOKS.write_text(json.dumps({path: ["0" * 64, *look(path)] for path in MADE.inputs}))
-    assert not compare([MADE]).doubts
-
-
-def test_the_look_of_a_file_changed_this_moment_is_not_trusted(tmp_path):
-    path = tmp_path / "new"
-    path.write_text("new")
-    assert checksum(path)[1] is None
-    time.sleep(0.03)
-    assert checksum(path)[1] == look(path)
-    fine, coarse = (3, 5_000_000_001, 4, 1), (3, 5_000_000_000, 4, 1)
-    assert look_settled(fine, 5_100_000_000) and not look_settled(coarse, 5_100_000_000)
-    assert look_settled(coarse, 7_100_000_000)
 
 
 def test_an_input_changed_under_a_job_ends_it_without_an_entry(lab):
@@ -381,51 +317,3 @@ def test_verification_names_records_that_failed_while_the_table_that_says_so_is_
 def test_the_remedy_is_for_what_a_verification_tells(told, campaigns, remedy):
     found = refusal("results", campaigns, told).remedy
     assert found.removesuffix("foreign") == remedy
-
-
-def test_many_products_in_doubt_are_counted(lab):
-    outputs = [f"results/lab/{number}.csv" for number in range(8)]
-    do(READ, outputs=outputs)
-    for path in outputs:
-        os.unlink(path)
-    assert in_doubt(compare([dataclasses.replace(READ, outputs=outputs)])) == [
-        *(f"{path} is missing" for path in outputs[:5]),
-        "and 3 more",
-    ]
-
-
-def job_of(script, code=None):
-    """A job of the script, as planned with this code or that of now."""
-    settings = dict(MADE.settings) | {"code": code or code_checksum(script)}
-    return SimpleNamespace(log=[MADE.log], input=MADE.inputs, output=MADE.outputs, params=settings)
-
-
-@pytest.fixture
-def script(lab):
-    entry_path(MADE.log).unlink()
-    path = lab / "make.py"
-    path.write_text("limit = 1\n")
-    return str(path)
-
-
-def test_code_edited_since_the_plan_ends_the_job_before_its_work(script):
-    with pytest.raises(FreerockError) as told, at_work(job_of(script, "of the plan"), script):
-        pytest.fail("at work")
-    assert str(told.value) == (
-        f"{script}: its code was edited since the run began; run the same command again"
-    )
-
-
-def test_code_edited_while_the_job_is_at_work_ends_it_though_put_back(script):
-    text = Path(script).read_bytes()
-    with pytest.raises(FreerockError) as told, at_work(job_of(script), script):
-        rewrite(Path(script), lambda data: b"limit = 2\n")
-        rewrite(Path(script), lambda data: text)
-    assert str(told.value) == (f"{script}: was edited while the job was at work; run the same command again")
-    assert not entry_path(MADE.log).exists()
-
-
-def test_code_that_stands_is_in_the_entry(script):
-    with at_work(job_of(script), script):
-        pass
-    assert read_entry(entry_path(MADE.log)).settings["code"] == code_checksum(script)

@@ -1,7 +1,6 @@
 """The code whose checksum is a parameter of a step is the code the step runs."""
 
 import ast
-import json
 import os
 import re
 import shutil
@@ -11,7 +10,6 @@ import pytest
 from small_campaign import ROOT
 
 from freerock.config.figure_names import FIGURES
-from freerock.files import sha256
 from freerock.jobs import code_identity as workflow
 from freerock.jobs.code_identity import code, code_checksum
 
@@ -130,29 +128,6 @@ def meaning_of(folder, text):
     return workflow.meaning(str(folder / "module.py"))
 
 
-def test_what_cannot_be_parsed_counts_by_its_bytes(tmp_path):
-    assert meaning_of(tmp_path, "1 +\n") == sha256(tmp_path / "module.py")
-    assert meaning_of(tmp_path, "1 +\n") != meaning_of(tmp_path, "2 +\n")
-
-
-@pytest.mark.parametrize("notes", ["", "[]", '{"a": 1}', "[" * 100_000])
-def test_meanings_written_down_are_read_and_damaged_ones_are_none(tmp_path, monkeypatch, notes):
-    monkeypatch.chdir(tmp_path)
-    workflow._meanings.cache_clear()
-    told = meaning_of(tmp_path, WHOLE)
-    workflow.note_meanings()
-    assert json.loads(workflow.MEANINGS.read_text()) == {sha256(tmp_path / "module.py"): told}
-    monkeypatch.setattr(workflow.ast, "parse", lambda text: pytest.fail("parsed"))
-    workflow._meanings.cache_clear()
-    assert meaning_of(tmp_path, WHOLE) == told
-    monkeypatch.undo()
-    monkeypatch.chdir(tmp_path)
-    workflow.MEANINGS.write_text(notes)
-    workflow._meanings.cache_clear()
-    assert meaning_of(tmp_path, WHOLE) == told
-    workflow._meanings.cache_clear()
-
-
 def test_checksum_is_the_same_before_and_behind_the_package(tmp_path, monkeypatch):
     package = tmp_path / "m/freerock"
     package.mkdir(parents=True)
@@ -197,35 +172,3 @@ def test_checksum_counts_the_contents_of_modules(tmp_path, monkeypatch):
     assert checksum() != told
     monkeypatch.undo()
     checksum()
-
-
-@pytest.mark.parametrize(
-    ("text", "modules"),
-    [
-        ("from freerock import files, units", {"files", "units"}),
-        ("from freerock import (\n    files,  # of the machine (or not)\n    units,\n)", {"files", "units"}),
-        ("from freerock import (  # all (now)\n    files,\n    units,\n)", {"files", "units"}),
-        ("import freerock.rotation.sensor as beam, freerock.runs.segment", {"sensor", "segment"}),
-        ("def late():\n    from freerock.rotation.sensor import Laser\n", {"sensor"}),
-        ("try:\n    import freerock.runs.segment\nexcept ImportError:\n    pass", {"segment"}),
-        (
-            "if TYPE_CHECKING:  # hints\n    import freerock.runs.segment\n\nimport freerock.rotation.sensor",
-            {"sensor"},
-        ),
-    ],
-)
-def test_forms_of_imports(tmp_path, text, modules):
-    script = tmp_path / "script.py"
-    script.write_text(text + "\n")
-    found = {Path(path).stem for path in workflow._imported(str(script))}
-    assert found == {"__init__", *modules}
-
-
-def test_modules_found_by_name_at_run_time_are_said(tmp_path):
-    script = tmp_path / "script.py"
-    script.write_text("from importlib import import_module\n")
-    (tmp_path / "beside.py").touch()
-    assert code(script) == [str(script)]
-    named = {Path(path).stem for path in code(script, "freerock.rotation.sensor")}
-    assert {"script", "sensor", "units", "errors"} <= named
-    assert code_checksum(script) != code_checksum(script, "freerock.rotation.sensor")

@@ -1,24 +1,20 @@
 """Exit code 0 means: these products, from these inputs, by these settings; whatever Snakemake has noted."""
 
-import json
 import os
 import shutil
 import subprocess
 
 import pytest
 from small_campaign import simulated
-from test_bad_day import FIT, RAW, RECORD, Run, raw, run
+from test_bad_day import FIT, RAW, RECORD, Run
 from test_reruns import CSV, EVERYTHING, OF_ONE_RECORD, PAGES, REPORT, YAML
 from warm import commands
 
-from freerock.files import sha256
-from freerock.jobs.contents import look
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import open_record
 from freerock.runs.verdict import in_one_line
 from freerock.virtual_lab.write_tdms import write_tdms
 
-LOOKS = ".snakemake/freerock.looks.json"
 OLD = (1e9, 1e9)  # a time long before
 
 
@@ -34,13 +30,6 @@ def flip(path):
     data[len(data) // 2] ^= 1
     path.write_bytes(data)
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
-
-
-def rot(checkout, path):
-    """The same where not even the file system knows of it: on the disk itself."""
-    told = sha256(checkout / path)
-    flip(checkout / path)
-    (checkout / LOOKS).write_text(json.dumps({path: [told, *look(checkout / path)]}))
 
 
 WITHOUT_RECORDS = {job: n for job, n in OF_ONE_RECORD.items() if job not in ("record", "fit", "quality")}
@@ -67,21 +56,6 @@ DAMAGE = {
 def test_any_product_is_missed(checkout, product, damage, jobs):
     DAMAGE[damage](checkout / f"results/small/{product}")
     assert checkout.planned() == jobs
-
-
-def test_everything_deleted_but_the_last_file(checkout):
-    for path in (checkout / "results/small").rglob("*"):
-        if path.is_file() and path.name != "complete.txt":
-            path.unlink()
-    assert checkout.planned() == EVERYTHING
-
-
-def test_two_products_swapped(checkout):
-    one, other = (checkout / f"results/small/records/{block}_mat.nc" for block in ("tall", "squat"))
-    one.rename(other.with_suffix(".x"))
-    other.rename(one)
-    other.with_suffix(".x").rename(other)
-    assert checkout.planned() == EVERYTHING
 
 
 def test_damage_is_undone_by_the_same_command(finished, checkout):
@@ -137,17 +111,6 @@ def test_earlier_results_put_back_after_a_change(finished, checkout):
     assert f"\n{RECORD} was made by other settings ({', '.join(told)}): made again\n" in done.stderr
 
 
-def test_a_record_put_back_with_its_own_time(finished, checkout):
-    """The products of the wrong one are newer."""
-    write_tdms(checkout / RAW, simulated("squat", 9))
-    assert checkout.snakemake(RECORD).returncode == 0
-    assert open_record(checkout / RECORD).attrs["verdict"] == "fail"
-    shutil.copy(finished / RAW, checkout / RAW)
-    os.utime(checkout / RAW, OLD)
-    assert checkout.snakemake(RECORD).returncode == 0
-    assert (checkout / RECORD).read_bytes() == (finished / RECORD).read_bytes()
-
-
 @pytest.mark.parametrize("name", ["squat_mat.tdms", "./squat_mat.tdms"])
 @pytest.mark.parametrize("notes", [True, False], ids=["with Snakemake's notes", "without"])
 def test_another_record_under_an_old_time_is_refused(checkout, name, notes):
@@ -176,31 +139,6 @@ def test_a_record_changed_while_the_run_is_at_work(finished, checkout):
         f"{RECORD} was made from another {RAW}\n"
         "results: files were changed while snakemake was at work; run the same command again\n"
     )
-
-
-def test_a_job_that_still_imports_is_waited_for(finished, checkout):
-    """The run is killed in the first moment of its job, which has not come to any line of ours."""
-    (checkout / RECORD).unlink()
-    killed = run(checkout, RECORD, accident="kill run early")
-    assert killed.process.returncode == -9 and killed.mark.exists()
-    shutil.rmtree(checkout / ".snakemake/locks")
-    again = Run(checkout, RECORD)
-    again.wait_for(lambda: "waiting for the jobs it left at work" in again.told)
-    assert not (checkout / RECORD).exists()
-    killed.mark.unlink()
-    assert again.ended().process.returncode == 0, again.told
-    assert checkout.products() == finished.products()
-    assert raw(checkout) == raw(finished)
-
-
-def test_rot_is_found_by_a_look_at_every_byte(finished, checkout):
-    rot(checkout, "results/small/complete.txt")
-    assert checkout.planned() == {}
-    done = freerock(checkout, "verify", "small")
-    assert done.returncode == 1
-    assert "damaged: results/small/complete.txt\n" in done.stdout
-    assert checkout.snakemake("--config", "verify=true").returncode == 0
-    assert checkout.products() == finished.products()
 
 
 def test_verify(checkout):
@@ -237,36 +175,3 @@ def test_verify(checkout):
     refused = freerock(checkout, "verify", "small")
     assert refused.returncode == 1 and not refused.stdout
     assert "there is no campaign 'small'" in refused.stderr
-
-
-def test_a_figure_asked_for_by_its_path_is_a_product_until_its_pdf_is_deleted(checkout):
-    wanted = [f"results/small/figures/{path}.pdf" for path in ("foundation_effect", "backbone")]
-    assert checkout.snakemake(*wanted).returncode == 0
-    assert freerock(checkout, "verify").returncode == 0
-    drawn = (checkout / "results/small/figures/backbone.csv").read_bytes()
-    (checkout / "results/small/figures/backbone.csv").write_text("edited")
-    damaged = freerock(checkout, "verify")
-    assert "damaged: results/small/figures/backbone.csv\n" in damaged.stdout
-    done = checkout.snakemake()
-    assert done.returncode == 0 and "delete them" not in done.stderr
-    assert (checkout / "results/small/figures/backbone.csv").read_bytes() == drawn
-    told = checkout.snakemake("results/small/complete.txt")
-    assert told.returncode == 0 and "delete them" not in told.stderr
-    (checkout / "results/small/figures/backbone.pdf").unlink()
-    names = ", ".join(f"figures/backbone.{suffix}" for suffix in ("csv", "png", "txt"))
-    assert f"not of this configuration: {names}; delete them" in checkout.snakemake().stderr
-
-
-def test_other_software_is_named_and_reruns_nothing(checkout):
-    for path in (checkout / "results/small/ledger").glob("*.json"):
-        entry = json.loads(path.read_text())
-        now, entry["software"]["numpy"] = entry["software"]["numpy"], "1.26"
-        path.write_text(json.dumps(entry))
-    done = checkout.snakemake()
-    assert done.returncode == 0
-    assert "Nothing to be done" in done.stdout + done.stderr
-    last = done.stderr.splitlines()[-1]
-    assert last.endswith(
-        f" products were made by other software (numpy 1.26, now {now}); "
-        "snakemake --forceall makes everything again"
-    )
