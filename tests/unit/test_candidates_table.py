@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from evidence import NAMED, ON_ANY_RUN, POSSIBLE, paper, scene
+from evidence import NAMED, POSSIBLE, paper, scene
 
 from freerock.columns import columns_of
+from freerock.models.laws import CANDIDATES
 from freerock.tables.candidates import candidates_table
 
 RUNS = (
@@ -22,7 +23,7 @@ def test_counts_and_medians():
     table = candidates_table(choice, parameters)
     assert list(table) == columns_of("candidates")
     assert not (table["epsilon_theta"] == 0.5).any()
-    assert table["model"].tolist() == ON_ANY_RUN
+    assert table["model"].tolist() == list(CANDIDATES)
     row = table.set_index("model").loc["hunt_crossley"]
     assert row[["n_runs", "n_selected", "n_also_possible", "n_rejected", "n_explains"]].tolist() == [
         3,

@@ -1,4 +1,4 @@
-"""A laboratory's own folder beside an installed freerock: analysed, verified and packed as in a checkout."""
+"""A laboratory's own folder beside an installed freerock: analysed as in a checkout."""
 
 import os
 import shutil
@@ -8,7 +8,6 @@ from importlib.metadata import version
 import pytest
 from installed import install
 from small_campaign import Checkout, once
-from test_supplement import share_compiled
 from warm import commands
 
 pytestmark = pytest.mark.slow
@@ -28,6 +27,16 @@ class Laboratory(Checkout):
         environment = os.environ | {"PYTHONPATH": str(self.site)}
         command = [commands() / "freerock", *map(str, arguments)]
         return subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True)
+
+
+def share_compiled(one, other):
+    """Have the same code compiled in one place count in another; numba goes by the times of files."""
+    for path in other.rglob("*.py"):
+        source = one / path.relative_to(other)
+        if source.exists() and path.read_bytes() == source.read_bytes():
+            shutil.copystat(source, path)
+    for folder in one.rglob("__pycache__"):
+        shutil.copytree(folder, other / folder.relative_to(one), dirs_exist_ok=True)
 
 
 @pytest.fixture(scope="module")
