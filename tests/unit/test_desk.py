@@ -122,7 +122,7 @@ def test_what_is_given_of_parameters_reaches_the_product_and_table_2(job, caplog
         tied, fixed = fits[run, "winkler"], fits[run, "hunt_crossley"]
         assert tied["vary"].values.tolist() == [1, 0, 1, 1] and tied["expr"].values[1] == "3e-3*k"
         np.testing.assert_allclose(tied["value"].values[1], 3e-3 * tied["value"].values[0])
-        assert fixed["value"].values[0] == MAT["k"] and fixed["n_parameters"] == 3
+        assert fixed["value"].values[0] == MAT["k"] and fixed.attrs["n_parameters"] == 3
         judged = tree[f"run_{run}/choice"].dataset["n_freed"]
         for model in ("winkler", "winkler_pivoting", "hunt_crossley"):
             assert judged.sel(candidate=model) == 3

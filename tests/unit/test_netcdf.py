@@ -33,6 +33,7 @@ from freerock.rotation.laboratory import Input
 from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
 from freerock.runs.measured_total import MeasuredTotal
+from freerock.runs.noise_spectrum import white_noise
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 
@@ -145,7 +146,10 @@ def write(folder, name="a"):
     runs = made_up_runs()
     impacts = [made_up_impacts(), made_up_impacts(0)]
     totals = [made_up_total(len(each.time_s)) for each in impacts]
-    write_record(folder / f"record_{name}.nc", made_up_record(), runs, impacts, ATTRS, totals=totals)
+    noise = white_noise(1e-4, 400.0)
+    write_record(
+        folder / f"record_{name}.nc", made_up_record(), runs, impacts, ATTRS, totals=totals, noise=noise
+    )
     fits = {number: {model: made_up_fit(model) for model in MODELS} for number in (1, 2)}
     write_fits(folder / f"fits_{name}.nc", fits, ATTRS | {"verdict": "ok", "reasons": []})
 
@@ -190,11 +194,12 @@ def test_fits_come_back(folder):
             node, fit = tree[f"{group}/{model}"], made_up_fit(model)
             assert tuple(node["parameter"].values) == fit.parameters
             assert tuple(node["unit"].values) == fit.units
-            for name in ("value", "stderr", "ci95_low", "ci95_high", "covariance", "theta_model", "residual"):
+            for name in ("value", "stderr", "covariance", "u_total", "theta_model", "residual"):
                 np.testing.assert_array_equal(node[name].values, getattr(fit, name))
-            for name in ("epsilon_theta", "epsilon_holdout", "aic", "bic", "n_parameters", "success"):
-                np.testing.assert_array_equal(node[name].item(), getattr(fit, name))
-            assert node["final_time"].item() == fit.final_time_s
+            np.testing.assert_array_equal(node["u_law"].values, fit.discrepancy)
+            assert node["epsilon_theta"].item() == fit.epsilon_theta
+            for name in ("epsilon_holdout", "aic", "bic", "n_parameters", "success", "final_time_s"):
+                np.testing.assert_array_equal(node.attrs[name], getattr(fit, name))
             assert (node.attrs["message"], node.attrs["rtol"]) == ("converged", 1e-8)
             assert node.attrs["model"] == fit.model
             assert node.attrs["law"] == CANDIDATES[model].law
@@ -202,15 +207,33 @@ def test_fits_come_back(folder):
             assert node.attrs["width_freed"] == CANDIDATES[model].width
         np.testing.assert_array_equal(tree[group]["time"].values, fit.time)
         np.testing.assert_array_equal(tree[group]["theta"].values, fit.theta)
-    assert_equal(impacts_in(tree["run_1/winkler"]), made_up_impacts())
     energies, node = made_up_energies(), tree["run_1/winkler"]
     np.testing.assert_array_equal(node["restitution_energy"].values, energies.restitution)
-    np.testing.assert_array_equal(node["restitution_energy_stderr"].values, energies.stderr)
+    np.testing.assert_array_equal(node["impact_time"].values, made_up_impacts().time_s)
     np.testing.assert_array_equal(node["restitution_energy_u"].values, energies.u_total)
     np.testing.assert_array_equal(node["impact_speed"].values, energies.speed_m_s)
     assert node["impact_speed"].attrs["units"] == "m s-1"
     assert "restitution_energy" not in tree["run_1/housner"]
     np.testing.assert_array_equal(tree["run_1/winkler"]["time"].values, tree["run_1"]["time"].values)
+
+
+def test_plain_xarray_selects_by_time_and_impact_in_every_group(folder):
+    """What a user of xarray alone does: `.sel`, `.interp` and `.plot` along coordinates."""
+    record = xr.load_dataset(folder / "record_a.nc")
+    np.testing.assert_allclose(record["theta"].interp(time=0.5), 0.17 * np.cos(3.5), rtol=1e-3)
+    assert record["theta"].sel(time=slice(0.2, 0.9)).sizes["time"] == 281
+    np.testing.assert_allclose(record["noise_density"], 2 * 1e-8 / 400)
+    assert record["frequency"][0] > 0 and record["frequency"][-1] < 200
+    run = xr.load_dataset(folder / "record_a.nc", group="run_1")
+    assert run["restitution"].sel(impact=2).item() == made_up_impacts().restitution[1]
+    fit = xr.load_dataset(folder / "fits_a.nc", group="run_1/winkler")
+    assert fit["residual"].sel(time=0.5, method="nearest").item() == -0.1 * np.cos(3.5)
+    assert fit["value"].sel(parameter="c").item() == 2.0 and len(fit.data_vars) <= 20
+    inputs = xr.load_dataset(folder / "fits_a.nc", group="run_1/winkler/inputs")
+    assert inputs["contribution"].sel(parameter="k", input="width_m").item() == 0.2
+    with xr.open_datatree(folder / "fits_a.nc") as tree:
+        assert tree["run_2/hunt_crossley/theta_model"].dims == ("time",)
+        assert tree["run_2/hunt_crossley/impact_time"].sel(impact=5).item() == 0.9
 
 
 def test_failed_record_is_a_product(tmp_path):

@@ -87,7 +87,7 @@ def test_epsilon_selects_the_lowest_bic_of_the_successful_fits(datasets):
 def test_restitution_of_experiment_and_models_since_release(datasets):
     table = restitution_table(*datasets)
     first = table[(table["test"] == "b1_marble") & (table["run"] == 2) & (table["impact"] == 1)]
-    assert first["r_stderr"].tolist() == [0.002, 0.0, 0.0, 0.0]
+    assert first["r_stderr"].iloc[0] == 0.002
     of_impacts = first[["r_u", "peak_before_u_deg"]].to_numpy()
     assert of_impacts[0] == pytest.approx([0.003, np.degrees(2e-4)]) and np.isnan(of_impacts[1:]).all()
     assert first["source"].tolist() == ["experiment", "housner", "winkler", "hunt_crossley"]

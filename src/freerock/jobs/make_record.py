@@ -24,6 +24,8 @@ from freerock.rotation.sensor import laser_of
 from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import Impacts
 from freerock.runs.measured_total import MeasuredTotal, measured_total
+from freerock.runs.noise_spectrum import Noise
+from freerock.runs.quiet import sensor_noise, usual_of
 from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
@@ -81,7 +83,8 @@ def make_record(
         write_failure(output, Reason("fail", "not_processed", str(failure)), attributes, record, packed)
         return
     runs = [run for run, _ in judged]
-    write_record(output, record, runs, [impacts for _, impacts in judged], attributes, packed, totals)
+    found = [impacts for _, impacts in judged]
+    write_record(output, record, runs, found, attributes, packed, totals, _at_rest(record))
     _log(record, runs)
 
 
@@ -114,6 +117,13 @@ def _judged(
     laboratory = Laboratory.of(settings["laboratory"])
     totals = [measured_total(run.theta0, run.theta0_stderr, found, laboratory) for run, found in judged]
     return judged, totals
+
+
+def _at_rest(record: xr.Dataset) -> Noise | None:
+    """Noise of θ at rest [rad], from all stretches of a record in which nothing moves."""
+    signal = [record[name].values for name in ("time", "theta", "sigma_theta")]
+    noise = sensor_noise(*signal, signal_quality(record).converter_step)
+    return noise and noise.scaled(usual_of(signal[2]))
 
 
 def _used(record: xr.Dataset, by_hand: ByHand) -> xr.Dataset:

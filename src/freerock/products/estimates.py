@@ -24,7 +24,7 @@ def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:
     """
     names = {key: str(tree.attrs[key]) for key in ("campaign", "test", "block", "foundation")}
     for run, model, fit in fits_of(tree):
-        if not fit["success"].item():
+        if not fit.attrs["success"]:
             continue
         freed = fit["parameter"].values.astype(str)
         n = len(MODELS[model])
@@ -40,7 +40,7 @@ def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:
 
 
 def parameters_in(fit: xr.Dataset) -> "lmfit.Parameters":
-    """Parameters of a fit as lmfit has them: value, standard error, bounds, ties, correlations, first value.
+    """Parameters of a fit as lmfit has them: value, standard error, bounds, ties, correlations.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def parameters_in(fit: xr.Dataset) -> "lmfit.Parameters":
         (fit["min"].values, fit["max"].values),
         fit["vary"].values.astype(bool),
         fit["expr"].values.astype(str).tolist(),
-        fit["initial"].values,
+        fit["value"].values,
         fit["covariance"].values,
     )
 

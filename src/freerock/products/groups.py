@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from freerock.arrays import Floats
 from freerock.models.laws import MODELS
 from freerock.runs.verdict import Reason
 
@@ -80,12 +79,18 @@ def fits_of(tree: xr.DataTree) -> Iterator[tuple[int, str, xr.Dataset]]:
     run : int
     model : str
     fit : xarray.Dataset
-        View of the group.
+        Its group, with what stands in the groups within it.
     """
     for run, group in runs_of(tree).items():
         for model in MODELS:
             if model in group.children:
-                yield run, model, group.children[model].dataset
+                node = group.children[model]
+                within = [each.dataset for each in node.children.values()]
+                yield (
+                    run,
+                    model,
+                    xr.merge([node.dataset, *within], combine_attrs="override") if within else node.dataset,
+                )
 
 
 def usable_runs(tree: xr.DataTree) -> dict[int, xr.DataTree]:
@@ -137,13 +142,3 @@ def one_of_each(
             found[scene] = tree
         found.setdefault(scene, tree)
     return list(found.values())
-
-
-def total_uncertainty(fit: xr.Dataset) -> Floats:
-    """Total standard uncertainty of each parameter of a fit [its unit], shape (n_parameters,).
-
-    That of noise and law where nothing is known of the inputs.
-    """
-    if "u_total" in fit:
-        return np.asarray(fit["u_total"].values)
-    return np.asarray(np.hypot(fit["stderr"].values, fit["u_law"].values))

@@ -45,7 +45,6 @@ BESIDE = {
     **{name: (f"{name}_u",) for name in ("theta0", *WITH_TOTAL)},
     "value": ("stderr", "ci95_low", "ci95_high", "u_law", "u_total", "unit"),
 }
-SAMPLES = {"time", "sample"}  # dimensions of what runs over time
 SINGLE_PRECISION = {"sigma_theta", *(f"{name}{n}" for name in ("voltage", "current") for n in ("", "_2"))}
 
 

@@ -16,22 +16,21 @@ from freerock.products.names import IMPACT_VARIABLES, RUN_VARIABLES, WITH_TOTAL,
 from freerock.products.storage import open_product, root_of, root_text, write_groups
 from freerock.runs.verdict import Level, Reason
 
-# Seconds: a time "since" a date becomes dates in xarray. CF asks one of a dimension named time.
+# In seconds: of a time "since" a date xarray makes dates.
 FROM_START = {"long_name": "time from the start of the record"}
 SINCE_RELEASE = {"long_name": "time since the release"}
 
-# Fields of a fit that are variables as they are, by their dimensions.
-OF_FIT: dict[tuple[str, ...], tuple[str, ...]] = {
-    ("parameter",): ("value", "stderr", "ci95_low", "ci95_high"),
-    ("sample",): ("theta_model", "residual"),
-    (): ("epsilon_theta", "epsilon_holdout", "aic", "bic"),
-}
+# Fields of a fit that are variables along its parameters, by their names.
+OF_PARAMETERS = {"value": "value", "stderr": "stderr", "ci95_low": "ci95_low", "ci95_high": "ci95_high"}
+OF_PARAMETERS |= {"u_law": "discrepancy", "u_total": "u_total"}
+INPUTS_GROUP, PARTS_GROUP = "inputs", "parts"  # in that of a fit
 
 if TYPE_CHECKING:
     from freerock.identification.fit import Fit
     from freerock.populations.impact_energy import BlockPeaks
     from freerock.runs.impacts import Impacts
     from freerock.runs.measured_total import MeasuredTotal
+    from freerock.runs.noise_spectrum import Noise
     from freerock.runs.segment import Run
     from freerock.selection.choice import Choice
 
@@ -44,6 +43,7 @@ def write_record(
     attrs: Attrs,
     packed: bool = True,
     totals: Sequence["MeasuredTotal | None"] = (),
+    noise: "Noise | None" = None,
 ) -> None:
     """Write what was measured: θ(t) of the whole record and a group per run with its impacts.
 
@@ -64,19 +64,23 @@ def write_record(
         Compress what runs over time.
     totals : sequence of MeasuredTotal, optional
         One per run, where the laboratory's inputs are known.
+    noise : Noise, optional
+        Of θ at rest.
 
     Raises
     ------
     FreerockError
         The file can't be written.
     """
-    groups = {"/": _root(record, "volts to rotation, runs and impacts", attrs, *_record_verdict(runs))}
+    root = _root(record, "volts to rotation, runs and impacts", attrs, *_record_verdict(runs))
+    groups = {"/": root if noise is None else root.assign(_spectrum(noise))}
     for run, found, total in zip(runs, impacts, totals or [None] * len(runs), strict=True):
         groups[f"run_{run.number}"] = xr.Dataset(
             {name: ((), getattr(run, field)) for field, name in RUN_VARIABLES.items()}
             | _impacts(found)
             | _totals(total),
-            attrs={
+            _numbered(found),
+            {
                 "run": run.number,
                 "verdict": run.verdict.level,
                 "reasons": run.verdict.reasons,
@@ -219,8 +223,20 @@ def _impacts(impacts: "Impacts") -> dict[str, Any]:
     }
 
 
+def _numbered(impacts: "Impacts") -> dict[str, Any]:
+    """The coordinate of impacts: their numbers, from 1."""
+    return {"impact": np.arange(1, len(impacts.time_s) + 1, dtype=np.int32)}
+
+
+def _spectrum(noise: "Noise") -> dict[str, Any]:
+    """The spectrum of the noise at rest, with its frequencies."""
+    frequency, density = noise.spectrum()
+    return {"frequency": frequency, "noise_density": ("frequency", density)}
+
+
 def _block_peaks(peaks: "BlockPeaks") -> dict[str, Any]:
     return {
+        "impact": np.arange(1, len(peaks.restitution) + 1, dtype=np.int32),
         "peak_before_block": ("impact", peaks.peak_before),
         "peak_after_block": ("impact", peaks.peak_after),
         "restitution_block": ("impact", peaks.restitution),
@@ -236,80 +252,98 @@ def _totals(total: "MeasuredTotal | None") -> dict[str, Any]:
 
 
 def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr.Dataset]:
-    """Datasets of a run and of its models; each group has its own time, so that none is a dimension."""
+    """Datasets of a run and of its models, each with its own coordinates."""
     first = next(iter(models.values()))
-    time = ("sample", first.time, SINCE_RELEASE)
-    measured = xr.Dataset({"theta": ("sample", first.theta)}, {"time": time}, attrs)
-    groups = {group: measured}
+    time = {"time": ("time", first.time, SINCE_RELEASE)}
+    groups = {group: xr.Dataset({"theta": ("time", first.theta)}, time, attrs)}
     for model, fit in models.items():
         if not np.array_equal(fit.time, first.time):
             raise ValueError(f"{group}: the fits must share their time axis")
-        arrays = {
-            "unit": ("parameter", list(fit.units)),
-            "covariance": (("parameter", "parameter_b"), fit.covariance),
-            "final_time": ((), fit.final_time_s),
-            "n_parameters": ((), np.int32(fit.n_parameters)),
-            "success": ((), np.int8(fit.success)),
-            "u_law": ("parameter", fit.discrepancy),
-            **{name: (dims, getattr(fit, name)) for dims, names in OF_FIT.items() for name in names},
-        }
-        arrays |= _in_words_of_lmfit(fit)
-        if fit.impacts is not None:
-            arrays |= _impacts(fit.impacts)
-        if fit.energies is not None:
-            arrays |= {
-                "restitution_energy": ("impact", fit.energies.restitution),
-                "restitution_energy_stderr": ("impact", fit.energies.stderr),
-                "restitution_energy_u": ("impact", fit.energies.u_total),
-                "impact_speed": ("impact", fit.energies.speed_m_s),
-            }
-        if fit.parts:
-            arrays |= {
-                "part_start": ("part", [part.start_s for part in fit.parts]),
-                "part_end": ("part", [part.end_s for part in fit.parts]),
-                "part_value": (("part", "parameter"), np.array([part.value for part in fit.parts])),
-                "part_value_stderr": (("part", "parameter"), np.array([part.stderr for part in fit.parts])),
-            }
-        names, beside = list(fit.parameters), {}
+        groups[f"{group}/{model}"] = _fit(model, fit, time)
         if fit.contributions is not None and fit.contributions.inputs:
-            inputs = fit.contributions.inputs
-            arrays["u_total"] = ("parameter", fit.u_total)
-            arrays["contribution"] = (("parameter", "input"), fit.contributions.values)
-            arrays["influence_of_input"] = (("parameter", "input"), fit.contributions.impacts)
-            beside = {
-                "input": ("input", [each.name for each in inputs]),
-                "input_owner": ("input", [each.owner for each in inputs]),
-                "input_u": ("input", np.array([each.u for each in inputs], float)),
-                "input_unit": ("input", [each.unit for each in inputs]),
-                "input_stated": ("input", np.array([each.stated for each in inputs], np.int8)),
-                "input_moved": ("input", fit.contributions.moved),
-                "input_remaining": ("input", fit.contributions.remaining),
-                "input_pull": ("input", fit.contributions.pulls),
-            }
-        groups[f"{group}/{model}"] = xr.Dataset(
-            arrays,
-            {"parameter": names, "parameter_b": names, **beside},
-            {**_assumes(model, names), "message": fit.message, **_of_lmfit(fit), **fit.diagnostics},
-        )
+            groups[f"{group}/{model}/{INPUTS_GROUP}"] = _inputs(fit)
+        if fit.parts:
+            groups[f"{group}/{model}/{PARTS_GROUP}"] = _parts(fit)
     return groups
 
 
-def _in_words_of_lmfit(fit: "Fit") -> dict[str, Any]:
-    """What lmfit's parameters hold beside values and errors, along the parameters of a fit."""
-    if fit.result is None:
-        return {}
-    each = [fit.result.params[legal(name)] for name in fit.parameters]
-    stderr = fit.stderr
-    with np.errstate(invalid="ignore", divide="ignore"):
-        correlation = fit.covariance / np.outer(stderr, stderr)
-    return {
-        "initial": ("parameter", np.array([one.init_value for one in each], float)),
-        "min": ("parameter", np.array([one.min for one in each], float)),
-        "max": ("parameter", np.array([one.max for one in each], float)),
-        "vary": ("parameter", np.array([one.vary for one in each], np.int8)),
-        "expr": ("parameter", np.array([one.expr or "" for one in each], str)),
-        "correlation": (("parameter", "parameter_b"), correlation),
+def _fit(model: str, fit: "Fit", time: Mapping[str, Any]) -> xr.Dataset:
+    """The dataset of one fit."""
+    names = list(fit.parameters)
+    arrays: dict[str, Any] = {
+        name: ("parameter", getattr(fit, field)) for name, field in OF_PARAMETERS.items()
     }
+    arrays |= {
+        "covariance": (("parameter", "parameter_b"), fit.covariance),
+        "theta_model": ("time", fit.theta_model),
+        "residual": ("time", fit.residual),
+        "epsilon_theta": ((), fit.epsilon_theta),
+    }
+    coordinates = {"parameter": names, "parameter_b": names, "unit": ("parameter", list(fit.units)), **time}
+    if fit.result is not None:
+        each = [fit.result.params[legal(name)] for name in names]
+        arrays |= {
+            "min": ("parameter", np.array([one.min for one in each], float)),
+            "max": ("parameter", np.array([one.max for one in each], float)),
+            "vary": ("parameter", np.array([one.vary for one in each], np.int8)),
+            "expr": ("parameter", np.array([one.expr or "" for one in each], str)),
+        }
+    if fit.impacts is not None:
+        own = _impacts(fit.impacts)
+        arrays |= {name: own[name] for name in ("impact_time", "peak_before", "restitution")}
+        coordinates |= _numbered(fit.impacts)
+    if fit.energies is not None:
+        arrays |= {
+            "restitution_energy": ("impact", fit.energies.restitution),
+            "restitution_energy_u": ("impact", fit.energies.u_total),
+            "impact_speed": ("impact", fit.energies.speed_m_s),
+        }
+    scalars = {
+        "success": np.int8(fit.success),
+        "message": fit.message,
+        "final_time_s": fit.final_time_s,
+        "n_parameters": np.int32(fit.n_parameters),
+        **{name: getattr(fit, name) for name in ("aic", "bic", "epsilon_holdout")},
+    }
+    return xr.Dataset(
+        arrays, coordinates, _assumes(model, names) | scalars | _of_lmfit(fit) | fit.diagnostics
+    )
+
+
+def _inputs(fit: "Fit") -> xr.Dataset:
+    """What the inputs of the laboratory contribute to a fit, and how far it moved them."""
+    assert fit.contributions is not None
+    inputs = fit.contributions.inputs
+    return xr.Dataset(
+        {
+            "contribution": (("parameter", "input"), fit.contributions.values),
+            "influence_of_input": (("parameter", "input"), fit.contributions.impacts),
+        },
+        {
+            "parameter": list(fit.parameters),
+            "input": [each.name for each in inputs],
+            "input_owner": ("input", [each.owner for each in inputs]),
+            "input_u": ("input", np.array([each.u for each in inputs], float)),
+            "input_unit": ("input", [each.unit for each in inputs]),
+            "input_stated": ("input", np.array([each.stated for each in inputs], np.int8)),
+            "input_moved": ("input", fit.contributions.moved),
+            "input_remaining": ("input", fit.contributions.remaining),
+            "input_pull": ("input", fit.contributions.pulls),
+        },
+    )
+
+
+def _parts(fit: "Fit") -> xr.Dataset:
+    """The numbers of a fit from each part of its run."""
+    return xr.Dataset(
+        {
+            "part_start": ("part", [part.start_s for part in fit.parts]),
+            "part_end": ("part", [part.end_s for part in fit.parts]),
+            "part_value": (("part", "parameter"), np.array([part.value for part in fit.parts])),
+            "part_value_stderr": (("part", "parameter"), np.array([part.stderr for part in fit.parts])),
+        },
+        {"parameter": list(fit.parameters)},
+    )
 
 
 def _of_lmfit(fit: "Fit") -> dict[str, Any]:
@@ -330,4 +364,4 @@ def _assumes(model: str, freed: Sequence[str]) -> dict[str, Any]:
 
 def _dims(variable: xr.DataArray) -> list[str]:
     """Dimensions of a variable; names of faults are no coordinate, for which CF asks numbers."""
-    return [{"fault": "fault_number", "time": "sample"}.get(str(name), str(name)) for name in variable.dims]
+    return ["fault_number" if name == "fault" else str(name) for name in variable.dims]

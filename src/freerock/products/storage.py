@@ -15,7 +15,7 @@ import xarray as xr
 
 from freerock.errors import DamagedProduct, FreerockError
 from freerock.files import atomic
-from freerock.products.names import SAMPLES, SINGLE_PRECISION, describe
+from freerock.products.names import SINGLE_PRECISION, describe
 
 if TYPE_CHECKING:
     import h5py
@@ -64,7 +64,7 @@ def _define(
         elif name in SINGLE_PRECISION and variable.dims:
             dtype = np.float32
         missing = np.nan if variable.dtype.kind == "f" and name not in dataset.coords else None
-        over_time = packed and bool(SAMPLES & set(variable.dims))
+        over_time = packed and "time" in variable.dims
         filters: dict[str, Any] = {"compression": "zlib", "complevel": 4} if over_time else {}
         dimensions = [str(each) for each in variable.dims]
         written = group.createVariable(name, dtype, dimensions, fill_value=missing, **filters)
@@ -134,31 +134,29 @@ def root_text(path: str | Path, name: str, usual: str | None = None) -> str:
 
 
 def groups_in(
-    group: "netCDF4.Dataset", samples: bool, only: Collection[str] = (), axis: str = "sample"
+    group: "netCDF4.Dataset", samples: bool, only: Collection[str] = ()
 ) -> Iterator[tuple[str, xr.Dataset]]:
     """Path and content of a netCDF group and of those in it; several times faster than xarray's own way.
 
-    Samples are numbered by their time, where it does not fall back. `only` names variables, of which the
-    others are not read.
+    `only` names variables, of which the others are not read.
     """
-    variables, coordinates = {}, set(group.variables) & set(group.dimensions)
-    if samples and "sample" in group.dimensions and np.all(np.diff(group["time"][...]) > 0):
-        axis = "time"
+    variables, coordinates = {}, set[str]()
     for name, variable in group.variables.items():
-        if (only and name not in only) or (not samples and SAMPLES & set(variable.dimensions)):
+        if (only and name not in only) or (not samples and "time" in variable.dimensions):
             continue
         attrs = dict(variable.__dict__)
         attrs.pop("_FillValue", None)
         coordinates |= set(attrs.pop("coordinates", "").split())
         values = np.asarray(variable[...], str if variable.dtype is str else None)
-        dimensions = [axis if each == "sample" else each for each in variable.dimensions]
-        variables[name] = xr.Variable(dimensions, values, attrs)
+        variables[name] = xr.Variable(variable.dimensions, values, attrs)
+        if name in variable.dimensions:
+            coordinates.add(name)
     attrs = {key: group.getncattr(key) for key in group.ncattrs() if key != "coordinates"}
     data = {name: variables[name] for name in variables if name not in coordinates}
     present = {name: variables[name] for name in variables if name in coordinates}
     yield group.path, xr.Dataset(data, present, attrs)
     for inner in group.groups.values():
-        yield from groups_in(inner, samples, only, axis)
+        yield from groups_in(inner, samples, only)
 
 
 def open_product(

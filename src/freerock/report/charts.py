@@ -78,7 +78,8 @@ def packed(values: Floats) -> dict[str, Any]:
 def _impacts(group: xr.Dataset, release: float) -> list[list[float]]:
     if not group.sizes.get("impact", 0):
         return []
-    time, r, stderr = (group[name].values for name in ("impact_time", "restitution", "restitution_stderr"))
+    time, r = group["impact_time"].values, group["restitution"].values
+    stderr = group["restitution_stderr"].values if "restitution_stderr" in group else np.zeros(len(r))
     known = np.isfinite(time) & np.isfinite(r)
     rounded = zip(time[known] - release, r[known], np.nan_to_num(stderr[known]), strict=True)
     return [[round(float(t), 5), round(float(each), 5), float(f"{s:.2g}")] for t, each, s in rounded]

@@ -50,9 +50,9 @@ BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
 IMPACTS = ("impact_time", "restitution", "restitution_stderr")
 RELEASE = ("release", "theta0", "theta0_stderr", "theta0_u", "sigma_theta")
 SHOWN_OF_RECORD = ("time", "theta", *RELEASE, "fit_start", "end", "n_impacts", *IMPACTS)  # shown of a record
-OF_MODEL = ("parameter", "value", "stderr", "u_total", "unit", "epsilon_theta", "success")
+OF_MODEL = ("parameter", "value", "stderr", "u_total", "unit", "epsilon_theta", "input")
 OF_CHOICE = ("candidate", "status")
-SHOWN_OF_FITS = ("time", "theta", "theta_model", "residual", *OF_MODEL, *OF_CHOICE, *IMPACTS)  # of its fits
+SHOWN_OF_FITS = ("time", "theta", "theta_model", "residual", *OF_MODEL, *OF_CHOICE, *IMPACTS[:2])
 
 
 def write_report(

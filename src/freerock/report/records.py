@@ -183,15 +183,14 @@ def _fits(fits: xr.DataTree) -> dict[int, list[dict[str, Any]]]:
 
 def _fit(model: str, fit: xr.Dataset) -> dict[str, Any]:
     names, units = fit["parameter"].values.astype(str), fit["unit"].values.astype(str)
-    sure = "u_total" if "u_total" in fit else "stderr"
-    found = zip(names, fit["value"].values, fit[sure].values, units, strict=True)
+    found = zip(names, fit["value"].values, fit["u_total"].values, units, strict=True)
     known = fit.attrs
     return {
         "model": MODEL_LABELS[model],
         "parameters": [f"{symbol_of(name)} = {value_text(value, u, unit)}" for name, value, u, unit in found],
-        "by_noise": sure == "stderr",
+        "without_inputs": "input" not in fit,
         "epsilon": quantity(100 * fit["epsilon_theta"].item()),
-        "success": bool(fit["success"].item()),
+        "success": bool(known["success"]),
         "rtol": float(known["rtol"]) if law_of(model).is_foundation else math.nan,
         "integrator_error": float(known["integrator_error"]),
         "residual": quantity(known["residual_over_sigma"]),

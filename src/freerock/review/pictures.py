@@ -10,7 +10,7 @@ from freerock.models.block import Block
 from freerock.models.free_parameters import symbol_of
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
 from freerock.products.choices import CHOICE_GROUP, named_in
-from freerock.products.groups import impacts_of, release_angle_of, runs_of, total_uncertainty
+from freerock.products.groups import impacts_of, release_angle_of, runs_of
 from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.review.listing import lines_of_runs
 from freerock.review.reprocessing import Analysed
@@ -137,7 +137,7 @@ def means_of(fits: xr.DataTree | None) -> Json | None:
 
 def _parameters(fit: xr.DataTree) -> list[Json]:
     data = fit.dataset
-    columns = (data["parameter"].values, data["value"].values, total_uncertainty(data), data["unit"].values)
+    columns = (data["parameter"].values, data["value"].values, data["u_total"].values, data["unit"].values)
     return [_parameter(*row) for row in zip(*columns, strict=True)]
 
 
@@ -164,13 +164,14 @@ def _impacts(data: xr.Dataset, later_s: float, block: Block) -> list[list[float 
     """Time on the record's clock [s], peak before [degree], speed [degree/s], r and its standard error."""
     if not data.sizes.get("impact", 0):
         return []
+    unknown = np.full(data.sizes["impact"], np.nan)  # of a law
     peak = np.abs(data["peak_before"].values)
     columns = (
         data["impact_time"].values + later_s,
         np.degrees(peak),
         np.degrees(impact_speed(peak, block)),
         data["restitution"].values,
-        data["restitution_stderr"].values,
+        data["restitution_stderr"].values if "restitution_stderr" in data else unknown,
     )
     return [[screen_digits(float(each)) for each in row] for row in zip(*columns, strict=True)]
 

@@ -87,6 +87,11 @@ class Noise:
         """Number of the band in which each frequency lies."""
         return np.clip(np.searchsorted(self.edges, frequency, "right") - 1, 0, len(self.ratio) - 1)
 
+    def spectrum(self) -> tuple[Floats, Floats]:
+        """Middle of each octave [Hz], and the one-sided spectral density of θ there [rad²/Hz]."""
+        middle = OCTAVE * self.edges[1:]
+        return middle * self.rate_hz, 2 * self.density(middle) / (self.averaged * self.rate_hz)
+
     @property
     def variance(self) -> float:
         """Of a sample that is not averaged [rad²]."""

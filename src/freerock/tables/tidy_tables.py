@@ -13,7 +13,7 @@ from freerock.columns import columns_of
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import MODELS
 from freerock.products.choices import choices_of, named_in
-from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of, total_uncertainty
+from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of
 from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.rotation.u_total import OF_LAW
 from freerock.runs.verdict import Reason, in_one_line
@@ -21,11 +21,11 @@ from freerock.tables.candidates import candidates_table
 from freerock.tables.populations import budget_table, populations_table
 
 # Of impacts: columns, and their variables in the datasets, which not all of them have.
-KINDS_OF_R = ("", "_stderr", "_u", "_block", "_block_u", "_energy", "_energy_stderr", "_energy_u")
+KINDS_OF_R = ("", "_stderr", "_u", "_block", "_block_u", "_energy", "_energy_u")
 OF_IMPACTS = {f"r{kind}": f"restitution{kind}" for kind in KINDS_OF_R} | {"impact_speed_m_s": "impact_speed"}
 PEAKS = {f"{name}_deg": name for name in ("peak_before", "peak_before_u", "peak_before_block")}
 BLOCK = ("restitution_block", "restitution_block_u", "peak_before_block")
-NUMBERS_OF_FIT = ("value", "stderr", "ci95_low", "ci95_high", "u_law")
+NUMBERS_OF_FIT = ("value", "stderr", "ci95_low", "ci95_high", "u_law", "u_total")
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
 INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
 MOVED = [*INPUT, "input_moved", "input_remaining", "input_pull"]
@@ -134,7 +134,6 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
     rows = []
     for of_fit, fit in _each_fit(fits):
         numbers = {key: fit[key].values for key in NUMBERS_OF_FIT}
-        numbers["u_total"] = total_uncertainty(fit)
         for i, parameter in enumerate(fit["parameter"].values.astype(str)):
             rows.append(
                 {
@@ -144,7 +143,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
                     "unit": unit_of(parameter),
                     "given": _given(fit, i),
                     "in_phase": fit.attrs.get("in_phase_r", math.nan) if parameter == "r" else math.nan,
-                    "success": bool(fit["success"].item()),
+                    "success": bool(fit.attrs["success"]),
                 }
             )
     return pd.DataFrame(rows, columns=columns_of("parameters")).astype({"success": bool})
@@ -156,7 +155,7 @@ def _given(fit: xr.Dataset, i: int) -> str:
         return ""
     if expr := str(fit["expr"].values[i]):
         return f"tied: {expr}"
-    return "undetermined" if fit["success"] and np.isnan(fit["stderr"].values[i]) else "fixed"
+    return "undetermined" if fit.attrs["success"] and np.isnan(fit["stderr"].values[i]) else "fixed"
 
 
 def contributions_table(fits: Trees) -> pd.DataFrame:
@@ -269,13 +268,11 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
     rows = []
     named = {tree.attrs["test"]: {run: named_in(own) for run, own in runs_of(tree).items()} for tree in fits}
     for of_fit, fit in _each_fit(fits):
-        scalars = ("epsilon_theta", "final_time", "aic", "bic", "n_parameters")
-        row = {key: fit[key].item() for key in scalars}
-        row["final_time_s"] = row.pop("final_time")
-        row["epsilon_holdout"] = fit["epsilon_holdout"].item() if "epsilon_holdout" in fit else math.nan
+        scalars = ("final_time_s", "epsilon_holdout", "aic", "bic", "n_parameters")
+        row = {"epsilon_theta": fit["epsilon_theta"].item(), **{key: fit.attrs[key] for key in scalars}}
         row["epsilon_in_phase"] = fit.attrs.get("in_phase_epsilon_theta", math.nan)
         row["selected"] = of_fit["model"] == named[of_fit["test"]][of_fit["run"]]
-        row["success"] = bool(fit["success"].item())
+        row["success"] = bool(fit.attrs["success"])
         rows.append(of_fit | row)
     frame = pd.DataFrame(rows, columns=columns_of("epsilon"))
     return frame.astype({"n_parameters": "Int64", "selected": bool, "success": bool})
