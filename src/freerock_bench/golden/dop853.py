@@ -1,11 +1,12 @@
-"""The second method: SciPy's DOP853 in double precision, restarted at every change of regime.
+"""The golden solutions again: SciPy's DOP853 in double precision, restarted at every change of regime.
 
-It shares nothing with `taylor` but the scene: the force and its moment are sums over Gauss's two places of
-the contact, and eq. (1) is solved as the two linear equations that it is.
+It shares nothing with `freerock.models`: the force and its moment are sums over Gauss's two places of the
+contact, and eq. (1) is solved as the two linear equations that it is.
 """
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -13,15 +14,35 @@ from numpy.polynomial.legendre import leggauss
 from scipy.integrate import DOP853
 
 from freerock_bench.golden.scenes import PULSE_PERIOD_S, PULSE_START_S, Scene, instants
-from freerock_bench.golden.taylor import CHATTER_S, Solution
 
 RTOL = 3e-14
 ATOL = 1e-17
 LONGEST_S = 0.004
+CHATTER_S = 0.02  # swings of Housner's block shorter than this end the solution
 PARTS = 6  # of a step, at whose ends the regime is asked for
 State = Sequence[float]
 Regime = tuple[Any, ...]
 GRAVITY = 9.81
+
+
+@dataclass
+class Solution:
+    """What a method makes of a scene.
+
+    Parameters
+    ----------
+    time_s, theta_rad, theta_rate_rad_s : list of float
+        At the instants quoted.
+    impacts, peaks : list of (float, float, float)
+        Instant [s], θ [rad], θ̇ [rad/s] where θ changes its sign (θ̇ before the impact of Housner's block) and
+        where θ̇ does.
+    """
+
+    time_s: list[float] = field(default_factory=list)
+    theta_rad: list[float] = field(default_factory=list)
+    theta_rate_rad_s: list[float] = field(default_factory=list)
+    impacts: list[tuple[float, float, float]] = field(default_factory=list)
+    peaks: list[tuple[float, float, float]] = field(default_factory=list)
 
 
 class Block:
