@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pandas as pd
+import plain_law
 import pytest
 from scipy.integrate import solve_ivp
 
-from freerock.models import contact
 from freerock.models.block import GRAVITY
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.laws import Rules
@@ -96,14 +96,14 @@ def by_rates(scene, rates, until_s=3.0):
 
 def right(scene, foundation, state, x, z):
     rules = Rules(scene.debonding, scene.kinematics)
-    return contact.accelerations(scene.block, foundation, state, rules, x_ground=x, z_ground=z)
+    return plain_law.accelerations(scene.block, foundation, state, rules, x_ground=x, z_ground=z)
 
 
 def printed_sign(scene, foundation, state, x, z):
     """Equation (1) with the sign of the vertical acceleration that the paper prints in (1b)."""
     block, w = scene.block, state.theta_rate
     m, h, s, c = block.mass_kg, block.h, math.sin(state.theta), math.cos(state.theta)
-    force, moment = contact.contact_force(block, foundation, state)
+    force, moment = plain_law.contact_force(block, foundation, state)
     matrix = [[m, m * h * s], [m * h * s, block.inertia_base]]
     known = [
         m * (GRAVITY + z) - force - m * h * c * w * w,
@@ -137,7 +137,7 @@ def test_uplift_without_its_gate_is_told(golden, monkeypatch):
     # the block is thrown up and would be out of sight soon
     begun = {name: Trajectory(*(values[:3] for values in golden[name]))}
     assert digits(name, by_rates(SCENES[name], right, 0.02), begun) > 8
-    monkeypatch.setattr(contact, "contact_intervals", ungated)
+    monkeypatch.setattr(plain_law, "contact_intervals", ungated)
     assert digits(name, by_rates(SCENES[name], right, 0.02), begun) < 3
 
 

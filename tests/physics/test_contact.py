@@ -7,17 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from plain_law import accelerations, contact_force, contact_intervals
 from scipy.optimize import brentq
 
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import (
-    Foundation,
-    State,
-    accelerations,
-    contact_force,
-    contact_intervals,
-    static_depth,
-)
+from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.laws import Rules
 
 BLOCK = Block(0.28, 0.07, 5.84)

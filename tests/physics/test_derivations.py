@@ -7,19 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from plain_law import accelerations, contact_force, contact_intervals
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import (
-    Foundation,
-    State,
-    accelerations,
-    contact_force,
-    contact_intervals,
-    energy,
-    static_depth,
-)
+from freerock.models.contact import Foundation, State, energy, static_depth
 from freerock.models.ground import pulse
 from freerock.models.housner import housner_swings
 from freerock.models.laws import Rules

@@ -9,19 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from plain_law import accelerations, contact_force
 from scipy.integrate import solve_ivp
 
 from freerock.errors import FreerockError
 from freerock.models import kernel
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import (
-    Foundation,
-    State,
-    accelerations,
-    contact_force,
-    energy,
-    static_depth,
-)
+from freerock.models.contact import Foundation, State, energy, static_depth
 from freerock.models.laws import GEOMETRIC, Rules
 from freerock.models.simulate import Solver, simulate, simulate_fitted
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
@@ -162,7 +156,7 @@ def test_the_foundation_carries_a_block_with_rounded_edges(k, radius, theta):
 @given(st.floats(1e5, 1e9), radii)
 def test_depth_and_contact_of_an_upright_block_by_the_area_of_a_circle(k, radius):
     block = rounded(radius)
-    depth, half = kernel._upright(k / block.mass_kg, block.flat, radius, GRAVITY, 0.0)
+    depth, half = kernel._upright(k / block.mass_kg, block.flat, radius, GRAVITY)
     assert depth == pytest.approx(static_depth(block, Foundation(k), 0.0), rel=1e-9)
     if depth < radius:
         angle = math.acos(1 - depth / radius)

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import plain_law
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -43,7 +44,7 @@ def away_from_edges(law, state, tensionless):
     corners = [z + side * BLOCK.b * math.sin(theta) for side in (1, -1)]
     assume(abs(theta) > 1e-2 and min(map(abs, corners)) > 1e-4)
     rule = "tensionless" if tensionless else "geometric"
-    for u0, u1 in contact.contact_intervals(BLOCK, Foundation(*law), State(*state), Rules(rule)):
+    for u0, u1 in plain_law.contact_intervals(BLOCK, Foundation(*law), State(*state), Rules(rule)):
         assume(u1 - u0 > 1e-3)
 
 
@@ -53,10 +54,10 @@ def test_compiled_law_is_the_readable_one(law, state, moved, tensionless, sidewa
     rules = Rules("tensionless" if tensionless else "geometric", sideways)
     regime = regime_of(law, state, tensionless)
     found = kernel._accelerations(regime, *state, *moved, per_mass(law, sideways, state[2], block))
-    expected = contact.accelerations(
+    expected = plain_law.accelerations(
         block, Foundation(*law), State(*state), rules, x_ground=moved[0], z_ground=moved[1] - GRAVITY
     )
-    force, _ = contact.contact_force(BLOCK, Foundation(*law), State(*state), rules)
+    force, _ = plain_law.contact_force(BLOCK, Foundation(*law), State(*state), rules)
     scale = abs(force) / BLOCK.mass_kg + 40
     assert found[0] == pytest.approx(expected[0], abs=1e-10 * scale)
     assert found[1] == pytest.approx(expected[1], abs=1e-10 * scale / BLOCK.b)

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+import plain_law
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -60,10 +61,10 @@ def satisfies_the_law(fill, law, state, sideways, longest, ground=0.0):
     later = State(depth(x) + h * cos, depth.deriv()(x) - h * s * w, angle, w)
     assume(fill is not series_sums.on_corner or later.z + BLOCK.b * s > 0 > later.z - BLOCK.b * s)
     rules = Rules(kinematics=sideways)
-    expected = contact.accelerations(BLOCK, Foundation(*law), later, rules, x_ground=ground)
+    expected = plain_law.accelerations(BLOCK, Foundation(*law), later, rules, x_ground=ground)
     turning = theta.deriv(2)(x)
     falling = depth.deriv(2)(x) - h * (s * turning + cos * w * w)
-    force, _ = contact.contact_force(BLOCK, Foundation(*law), later)
+    force, _ = plain_law.contact_force(BLOCK, Foundation(*law), later)
     scale = abs(force) / BLOCK.mass_kg + GRAVITY
     assert falling == pytest.approx(expected[0], abs=1e-7 * scale)
     assert turning == pytest.approx(expected[1], abs=1e-7 * scale / BLOCK.b)

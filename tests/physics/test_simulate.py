@@ -10,12 +10,13 @@ import pytest
 from beds import beds, starts
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plain_law import accelerations
 from scipy.integrate import solve_ivp
 
 from freerock.errors import FreerockError
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
+from freerock.models.contact import Foundation, State, energy, static_depth
 from freerock.models.ground import accelerogram, pulse, tilted
 from freerock.models.laws import CANDIDATES, Rules
 from freerock.models.simulate import Solver, simulate, simulate_theta

@@ -7,19 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plain_law import accelerations, contact_force, sideways
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import (
-    Foundation,
-    State,
-    accelerations,
-    contact_force,
-    lean,
-    sideways,
-    static_depth,
-)
+from freerock.models.contact import Foundation, State, lean, static_depth
 from freerock.models.ground import tilted
 from freerock.models.laws import Rules
 from freerock.models.simulate import Solver, simulate, simulate_theta

@@ -9,12 +9,13 @@ from types import SimpleNamespace
 import fabricated
 import numpy as np
 import pytest
+from plain_law import accelerations
 from scipy.integrate import solve_ivp
 
 from freerock.config.fit_settings import FitSettings
 from freerock.identification.fit import fit_record
 from freerock.jobs import make_fits
-from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
+from freerock.models.contact import Foundation, State, energy, static_depth
 from freerock.models.published import TABLE_2
 from freerock.models.simulate import simulate
 from freerock.populations.impact_energy import block_peaks, impact_energy

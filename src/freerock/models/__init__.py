@@ -8,7 +8,6 @@ __all__ = [
     "block",
     "compiled",
     "contact",
-    "corners",
     "free_parameters",
     "given",
     "ground",

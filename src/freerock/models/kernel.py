@@ -1077,3 +1077,29 @@ def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.floa
     """
     found: tuple[int, int, int, int, int, NDArray[np.float64]] = _integrate(*arguments)
     return found
+
+
+def accelerations(
+    law: tuple[float, ...],
+    tensionless: bool,
+    y: tuple[float, ...],
+    x_ground: float = 0.0,
+    z_ground: float = 0.0,
+) -> tuple[float, float]:
+    """z̈_cb [m/s²] and θ̈ [rad/s²] of a block on a bed: eq. (1) of Spanos et al. 2017.
+
+    doi:10.1016/j.proeng.2017.09.024. A vertical acceleration of the ground, positive upward, acts as a change
+    of gravity; the paper prints the opposite sign in (1b), which contradicts (1a). A positive horizontal one
+    keeps the paper's sign: the ground accelerates to the left and tilts the block clockwise.
+
+    Parameters
+    ----------
+    law, tensionless, y :
+        As for `integrate`.
+    x_ground, z_ground : float
+        Accelerations of the ground [m/s²].
+    """
+    law = (*law[:7], math.copysign(law[7], y[2]) if law[7] else 0.0, *law[8:])
+    regime = _regime(_signs(tensionless, y, law), tensionless)
+    found: tuple[float, float] = _accelerations(regime, *y, x_ground, law[6] + z_ground, law)
+    return found

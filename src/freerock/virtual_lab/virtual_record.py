@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.models.contact import Foundation, State, accelerations, contact_force, lean, static_depth
+from freerock.models.contact import Foundation, State, lean, static_depth
+from freerock.models.kernel import accelerations
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.simulate import Solver, simulate
 from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement
@@ -260,14 +261,22 @@ def _fade(
 
     else:
         start = [theta0, 0.0, held.z, 0.0]
-        moment = contact_force(block, foundation, held, rules)[1]
-        along, _ = block.com(math.sin(theta0), math.cos(theta0))
-        moment -= block.weight * along  # what the finger bears at first
+        law = foundation.constants(block, rules.kinematics == "pivoting")
+        tensionless = rules.debonding == "tensionless"
+
+        def turns(theta: float) -> tuple[float, float]:
+            """Moment of inertia that a hand moves, over the mass, and how far right the centre of mass is."""
+            along, above = block.com(math.sin(theta), math.cos(theta))
+            lever = above + law[7] * abs(math.sin(theta))
+            return block.inertia_cm / block.mass_kg + lever**2, along
+
+        bears = -accelerations(law, tensionless, held)[1] * turns(theta0)[0]  # the finger at first
 
         def rates(t: float, y: Floats) -> list[float]:
-            state = State(y[2], y[3], y[0], y[1])
-            z_rate2, theta_rate2 = accelerations(block, foundation, state, rules, hand=support(t) * moment)
-            return [y[1], theta_rate2, y[3], z_rate2]
+            z_rate2, theta_rate2 = accelerations(law, tensionless, (y[2], y[3], y[0], y[1]))
+            inertia, along = turns(y[0])
+            by_hand = support(t) * bears / inertia
+            return [y[1], theta_rate2 + by_hand, y[3], z_rate2 - along * by_hand]
 
     fade = solve_ivp(
         rates, (0, release.fade_s), start, "DOP853", rtol=1e-12, atol=1e-14, dense_output=True, max_step=1e-3

@@ -14,8 +14,8 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from freerock.arrays import Floats
-from freerock.models.contact import Foundation, State, accelerations
-from freerock.models.laws import Rules
+from freerock.models.contact import Foundation
+from freerock.models.kernel import accelerations
 from freerock_bench.methods.problem import ATOL_SHARE, BLOWN_UP, Problem, Solution, solution
 
 NEWTON_ITERATIONS = 20
@@ -77,13 +77,15 @@ def right_hand_side(t: float, y: Floats, law: Floats) -> Floats:
 
 
 def plain_right_hand_side(problem: Problem) -> Callable[[float, Floats], Floats]:
-    """The plain law of `freerock.models.contact` as SciPy calls it."""
-    foundation, rules = Foundation.of(problem.parameters), Rules(problem.debonding)
+    """The law of `freerock.models.kernel` as SciPy calls it."""
+    law, tensionless = (
+        Foundation.of(problem.parameters).constants(problem.block),
+        problem.debonding == "tensionless",
+    )
 
     def rates(t: float, y: Floats) -> Floats:
-        state = State(*y.tolist())
-        a, turn = accelerations(problem.block, foundation, state, rules)
-        return np.array([state.z_rate, a, state.theta_rate, turn])
+        a, turn = accelerations(law, tensionless, tuple(y.tolist()))
+        return np.array([y[1], a, y[3], turn])
 
     return rates
 

@@ -7,10 +7,11 @@ import math
 from pathlib import Path
 
 import numpy as np
+from plain_law import accelerations
 from scipy.integrate import solve_ivp
 
 from freerock.models.block import Block
-from freerock.models.contact import Foundation, State, accelerations, static_depth
+from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.laws import Rules
 
 BLOCK = Block(0.14, 0.07, 2.98)
