@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 import yaml
-from small_campaign import note_meanings
 from warm import commands
 
 from freerock.cli.subcommands import COMMANDS
@@ -44,7 +43,6 @@ def test_the_tutorial_finds_the_truth(tmp_path):
     for part in ("src", "workflow", "config", "profiles", "docs/tutorial"):
         shutil.copytree(ROOT / part, tmp_path / part)
     shutil.copy2(ROOT / "Snakefile", tmp_path)
-    note_meanings(tmp_path)
     (tmp_path / "raw").mkdir()
     environment = os.environ | {"PYTHONPATH": str(tmp_path / "src"), "COLUMNS": "100"}
     environment["PATH"] = os.pathsep.join([str(commands()), environment["PATH"]])

@@ -19,9 +19,9 @@ def palermo():
 def test_attributes_of_a_dataset_are_complete_and_none_is_empty(palermo):
     record = palermo.records[0].model_copy(update={"note": "cold day"})
     campaign = palermo.model_copy(update={"records": (record,), "license": ""})
-    own, _ = steps.fit_settings(campaign, campaign.records)
+    own = steps.fit_settings(campaign, record)
     described_by = {campaign.name: steps.descriptions(campaign)}
-    attributes = described(own, described_by)[record.test]["attributes"]
+    attributes = described(own, described_by)["attributes"]
     block = campaign.blocks[record.block]
     expected = {
         "title": f"{campaign.title}: {record.test}",
@@ -40,4 +40,4 @@ def test_attributes_of_a_dataset_are_complete_and_none_is_empty(palermo):
         "comment": "cold day",
     }
     assert list(attributes.items()) == [(name, value) for name, value in expected.items() if value]
-    assert own[record.test]["block"] == described(own, described_by)[record.test]["block"]
+    assert own["block"] == described(own, described_by)["block"]

@@ -1,21 +1,16 @@
 """A small campaign in a checkout of its own, and Snakemake run in it."""
 
 import fcntl
-import functools
-import json
 import math
 import os
 import re
 import shutil
 import subprocess
 import sys
-from collections import Counter
 from pathlib import Path
 
 from warm import commands
 
-from freerock.files import sha256
-from freerock.jobs.code_identity import MEANINGS, meaning
 from freerock.models.block import Block
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.virtual_record import Recording, VirtualRelease, simulate_record
@@ -33,7 +28,6 @@ foundations:
 lasers:
   high: {beam: horizontal, position_m: 0.2, range_m: 0.1}
   low: {beam: horizontal, position_m: 0.1, range_m: 0.1}
-records_per_job: 1
 figures: [restitution, parameters, residuals]
 """
 BY = 'creator: "Rossi, Ada; Bianchi, Ugo"\ninstitution: Laboratory\nlicense: CC-BY-4.0\n'
@@ -84,18 +78,18 @@ class Checkout:
         return subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True)
 
     def planned(self, *targets) -> dict:
-        """Number of jobs a run would have, by rule; of record, fit, quality and figures of all campaigns."""
+        """Number of jobs a run would have, by rule."""
         done = self.snakemake("--dry-run", *targets)
         assert done.returncode == 0, done.stdout + done.stderr
         if "Nothing to be done" in done.stdout + done.stderr:
             return {}
         told = done.stdout + done.stderr
-        jobs = Counter()
         stats = told.split("Job stats:")[1].split("total")[0]
-        for rule, number in re.findall(r"^([\w-]+) +(\d+)$", stats, re.M):
-            if rule not in ("all", *targets):
-                jobs[re.sub(r"^(record|fit|quality|figures)_.*", r"\1", rule)] += int(number)
-        return dict(jobs)
+        return {
+            rule: int(number)
+            for rule, number in re.findall(r"^(\w+) +(\d+)$", stats, re.M)
+            if rule not in ("all", *targets)
+        }
 
     def edit(self, path, old: str, new: str) -> None:
         text = (self / path).read_text(encoding="utf-8")
@@ -103,11 +97,11 @@ class Checkout:
         (self / path).write_text(text.replace(old, new), encoding="utf-8")
 
     def products(self) -> dict:
-        """Bytes of each product; measured timings, logs and the ledger are none."""
+        """Bytes of each product; measured timings and logs are none."""
         return {
             path.relative_to(self.folder).as_posix(): path.read_bytes()
             for path in sorted((self / "results").rglob("*"))
-            if path.is_file() and path.parent.name not in ("benchmarks", "logs", "ledger")
+            if path.is_file() and path.parent.name not in ("benchmarks", "logs")
         }
 
 
@@ -126,26 +120,12 @@ def once(tmp_path_factory, name: str, make) -> Path:
     return folder
 
 
-@functools.cache
-def meanings() -> str:
-    """What the code means, as a first run writes it down in a second or two."""
-    files = [*(ROOT / "src").rglob("*.py"), *(ROOT / "workflow/scripts").glob("*.py")]
-    return json.dumps({sha256(file): meaning(str(file)) for file in files})
-
-
-def note_meanings(folder: Path) -> None:
-    """Have Snakemake start in a copy of the code as where it has run before."""
-    (folder / MEANINGS.parent).mkdir()
-    (folder / MEANINGS).write_text(meanings())
-
-
 def check_out(folder: Path) -> Checkout:
     """The workflow and the package without a campaign."""
     for part in ("src", "workflow", "profiles"):
         shutil.copytree(ROOT / part, folder / part)
     shutil.copy2(ROOT / "Snakefile", folder)
     (folder / "config" / "campaigns").mkdir(parents=True)
-    note_meanings(folder)
     return Checkout(folder)
 
 

@@ -123,8 +123,6 @@ def test_others_finish_and_the_failed_one_is_named(tmp_path):
     line = f"raw/lab/missing.tdms: {BAD['missing']}"
     assert done.returncode == 1
     assert f"\nlab: record missing failed: {line}\n" in done.stderr
-    first = "doubt: config/campaigns/lab.csv:3: missing: there is no file raw/lab/missing.tdms; "
-    assert first in done.stderr.partition("missing failed")[0]
     assert "Traceback" not in done.stderr
     assert not partial_files(checkout)
     with open(checkout / "results/lab/tables/runs.csv", newline="", encoding="utf-8") as table:
@@ -135,16 +133,13 @@ def test_others_finish_and_the_failed_one_is_named(tmp_path):
         ("left_out", "", "ok", "excluded: the base was wet"),
     ]
     assert {path.name for path in (checkout / "results/lab").iterdir()} == {
-        *("benchmarks", "figures", "fits", "ledger", "logs", "records", "tables"),
-        *(".lock", "provenance.json", "report.html"),
+        *("benchmarks", "figures", "fits", "logs", "records", "tables"),
+        *("provenance.json", "report.html"),
     }
     made_by = json.loads((checkout / "results/lab/provenance.json").read_text(encoding="utf-8"))
     files = [f"raw/lab/{test}.tdms" for test in ("good", "left_out")]
     assert made_by["inputs"] == {file: sha256(checkout / file) for file in files}
     assert checkout.planned() == {"complete": 1}
-    verified = checkout.snakemake("--dry-run", "--quiet", "all", "--config", "verify=true").stdout
-    assert f"\nmissing: results/lab/complete.txt\nfailed: record missing: {line}\n" in verified
-    assert verified.endswith(" 1 missing, 0 damaged, 0 stale, 0 foreign\n")
 
     write_tdms(checkout / "raw/lab/missing.tdms", simulated("tall", 2))
     assert checkout.planned()["record"] == 1

@@ -1,20 +1,25 @@
-"""What reruns after a change: exactly the steps that depend on it."""
+"""What reruns after a change, by Snakemake's own triggers: the steps that depend on it."""
 
 import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
 
 import pytest
-from small_campaign import simulated
+from small_campaign import Checkout, copied, simulated
 
+from freerock.cli import subcommands as cli
 from freerock.virtual_lab.write_tdms import write_tdms
 
-FIGURES = {"figures": 1}
 REPORT = {"report": 1, "complete": 1}
 PAGES = REPORT | {"quality": 2}
-AFTER_TABLES = {"printed_tables": 1, "recovered": 1} | FIGURES
-AFTER_FITS = PAGES | AFTER_TABLES | {"tables": 1}
+PRINTED = REPORT | {"printed_tables": 1, "recovered": 1}
+AFTER_TABLES = PRINTED | {"figure": 2}
+AFTER_FITS = PAGES | AFTER_TABLES | {"tables": 1, "figure": 3}
 EVERYTHING = AFTER_FITS | {"record": 2, "fit": 2}
-AFTER_STYLE = PAGES | FIGURES
-AFTER_LABELS = AFTER_STYLE | {"printed_tables": 1}
 OF_ONE_RECORD = EVERYTHING | {"record": 1, "fit": 1, "quality": 1}
 
 YAML = "config/campaigns/small.yaml"
@@ -26,115 +31,125 @@ def append(checkout, path, text):
         file.write(text)
 
 
-def test_nothing_touched_nothing_reruns(checkout):
-    done = checkout.snakemake()
-    assert done.returncode == 0
-    assert "Nothing to be done" in done.stdout + done.stderr
+def test_nothing_changed_nothing_reruns(checkout):
+    assert checkout.planned() == {}
 
 
 def test_time_stamps_alone_rerun_nothing(checkout):
-    for path in [*(checkout / "src").rglob("*.py"), *(checkout / "workflow").rglob("*.*"), checkout / YAML]:
-        os.utime(path)
-    for path in (checkout / "raw").rglob("*.tdms"):
+    for path in [*(checkout / "src").rglob("*.py"), checkout / YAML, *(checkout / "raw").rglob("*.*")]:
         os.utime(path)
     assert checkout.planned() == {}
 
 
-@pytest.mark.parametrize(
-    ("added", "jobs"),
-    [
-        ("processing: {rotation: {mains_hz: 60}}\n", EVERYTHING),
-        ("processing: {impacts: {min_samples: 13}}\n", EVERYTHING),
-        ("fits: {debonding: tensionless}\n", {"fit": 2} | AFTER_FITS),
-        ("summary: Two releases.\n", REPORT),
-    ],
-)
-def test_added_key(checkout, added, jobs):
-    append(checkout, YAML, added)
-    assert checkout.planned() == jobs
+def test_a_record_added(checkout):
+    write_tdms(checkout / "raw/small/second.tdms", simulated("squat", 7))
+    append(checkout, CSV, "second,second.tdms,,squat,mat,low,,,,\n")
+    assert checkout.planned() == OF_ONE_RECORD
+
+
+def test_a_record_replaced(checkout):
+    write_tdms(checkout / "raw/small/squat_mat.tdms", simulated("squat", 7))
+    assert checkout.planned() == OF_ONE_RECORD
+
+
+def test_a_picture_deleted_is_drawn_again_alone(checkout):
+    picture = checkout / "results/small/figures/restitution.png"
+    before = picture.read_bytes()
+    picture.unlink()
+    assert checkout.planned() == REPORT | {"figure": 1}
+    assert checkout.snakemake().returncode == 0
+    assert picture.read_bytes() == before
 
 
 @pytest.mark.parametrize(
     ("path", "old", "new", "jobs"),
     [
         (YAML, "mass_kg: 2.98", "mass_kg: 2.97", OF_ONE_RECORD),
-        (YAML, "label: Mat", "label: Rubber mat", AFTER_LABELS),
         (YAML, "position_m: 0.2,", "position_m: 0.21,", OF_ONE_RECORD),
-        (CSV, "tall,mat,high,,,,", "tall,mat,high,,,,cold day", REPORT),
         (YAML, "title: Two", "title: Both", REPORT),
+        (YAML, "title: Two", "# a comment\ntitle: Two", {}),
+        (YAML, "title: Two", "fits: {debonding: tensionless}\ntitle: Two", AFTER_FITS | {"fit": 2}),
+        (YAML, "title: Two", "processing: {rotation: {mains_hz: 60}}\ntitle: Two", EVERYTHING),
+        (CSV, "tall,mat,high,,,,", "tall,mat,high,,,,cold day", REPORT),
         (CSV, "squat,mat,low,,,,", "squat,mat,low,record,,wet base,", OF_ONE_RECORD),
     ],
 )
-def test_edited_line(checkout, path, old, new, jobs):
+def test_a_line_of_the_configuration_edited(checkout, path, old, new, jobs):
     checkout.edit(path, old, new)
     assert checkout.planned() == jobs
 
 
 @pytest.mark.parametrize(
-    ("path", "jobs"),
+    ("path", "text", "jobs"),
     [
-        ("src/freerock/virtual_lab/virtual_record.py", {}),
-        ("src/freerock/config/campaign.py", {}),
-        ("src/freerock/figures/quality.py", PAGES),
-        ("src/freerock/figures/freerock.mplstyle", AFTER_STYLE),
-        ("src/freerock/report/report.html.j2", REPORT),
-        ("src/freerock/tables/csvfile.py", AFTER_STYLE | AFTER_TABLES | {"tables": 1}),
-        ("src/freerock/tables/tidy_tables.py", {"tables": 1} | AFTER_TABLES | REPORT),
-        ("src/freerock/tables/printed_tables.py", AFTER_TABLES | REPORT),
-        ("src/freerock/tables/latex.py", {"printed_tables": 1, "recovered": 1} | REPORT),
-        ("src/freerock/identification/fit.py", {"fit": 2} | AFTER_FITS),
-        ("src/freerock/models/kernel.py", {"fit": 2} | AFTER_FITS),
-        ("src/freerock/records/tdms.py", EVERYTHING),
-        ("src/freerock/rotation/sensor.py", EVERYTHING),
-        ("src/freerock/figures/restitution.py", FIGURES | REPORT),
-        ("src/freerock/figures/backbone.py", {}),
-        ("workflow/scripts/figure.py", FIGURES | REPORT),
-        ("workflow/scripts/complete.py", {"complete": 1}),
+        ("src/freerock/identification/fit.py", "# a comment\n", {}),
+        ("src/freerock/identification/fit.py", "EDITED = 1\n", AFTER_FITS | {"fit": 2}),
+        ("src/freerock/records/tdms.py", "EDITED = 1\n", EVERYTHING),
+        ("src/freerock/figures/restitution.py", "EDITED = 1\n", REPORT | {"figure": 1}),
+        ("src/freerock/figures/freerock.mplstyle", "# edited\n", PAGES | {"figure": 3}),
+        ("src/freerock/tables/tidy_tables.py", "EDITED = 1\n", AFTER_TABLES | {"tables": 1}),
+        ("src/freerock/report/report.html.j2", "edited\n", REPORT),
+        ("src/freerock/config/campaign.py", "EDITED = 1\n", {}),
+        ("workflow/scripts/complete.py", "EDITED = 1\n", {"complete": 1}),
     ],
 )
-def test_edited_code(checkout, path, jobs):
-    append(checkout, path, "\nEDITED = 1\n" if path.endswith(".py") else "\n# edited\n")
+def test_code_edited(checkout, path, text, jobs):
+    append(checkout, path, text)
     assert checkout.planned() == jobs
 
 
-def test_new_record(checkout):
-    write_tdms(checkout / "raw/small/second.tdms", simulated("squat", 7))
-    append(checkout, CSV, "second,second.tdms,,squat,mat,low,,,,\n")
-    assert checkout.planned() == OF_ONE_RECORD
+def test_a_moved_tree_reruns_nothing(checkout, tmp_path):
+    checkout.folder.rename(tmp_path / "moved")
+    assert Checkout(tmp_path / "moved").planned() == {}
 
 
-@pytest.mark.parametrize("place", [0, 1, 2])
-def test_a_line_inserted_anywhere_with_a_comment(checkout, place):
-    write_tdms(checkout / "raw/small/another.tdms", simulated("squat", 7))
-    header, *lines = (checkout / CSV).read_text(encoding="utf-8").splitlines(keepends=True)
-    lines[place:place] = ["# of another day\n", "\n", "another,another.tdms,,squat,mat,low,,,,\n"]
-    (checkout / CSV).write_text(header + "".join(lines), encoding="utf-8")
-    assert checkout.planned() == OF_ONE_RECORD
+def test_a_copied_tree_reruns_nothing(checkout, tmp_path):
+    """Also where the copy has new times; what Snakemake knows of the products lies in .snakemake."""
+    shutil.copytree(checkout.folder, tmp_path / "cloned", copy_function=shutil.copy)
+    for path in sorted((tmp_path / "cloned/results").rglob("*.*")):
+        os.utime(path)
+    assert Checkout(tmp_path / "cloned").planned() == {}
 
 
-def test_what_only_looks_different_in_the_csv(checkout):
-    header, *lines = (checkout / CSV).read_text(encoding="utf-8").splitlines()
-    text = "\r\n".join([header, "# nothing new", *(line.replace(",", " , ") for line in lines)])
-    (checkout / CSV).write_bytes(b"\xef\xbb\xbf" + text.encode())
-    assert checkout.planned() == {}
+def test_results_in_a_fresh_clone_are_taken_for_whole_once_touched(finished, tmp_path):
+    clone = Checkout(copied(finished.folder, tmp_path / "clone", ".snakemake"))
+    for path in (clone / "workflow").rglob("*.py"):
+        os.utime(path)
+    assert clone.planned()["record"] == 2
+    assert clone.snakemake("--touch").returncode == 0
+    assert clone.planned() == {}
 
 
-def test_records_that_share_a_job_rerun_together(checkout):
-    checkout.edit(YAML, "records_per_job: 1", "records_per_job: 2")
-    assert checkout.snakemake("record").returncode == 0
-    assert checkout.planned("record") == {}
-    checkout.edit(YAML, "mass_kg: 2.98", "mass_kg: 2.97")
-    assert checkout.planned("record") == {"record": 1}
-    checkout.edit(YAML, "mass_kg: 2.97", "mass_kg: 2.98")
-    checkout.edit(YAML, "records_per_job: 2", "records_per_job: 3")
-    write_tdms(checkout / "raw/small/third.tdms", simulated("squat", 7))
-    append(checkout, CSV, "third,third.tdms,,squat,mat,low,,,,\n")
-    assert checkout.planned("record") == {"record": 1}
+def test_a_run_that_is_killed_goes_on_to_the_same_bytes(finished, tmp_path):
+    """By SIGKILL to Snakemake and its jobs, twice; the lock that it leaves is Snakemake's own."""
+    checkout = Checkout(copied(finished.folder, tmp_path / "killed", "results", ".snakemake"))
+    environment = os.environ | {"PYTHONPATH": str(checkout / "src")}
+    for log in ("record_tall_mat", "fit_squat_mat"):
+        run = [sys.executable, "-m", "snakemake", "--cores", "2"]
+        started = subprocess.Popen(
+            run, cwd=checkout.folder, env=environment, stderr=subprocess.PIPE, start_new_session=True
+        )
+        while started.poll() is None and not (checkout / f"results/small/logs/{log}.log").exists():
+            time.sleep(0.05)
+        os.killpg(started.pid, signal.SIGKILL)
+        started.communicate()
+        assert checkout.snakemake("--unlock").returncode == 0
+    assert checkout.planned()
+    done = checkout.snakemake()
+    assert done.returncode == 0, done.stderr
+    assert checkout.products() == finished.products()
 
 
-def test_record_replaced_or_taken_away(checkout):
-    raw = checkout / "raw/small/squat_mat.tdms"
-    write_tdms(raw, simulated("squat", 7))
-    assert checkout.planned() == OF_ONE_RECORD
-    raw.unlink()
-    assert checkout.planned() == OF_ONE_RECORD
+def test_verify_names_what_differs(checkout, monkeypatch, capsys):
+    monkeypatch.chdir(checkout.folder)
+    assert cli.main(["verify"]) == 0
+    assert capsys.readouterr().out == ""
+    append(checkout, "results/small/tables/runs.csv", "edited\n")
+    append(checkout, "raw/small/squat_mat.tdms", "edited")
+    (checkout / "results/small/fits/tall_mat.nc").unlink()
+    assert cli.main(["verify"]) == 1
+    assert set(re.findall(r"^(\w+: \S+)$", capsys.readouterr().out, re.M)) == {
+        "changed: results/small/tables/runs.csv",
+        "changed: raw/small/squat_mat.tdms",
+        "missing: results/small/fits/tall_mat.nc",
+    }

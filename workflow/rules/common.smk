@@ -1,181 +1,69 @@
-import logging
+"""Configuration, and what input functions and parameters of the rules have in common."""
+
 import os
-import re
 import sys
-from functools import cache
 from pathlib import Path
 
 from freerock.config import step_settings as settings
 from freerock.config.campaign import check_options, load_config
 from freerock.config.figure_names import FIGURES
 from freerock.config.review_log import log_of
-from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError
 from freerock.figures.declared import declared
 from freerock.files import listed_checksums
-from freerock.jobs.guard import check_folder
+from freerock.jobs.code_checksum import code_checksum
 from freerock.jobs.home import PACKAGE
-from freerock.jobs.ledger import entry_path
-from freerock.jobs.log import in_utf8, why_failed
-from freerock.jobs.code_identity import code_checksum
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
-logging.raiseExceptions = False  # no traceback for each line that Snakemake's log has no room for
-SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
-CONFIGURED = ("blocks", "set_ups", "debonding")  # what a figure reads of the configuration
-A_CAMPAIGN = "among the campaigns to analyse"
-
+if not os.access(PACKAGE, os.W_OK):  # no room for the compiled integrator beside its source
+    os.environ.setdefault("NUMBA_CACHE_DIR", os.path.abspath(".snakemake/numba"))
 
 try:
     check_options(config)
-    SOURCES = load_config("config/config.yaml", given).sources
-    CAMPAIGNS = {name: source.campaign for name, source in SOURCES.items()}
+    # Campaigns given by --config or by the workflow that uses this one as a module replace those of config.yaml.
+    CAMPAIGNS = load_config("config/config.yaml", config.get("campaigns")).campaigns
     CHECKSUMS = {name: listed_checksums(section.raw) for name, section in CAMPAIGNS.items()}
-    check_folder(Path("results"))
-    check_folder(Path(".snakemake"), writable=True)
+    for section in CAMPAIGNS.values():
+        if not os.path.isdir(section.raw):  # a share away, a renamed folder: no records that failed
+            raise FreerockError(section.raw, "there is no such folder", "put the record files there")
 except FreerockError as error:
     sys.exit(str(error))
+
+RECORDS = {name: {each.test: each for each in section.records} for name, section in CAMPAIGNS.items()}
+CONFIGURED = ("blocks", "set_ups", "debonding")  # what a figure reads of the configuration
 
 # Beside the parameters of the rules: an edited title or note makes no dataset again.
 config["descriptions"] = {name: settings.descriptions(section) for name, section in CAMPAIGNS.items()}
 
-if not os.access(PACKAGE, os.W_OK):  # no room for the compiled integrator beside its source
-    os.environ.setdefault("NUMBA_CACHE_DIR", os.path.abspath(".snakemake/numba"))
-
 
 wildcard_constraints:
-    campaign=r"\w+",
+    campaign="|".join(CAMPAIGNS),
     test=r"\w+",
-    block=r"\w+",
+    figure="|".join(FIGURES),
 
 
 def code(script, *modules):
-    """Checksum of the files a script runs, as a parameter: an edited module reruns the steps that use it."""
-    return code_checksum(SCRIPTS / f"{script}.py", *modules)
-
-
-def unknown(name, names, kind, target):
-    """The line about a name of a target that is none of those there are; empty where it is."""
-    remedy = did_you_mean(name, names) or f"use one of {', '.join(names)}"
-    return "" if name in names else str(FreerockError(target, f"{name!r} is not {kind}", remedy))
-
-
-def chosen(name, names, kind, target):
-    """A name of a target among those there are; refused in one line where there is none."""
-    if told := unknown(name, names, kind, target):
-        sys.exit(told)
-    return names[name]
-
-
-def misspelt(targets):
-    """A line for each target that is of no record or figure there is; Snakemake says no more than that no rule makes it."""
-    for target in map(os.path.normpath, targets):
-        if found := re.fullmatch(r"results/(\w+)/(?:records/|fits/|figures/qc_)(\w+)\.\w+", target):
-            name, test = found.groups()
-            tests = {each.test for each in CAMPAIGNS[name].records} if name in CAMPAIGNS else ()
-            no_campaign = unknown(name, CAMPAIGNS, A_CAMPAIGN, f"results/{name}")
-            if told := no_campaign or unknown(test, sorted(tests), "a record of this campaign", target):
-                yield told
-        elif found := re.fullmatch(
-            r"results/(?!studies/)\w+/figures/(\w+)\.(?:pdf|png|csv|txt)", target
-        ):
-            if told := unknown(found[1], dict.fromkeys(FIGURES), "a figure", target):
-                yield told
+    """Checksum of the code of a step, as a parameter: an edited module reruns the steps that import it."""
+    return code_checksum(Path(workflow.basedir, "workflow/scripts", f"{script}.py"), *modules)
 
 
 def campaign(wildcards):
-    name = wildcards.campaign
-    return chosen(name, CAMPAIGNS, A_CAMPAIGN, f"results/{name}")
-
-
-def raw_files(section, records):
-    """The files of some records and the calibration tables of their lasers, as far as they exist."""
-    names = {name: None for record in records for name in record.lasers}
-    tables = filter(None, (section.lasers[name].calibration for name in names))
-    files = [f"{section.raw}/{file}" for file in [*(record.file for record in records), *tables]]
-    return [file for file in files if os.path.exists(file)]  # missing: the script says so
+    return CAMPAIGNS[wildcards.campaign]
 
 
 def of_campaign(chosen):
-    """Input function: what is chosen of the settings of a rule's campaign."""
-    return lambda w: chosen(campaign(w))
+    """Parameter: what is chosen of the settings of a campaign."""
+    return lambda wildcards: chosen(campaign(wildcards))
 
 
-def tests_of(wildcards):
-    """The tests of a campaign."""
-    return [each.test for each in campaign(wildcards).records]
+def of_tests(product):
+    """Input function: a product of each record of a campaign."""
+    return lambda w: [f"results/{w.campaign}/{product.format(test=test)}" for test in RECORDS[w.campaign]]
 
 
-def scenes_of(records):
-    """What block stood on what foundation in each of these records, as one word that can be compared."""
-    return [f"{each.block} on {each.foundation}" for each in records]
-
-
-def changes_of(wildcards):
-    """Input function: the log of what was changed at the review desk, where there is one."""
-    log = log_of(f"config/campaigns/{wildcards.campaign}.csv")
-    return [str(log)] if log.exists() else []
-
-
-def figure_files(name, figures):
-    """Input function: what some figures of a campaign read, by name."""
-    folder, tests = f"results/{name}", [each.test for each in CAMPAIGNS[name].records]
-    files = {kind: [f"{folder}/{kind}/{test}.nc" for test in tests] for kind in ("records", "fits")}
-    names = dict.fromkeys(each for figure in figures for each in declared_of(figure)["reads"])
-    return {each: files.get(each, f"{folder}/tables/{each}.csv") for each in names if each not in CONFIGURED}
-
-
-def figure_settings(name, figures):
-    """What each of some figures needs to know of a campaign, by the figure's name."""
-    section = CAMPAIGNS[name]
-    known = {
-        "scenes": scenes_of(section.records),
-        "blocks": settings.geometries(section),
-        "set_ups": settings.set_ups(section),
-        "debonding": section.fits.debonding,
-    }
-    found = {}
-    for figure in figures:
-        declared = declared_of(figure)
-        reads = {*declared["reads"]} | ({"scenes"} if {"records", "fits"} & {*declared["reads"]} else set())
-        found[figure] = {each: known[each] for each in known if each in reads} | {
-            "origin": section.origin,
-            "labels": settings.drawn_labels(section),
-            "title": figure_title(name, figure),
-            "caption": declared["caption"],
-        }
-    return found
-
-
-def reported(wildcards, suffix):
-    """Files of the figures of a campaign's report."""
-    names = campaign(wildcards).figures
-    return [f"results/{wildcards.campaign}/figures/{name}.{suffix}" for name in names]
-
-
-def declared_of(figure):
-    """Title, caption and inputs of a figure."""
-    return declared(f"freerock.figures.{figure}")
-
-
-def modules_of(figures):
-    """The modules that draw some figures."""
-    return [f"freerock.figures.{figure}" for figure in figures]
-
-
-def figure_title(campaign, figure):
-    return declared_of(figure)["title"].format(Measured=CAMPAIGNS[campaign].origin.capitalize())
-
-
-def made_by_name(name):
-    """PDFs of the figures of a campaign that were asked for by their path, as long as these are there."""
-    folder = f"results/{name}"
-    return [
-        f"{folder}/figures/{figure}.pdf"
-        for figure in FIGURES
-        if os.path.exists(f"{folder}/figures/{figure}.pdf")
-        and os.path.exists(entry_path(f"{folder}/logs/figure_{figure}.log"))
-    ]
+def of_figures(suffix):
+    """Input function: a file of each figure of a campaign."""
+    return lambda w: [f"results/{w.campaign}/figures/{each}.{suffix}" for each in campaign(w).figures]
 
 
 def csv_tables(*names):
@@ -183,15 +71,66 @@ def csv_tables(*names):
     return [f"results/{{campaign}}/tables/{name}.csv" for name in names]
 
 
-def of_all(product):
-    """Input function: a product of each record of all campaigns."""
-    return lambda w: [
-        f"results/{name}/{product.format(test=each.test)}"
-        for name, section in CAMPAIGNS.items()
-        for each in section.records
+def raw_files(wildcards):
+    """The file of a record and the calibration tables of its lasers; of one that is missing the job tells."""
+    section, record = campaign(wildcards), RECORDS[wildcards.campaign][wildcards.test]
+    tables = [section.lasers[name].calibration for name in record.lasers]
+    files = [f"{section.raw}/{file}" for file in dict.fromkeys([record.file, *tables]) if file]
+    return [file for file in files if os.path.exists(file)]
+
+
+def record_settings(wildcards):
+    record = RECORDS[wildcards.campaign][wildcards.test]
+    listed = CHECKSUMS[wildcards.campaign].get(record.file, "")
+    return settings.record_settings(campaign(wildcards), record, listed)
+
+
+def fit_settings(wildcards):
+    return settings.fit_settings(campaign(wildcards), RECORDS[wildcards.campaign][wildcards.test])
+
+
+def declared_of(wildcards):
+    return declared(f"freerock.figures.{wildcards.figure}")
+
+
+def figure_files(wildcards):
+    """What a figure reads, by name: datasets of all records, or tables."""
+    names = [each for each in declared_of(wildcards)["reads"] if each not in CONFIGURED]
+    datasets = {kind: of_tests(f"{kind}/{{test}}.nc")(wildcards) for kind in ("records", "fits")}
+    return {name: datasets.get(name, f"results/{wildcards.campaign}/tables/{name}.csv") for name in names}
+
+
+def products(name):
+    """All products of a campaign: one that is missing is made again, though nothing else needs it."""
+    of_record = [*rules.record.output, *rules.fit.output, *rules.quality.output]
+    of_campaign = [
+        *rules.tables.output,
+        *rules.printed_tables.output,
+        *rules.report.output,
+        *rules.complete.output,
     ]
+    if CAMPAIGNS[name].truth:
+        of_campaign += rules.recovered.output
+    made = expand(of_record, campaign=name, test=RECORDS[name]) + expand(of_campaign, campaign=name)
+    return made + expand(rules.figure.output, campaign=name, figure=CAMPAIGNS[name].figures)
 
 
-def products(kind):
-    """Input function: the records or fits of the tests."""
-    return lambda w: expand(f"results/{w.campaign}/{kind}/{{test}}.nc", test=tests_of(w))
+def printed_table(name, suffix, title):
+    """A table of the paper, for Snakemake's own report."""
+    return report(
+        f"results/{{campaign}}/tables/{name}.{suffix}",
+        caption="../report/tables.rst",
+        category="{campaign}",
+        subcategory="Tables",
+        labels={"table": title, "format": suffix},
+    )
+
+
+def recovered_tables(wildcards):
+    return rules.recovered.output if campaign(wildcards).truth else []
+
+
+def desk_log(wildcards):
+    """The log of what was changed at the review desk, where there is one."""
+    log = log_of(f"config/campaigns/{wildcards.campaign}.csv")
+    return [str(log)] if log.exists() else []

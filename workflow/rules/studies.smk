@@ -1,42 +1,27 @@
-# Studies of the methods: not part of a campaign, run by `snakemake studies`, in minutes by
-# `snakemake studies --config studies=small`.
+"""Studies of the methods, of no campaign: `snakemake studies`, in minutes with `--config studies=small`."""
 
-from freerock.files import sha256
-
-STUDIES = [
-    "bits",
-    "speed_accuracy",
-    "stability",
-    "success",
-    "confusion",
-    "kinds",
-]
-
-# What a study reads besides its code, beside its module; an edited file reruns it.
+BENCH = PACKAGE.parent / "freerock_bench"
+STUDIES = ["bits", "speed_accuracy", "stability", "success", "confusion", "kinds"]
 DATA = {"kinds": "kinds.yaml", "speed_accuracy": "engines.yaml"}
-
-# The stability atlas is a figure for each of its pages.
-PAGES = ["stiffness", "step", "release"]
-AS_TABLES = ["bits", "kinds", "success"]  # their numbers are on docs/validation.md
-FIGURES_OF_STUDIES = [study for study in STUDIES if study not in ("stability", *AS_TABLES)]
+PAGES = ["stability_stiffness", "stability_step", "stability_release"]  # of the stability atlas
+STUDY_OF = {name: name for name in ("speed_accuracy", "confusion")} | dict.fromkeys(PAGES, "stability")
 
 
 rule studies:
     input:
-        expand("results/studies/figures/{study}.{suffix}", study=FIGURES_OF_STUDIES, suffix=["pdf", "png"]),
-        expand("results/studies/figures/stability_{page}.{suffix}", page=PAGES, suffix=["pdf", "png"]),
-        expand("results/studies/{study}.csv", study=AS_TABLES),
+        expand("results/studies/{study}.csv", study=STUDIES),
+        expand("results/studies/figures/{name}.{suffix}", name=STUDY_OF, suffix=["pdf", "png"]),
 
 
 rule study:
     input:
-        again=again("study", start=start_studies),
+        data=lambda w: [str(BENCH / DATA[w.study])] if w.study in DATA else [],
     output:
         csv="results/studies/{study}.csv",
     log:
-        "results/studies/logs/{study}.log",
+        "results/studies/logs/study_{study}.log",
     benchmark:
-        "results/studies/benchmarks/{study}.tsv"
+        "results/studies/benchmarks/study_{study}.tsv"
     wildcard_constraints:
         study="|".join(STUDIES),
     conda:
@@ -44,7 +29,6 @@ rule study:
     threads: workflow.cores  # alone on the machine: it takes times
     params:
         code=lambda w: code("study", f"freerock_bench.{w.study}"),
-        data=lambda w: sha256(PACKAGE.parent / "freerock_bench" / DATA[w.study]) if w.study in DATA else "",
         size=config.get("studies", "full"),
     message:
         "study: {wildcards.study}"
@@ -52,64 +36,25 @@ rule study:
         "../scripts/study.py"
 
 
-rule figure_study:
+rule study_figure:
     input:
-        csv=rules.study.output.csv,
-        again=again("figure_study", start=start_studies),
+        csv=lambda w: f"results/studies/{STUDY_OF[w.name]}.csv",
     output:
-        pdf="results/studies/figures/{study}.pdf",
-        png=report(
-            "results/studies/figures/{study}.png",
-            caption="../report/figure.rst",
-            category="Studies",
-            labels={"figure": "{study}"},
-        ),
-        data="results/studies/figures/{study}.csv",
+        pdf="results/studies/figures/{name}.pdf",
+        png="results/studies/figures/{name}.png",
+        data="results/studies/figures/{name}.csv",
     log:
-        "results/studies/logs/figure_{study}.log",
+        "results/studies/logs/study_figure_{name}.log",
     benchmark:
-        "results/studies/benchmarks/figure_{study}.tsv"
+        "results/studies/benchmarks/study_figure_{name}.tsv"
     wildcard_constraints:
-        study="|".join(FIGURES_OF_STUDIES),
+        name="|".join(STUDY_OF),
     conda:
         "../envs/freerock.yaml"
     params:
-        figure=lambda w: w.study,
-        caption=lambda w: declared(f"freerock_bench.figures.{w.study}")["caption"],
-        code=lambda w: code("figure_study", f"freerock_bench.figures.{w.study}"),
+        code=lambda w: code("study_figure", f"freerock_bench.figures.{STUDY_OF[w.name]}"),
+        page=lambda w: w.name.split("_")[1:] if w.name in PAGES else [],
     message:
-        "study: figure of {wildcards.study}"
+        "study: figure {wildcards.name}"
     script:
-        "../scripts/figure_study.py"
-
-
-rule figure_atlas:
-    input:
-        csv="results/studies/stability.csv",
-        again=again("figure_atlas", start=start_studies),
-    output:
-        pdf="results/studies/figures/stability_{page}.pdf",
-        png=report(
-            "results/studies/figures/stability_{page}.png",
-            caption="../report/figure.rst",
-            category="Studies",
-            labels={"figure": "stability: {page}"},
-        ),
-        data="results/studies/figures/stability_{page}.csv",
-    log:
-        "results/studies/logs/figure_stability_{page}.log",
-    benchmark:
-        "results/studies/benchmarks/figure_stability_{page}.tsv"
-    wildcard_constraints:
-        page="|".join(PAGES),
-    conda:
-        "../envs/freerock.yaml"
-    params:
-        figure="stability",
-        page=lambda w: [w.page],
-        caption=lambda w: declared("freerock_bench.figures.stability")["caption"],
-        code=lambda w: code("figure_study", "freerock_bench.figures.stability"),
-    message:
-        "study: figure of stability, {wildcards.page}"
-    script:
-        "../scripts/figure_study.py"
+        "../scripts/study_figure.py"

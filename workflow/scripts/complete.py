@@ -1,8 +1,7 @@
 """The end of a campaign: fails, with a line for each record that has no usable run."""
 
-from freerock.jobs.ledger import at_work
+from freerock.jobs.finish_campaign import complete
+from freerock.jobs.log import log_to
 
-with at_work(snakemake, __file__):
-    from freerock.jobs.finish_campaign import complete
-
-    complete(snakemake.wildcards.campaign, snakemake.input.runs, snakemake.output.complete)
+log_to(snakemake.log[0])
+complete(snakemake.wildcards.campaign, snakemake.input.runs, snakemake.output.complete)

@@ -1,13 +1,11 @@
-"""Figures of a campaign."""
+"""A figure of a campaign."""
 
 from importlib import import_module
 
-from freerock.jobs.ledger import at_work
+from freerock.jobs.log import log_to
+from freerock.jobs.make_figure import make_figure
 
-modules = [f"freerock.figures.{name}" for name in snakemake.params.figures]
-with at_work(snakemake, __file__, *modules):
-    from freerock.jobs.make_figures import make_figures
-
-    files = {name: each for name, each in snakemake.input.items() if name != "again"}
-    folder = snakemake.output[0].rpartition("/")[0]
-    make_figures(map(import_module, modules), files, snakemake.params.figures, folder)
+log_to(snakemake.log[0])
+figure = import_module(f"freerock.figures.{snakemake.wildcards.figure}")
+stem = snakemake.output.pdf.removesuffix(".pdf")
+make_figure(figure, dict(snakemake.input.items()), snakemake.params.settings, stem)

@@ -1,17 +1,13 @@
-"""The models identified on each run of some records."""
+"""The models identified on each run of a record."""
 
-from freerock.jobs.ledger import at_work
+from freerock.jobs.descriptions import described
+from freerock.jobs.log import log_to, make_or_give_up
+from freerock.jobs.make_fits import give_up_fits, make_fits
 
-with at_work(snakemake, __file__):
-    from freerock.jobs.descriptions import described
-    from freerock.jobs.each_record import make_each
-    from freerock.jobs.make_fits import give_up_fits, make_fits
-
-    records = described(snakemake.params.records, snakemake.config["descriptions"])
-    inputs = dict(zip(records, snakemake.input.records, strict=True))
-    outputs = dict(zip(records, snakemake.output.fits, strict=True))
-    make_each(
-        list(records),
-        lambda test: make_fits(records[test] | snakemake.params.shared, inputs[test], outputs[test]),
-        lambda test, reason: give_up_fits(records[test], outputs[test], reason),
-    )
+log_to(snakemake.log[0])
+settings = described(snakemake.params.settings, snakemake.config["descriptions"])
+output = snakemake.output.fits
+make_or_give_up(
+    lambda: make_fits(settings, snakemake.input.record, output),
+    lambda reason: give_up_fits(settings, output, reason),
+)

@@ -2,12 +2,11 @@
 
 from pathlib import Path
 
-from freerock.jobs.ledger import at_work
+from freerock.jobs.log import log_to
+from freerock.jobs.print_tables import print_tables
 
-with at_work(snakemake, __file__):
-    from freerock.jobs.print_tables import print_tables
-
-    params = snakemake.params
-    files = {Path(path).stem: path for path in snakemake.input.tables}
-    folder = Path(snakemake.output.numbers).parent
-    print_tables(files, folder, origin=params.origin, doi=params.doi, labels=params.labels)
+log_to(snakemake.log[0])
+params = snakemake.params
+files = {Path(path).stem: path for path in snakemake.input.tables}
+folder = Path(snakemake.output.numbers).parent
+print_tables(files, folder, origin=params.origin, doi=params.doi, labels=params.labels)

@@ -1,15 +1,11 @@
-"""Quality control of some records, a page per run."""
+"""Quality control of a record, a page per run."""
 
-from freerock.jobs.ledger import at_work
+from freerock.jobs.log import log_to, make_or_give_up
+from freerock.jobs.make_quality import make_quality
 
-with at_work(snakemake, __file__):
-    from freerock.jobs.each_record import make_each
-    from freerock.jobs.quality_pages import make_pages
-
-    pages = dict(zip(snakemake.params.tests, snakemake.output.png, strict=True))
-    inputs = dict(zip(pages, zip(snakemake.input.records, snakemake.input.fits, strict=True), strict=True))
-
-    def make(test, reason=""):
-        make_pages(*inputs[test], pages[test].removesuffix(".png"), snakemake.params.labels, reason)
-
-    make_each(list(pages), make, make)
+log_to(snakemake.log[0])
+files = snakemake.input.record, snakemake.input.fits, snakemake.output.pdf.removesuffix(".pdf")
+make_or_give_up(
+    lambda: make_quality(*files, snakemake.params.labels),
+    lambda reason: make_quality(*files, snakemake.params.labels, reason),
+)

@@ -1,16 +1,13 @@
-"""Record files to θ(t), runs and impacts."""
+"""A record file to θ(t), runs and impacts."""
 
-from freerock.jobs.ledger import at_work
+from freerock.jobs.descriptions import described
+from freerock.jobs.log import log_to, make_or_give_up
+from freerock.jobs.make_record import give_up_record, make_record
 
-with at_work(snakemake, __file__):
-    from freerock.jobs.descriptions import described
-    from freerock.jobs.each_record import make_each
-    from freerock.jobs.make_record import give_up_record, make_record
-
-    records = described(snakemake.params.records, snakemake.config["descriptions"])
-    outputs = dict(zip(records, snakemake.output.records, strict=True))
-    make_each(
-        list(records),
-        lambda test: make_record(records[test] | snakemake.params.shared, outputs[test]),
-        lambda test, reason: give_up_record(records[test], outputs[test], reason),
-    )
+log_to(snakemake.log[0])
+settings = described(snakemake.params.settings, snakemake.config["descriptions"])
+output = snakemake.output.record
+make_or_give_up(
+    lambda: make_record(settings, output),
+    lambda reason: give_up_record(settings, output, reason),
+)

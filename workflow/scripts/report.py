@@ -1,20 +1,19 @@
-"""The report of a campaign and its provenance."""
+"""The report of a campaign, and what its products were made from."""
 
 from pathlib import Path
 
-from freerock.jobs.ledger import at_work
+from freerock.jobs.log import log_to
+from freerock.jobs.make_report import make_report
 
-with at_work(snakemake, __file__):
-    from freerock.jobs.make_report import make_report
-
-    inputs, params = snakemake.input, snakemake.params
-    pairs = zip(inputs.records, inputs.fits, strict=True)
-    make_report(
-        {"campaign": params.campaign, "blocks": params.blocks},
-        {Path(record).stem: (record, fits) for record, fits in pairs},
-        {Path(path).stem: path for path in inputs.tables},
-        list(zip(inputs.captions, inputs.figures, strict=True)),
-        {Path(page).stem.removeprefix("qc_"): page for page in inputs.pages},
-        dict(snakemake.output.items()),
-        next(iter(inputs.changes), None),
-    )
+log_to(snakemake.log[0])
+inputs, params = snakemake.input, snakemake.params
+make_report(
+    {"campaign": params.campaign, "blocks": params.blocks},
+    {Path(pair[0]).stem: pair for pair in zip(inputs.records, inputs.fits, strict=True)},
+    {Path(path).stem: path for path in inputs.tables},
+    list(zip(inputs.captions, inputs.figures, strict=True)),
+    {Path(page).stem.removeprefix("qc_"): page for page in inputs.pages},
+    dict(snakemake.output.items()),
+    products=[path for path in snakemake.input if path not in inputs.changes],
+    changes=next(iter(inputs.changes), None),
+)

@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
-from freerock.jobs.ledger import at_work
+from freerock.jobs.log import log_to
+from freerock.jobs.make_tables import make_tables
 
-with at_work(snakemake, __file__):
-    from freerock.jobs.make_tables import make_tables
-
-    inputs = snakemake.input
-    make_tables(snakemake.params, inputs.records, inputs.fits, Path(snakemake.output[0]).parent)
+log_to(snakemake.log[0])
+inputs = snakemake.input
+make_tables(snakemake.params, inputs.records, inputs.fits, Path(snakemake.output[0]).parent)

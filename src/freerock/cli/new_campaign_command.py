@@ -33,11 +33,11 @@ from freerock.config.record import Record
 from freerock.config.values import name_fault
 from freerock.errors import FreerockError, printable
 from freerock.files import MANIFEST, write_manifest, write_text
-from freerock.jobs.whole_or_rerun import QUICK_LOOK
 from freerock.records.read import READERS
 from freerock.units import CHANNEL_UNITS, understood
 
 MOST_PANELS = 24
+QUICK_LOOK = "quick_look.png"  # among the results of a campaign
 Sensors = dict[tuple[str, str], str]  # name of a laser by quantity and unit
 
 

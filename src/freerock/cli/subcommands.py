@@ -25,7 +25,7 @@ COMMANDS = {  # what each does, as `freerock --help` lists it
     "check": "check configuration and files within seconds",
     "plan": "predict how well one run will tell each parameter, before any test",
     "review": "show, correct and refit runs in the browser",
-    "verify": "check whether all products are whole, and list what a run would make",
+    "verify": "compare products and record files with their checksums",
     "compare": "show what changed between two analyses of a campaign",
 }
 LOG = "freerock.log"

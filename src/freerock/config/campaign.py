@@ -18,7 +18,7 @@ from freerock.config.values import Name, Section, key
 from freerock.config.yaml_lines import Lines, place, read_yaml
 from freerock.errors import FreerockError
 
-OPTIONS = ("campaigns", "studies", "verify")  # of snakemake --config
+OPTIONS = ("campaigns", "studies")  # of snakemake --config
 RESERVED = {  # folders of results that are no campaign's
     "studies": "the results of the studies",
     "inspect": "the pictures of `freerock inspect`",

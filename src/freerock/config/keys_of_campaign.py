@@ -17,7 +17,7 @@ from freerock.config.keys_of_lasers import LaserSection
 from freerock.config.keys_of_plan import PlanSection
 from freerock.config.keys_of_processing import ProcessingSection
 from freerock.config.keys_of_published import PublishedSection
-from freerock.config.values import Folder, Invalid, Name, Once, Section, Text, Whole, key
+from freerock.config.values import Folder, Invalid, Name, Once, Section, Text, key
 
 
 class CampaignFile(Section):
@@ -39,9 +39,6 @@ class CampaignFile(Section):
         "one or more foundations, each by its name", min_length=1
     )
     lasers: dict[Name, LaserSection] = key("one or more sensors, each by its name", min_length=1)
-    records_per_job: Whole = key(
-        "records per job, at most; with hundreds of records 40 saves start-up time", 4, ge=1
-    )
     figures: Annotated[tuple[Figure, ...], Once] = key(
         "the figures of the report; any other is drawn if it is the target of snakemake", FIGURES
     )

@@ -5,7 +5,7 @@ Texts that only describe (title, summary, notes) are no settings of a step that 
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from freerock.config.campaign import Campaign
@@ -93,49 +93,57 @@ def descriptions(campaign: Campaign) -> Settings:
     }
 
 
-def record_settings(
-    campaign: Campaign, records: Sequence[Record], checksums: Mapping[str, str]
-) -> tuple[Settings, Settings]:
-    """What `freerock.jobs.make_record.make_record` needs: of each record by its test, and of all alike.
-
-    checksums are those of the campaign's manifest by file: renewed there, a record is processed again.
-    """
-    processing = campaign.processing
-    own = {
-        record.test: {
-            "file": record.file,
-            "sha256": checksums.get(record.file, ""),
-            "channels": list(record.channels),
-            "attributes": record_attributes(campaign, record),
-            "block": geometry(campaign, record),
-            "lasers": [section_values(campaign.lasers[name], "uncertainty") for name in record.lasers],
-            "laboratory": laboratory(campaign, record),
-            "overrides": record.overrides,
-            "exclusions": record.exclusions,
-            "excluded": record.reason if record.excluded else "",
-            **({"stretches": record.stretches} if record.stretches else {}),
-        }
-        for record in records
-    }
-    return own, {
+def record_settings(campaign: Campaign, record: Record, sha256: str) -> Settings:
+    """What `freerock.jobs.make_record.make_record` needs; `sha256` as the manifest lists it, else empty."""
+    return {
         "raw": campaign.raw,
-        "rotation": section_values(processing.rotation),
-        "runs": section_values(processing.runs),
-        "impacts": section_values(processing.impacts),
+        "file": record.file,
+        "sha256": sha256,
+        "channels": list(record.channels),
+        "attributes": record_attributes(campaign, record),
+        "block": geometry(campaign, record),
+        "lasers": [section_values(campaign.lasers[name], "uncertainty") for name in record.lasers],
+        "laboratory": laboratory(campaign, record),
+        "overrides": record.overrides,
+        "exclusions": record.exclusions,
+        "excluded": record.reason if record.excluded else "",
+        **({"stretches": record.stretches} if record.stretches else {}),
+        "rotation": section_values(campaign.processing.rotation),
+        "runs": section_values(campaign.processing.runs),
+        "impacts": section_values(campaign.processing.impacts),
     }
 
 
-def fit_settings(campaign: Campaign, records: Sequence[Record]) -> tuple[Settings, Settings]:
-    """What `freerock.jobs.make_fits.make_fits` needs: of each record by its test, and of all alike."""
-    made = {"attributes": record_attributes, "block": geometry, "laboratory": laboratory}
-    own = {each.test: {name: of(campaign, each) for name, of in made.items()} for each in records}
-    return own, {
-        "models": list(campaign.fits.models),
-        "kinematics": list(campaign.fits.rivals),
-        "free": {model: list(free) for model, free in campaign.fits.freed.items()},
-        "options": section_values(campaign.fits, "models", "kinematics", "free", "parameters", "paper_mode")
-        | ({"parameters": campaign.fits.given} if campaign.fits.given else {}),
+def fit_settings(campaign: Campaign, record: Record) -> Settings:
+    """What `freerock.jobs.make_fits.make_fits` needs."""
+    fits = campaign.fits
+    return {
+        "attributes": record_attributes(campaign, record),
+        "block": geometry(campaign, record),
+        "laboratory": laboratory(campaign, record),
+        "models": list(fits.models),
+        "kinematics": list(fits.rivals),
+        "free": {model: list(free) for model, free in fits.freed.items()},
+        "options": section_values(fits, "models", "kinematics", "free", "parameters", "paper_mode")
+        | ({"parameters": fits.given} if fits.given else {}),
         "impacts": section_values(campaign.processing.impacts),
+    }
+
+
+def figure_settings(campaign: Campaign, declared: Mapping[str, Any]) -> Settings:
+    """What `freerock.jobs.make_figure.make_figure` needs of a figure that declares itself so."""
+    known = {
+        "scenes": [f"{each.block} on {each.foundation}" for each in campaign.records],
+        "blocks": geometries(campaign),
+        "set_ups": set_ups(campaign),
+        "debonding": campaign.fits.debonding,
+    }
+    reads = {*declared["reads"]} | ({"scenes"} if {"records", "fits"} & {*declared["reads"]} else set())
+    return {name: known[name] for name in known if name in reads} | {
+        "origin": campaign.origin,
+        "labels": drawn_labels(campaign),
+        "title": declared["title"].format(Measured=campaign.origin.capitalize()),
+        "caption": declared["caption"],
     }
 
 

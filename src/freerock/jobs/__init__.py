@@ -1,11 +1,3 @@
-"""What the jobs of the workflow do, one module per step; which code they run, their logs, what they leave."""
+"""What the steps of the workflow do, a module per step; the checksum of their code; their logs."""
 
-__all__ = [
-    "batches",
-    "code_identity",
-    "home",
-    "ledger",
-    "make_fits",
-    "make_record",
-    "whole_or_rerun",
-]
+__all__ = ["code_checksum", "home", "make_fits", "make_record"]

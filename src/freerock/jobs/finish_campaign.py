@@ -33,11 +33,6 @@ def complete(campaign: str, runs: str | Path, output: str | Path) -> None:
     write_text(output, ", ".join(f"{n} {what}{'s' * (n != 1)}" for what, n in numbers.items()) + "\n")
 
 
-def failed_records(runs: str | Path) -> dict[str, str]:
-    """Why records have no usable run, by test, from the table runs.csv of a campaign."""
-    return _why_failed(_rows_by_record(runs))
-
-
 def _why_failed(records: dict[str, list[dict[str, str]]]) -> dict[str, str]:
     return {test: why for test, rows in records.items() if (why := _failed(rows))}
 

@@ -1,56 +1,66 @@
-"""The log of a job, and the lines that say why jobs failed."""
+"""The log of a job, and what becomes of an error that nobody foresaw."""
 
-import io
+import errno
 import logging
-import re
 import sys
 import traceback
-from collections.abc import Iterable
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 
-from freerock.errors import DamagedProduct, FreerockError, printable
-from freerock.files import ROOM_REMEDY, read_bytes, regular
+from freerock.errors import FreerockError, printable
+
+# What the machine lacks, whatever the record: space, a disk that answers, memory, open files.
+MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.ESTALE}
+MACHINE |= {errno.ENOMEM, errno.EMFILE, errno.ENFILE}
+
+log = logging.getLogger("freerock")
 
 
-def log_to(path: str | Path) -> logging.Logger:
-    """Send a script's messages, warnings and fatal error to its log; returns the logger for its messages.
+def log_to(path: str | Path) -> None:
+    """Send a script's messages, warnings and fatal error to its log; errors show on the terminal, too.
 
-    Errors show on the terminal too, each in a line. A `FreerockError` ends the script with its one line,
-    anything else with a traceback. A damaged product of an earlier step is deleted, so that it is made again.
+    A `FreerockError` ends the script with its one line, anything else with a traceback.
     """
     sys.excepthook = _report
-    try:
-        stream = open(path, "w", encoding="utf-8", opener=regular)  # noqa: SIM115 (to the end of the process)
-    except OSError as error:
-        raise FreerockError(path, f"cannot be written ({error.strerror})", ROOM_REMEDY) from error
-    logging.basicConfig(stream=stream, format="%(message)s")
+    logging.basicConfig(filename=path, filemode="w", encoding="utf-8", format="%(message)s")
     logging.captureWarnings(True)
-    logger = logging.getLogger("freerock")
-    logger.setLevel(logging.INFO)
+    log.setLevel(logging.INFO)
     terminal = logging.StreamHandler()
     terminal.setLevel(logging.ERROR)
     terminal.setFormatter(_OneLine())
-    logger.addHandler(terminal)
-    return logger
+    log.addHandler(terminal)
 
 
-def in_utf8() -> None:
-    """Let Snakemake write its own log in UTF-8, in which `why_failed` reads it, whatever the locale."""
-    for handler in logging.getLogger("snakemake.logging").handlers:
-        stream = getattr(handler, "stream", None)
-        if isinstance(handler, logging.FileHandler) and isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(encoding="utf-8")
+def make_or_give_up(make: Callable[[], None], give_up: Callable[[str], None]) -> None:
+    """Make the product of a record; after an unforeseen error give up, so that other records go on.
+
+    A `FreerockError` and what is the machine's fault, such as a full disk, end the job.
+
+    Parameters
+    ----------
+    make : callable
+        Writes the product.
+    give_up : callable
+        Takes a reason and writes a product that holds it.
+    """
+    try:
+        make()
+    except Exception as error:
+        if isinstance(error, FreerockError) or of_the_machine(error):
+            raise
+        reason = f"unforeseen: {type(error).__name__}: {error}; the log of the step has the traceback"
+        log.exception(reason)
+        give_up(reason)
 
 
-def why_failed(logs: Iterable[str | Path]) -> list[str]:
-    """The lines that say why jobs failed, from their logs, which the log of Snakemake names."""
-    found = []
-    for log in logs:
-        for path in re.findall(r"log: (\S+) \(check log file", Path(log).read_text("utf-8", "replace")):
-            lines = read_bytes(path).decode("utf-8", "replace").splitlines() if Path(path).exists() else []
-            found += lines if Path(path).stem == "complete" else lines[-1:]
-    return list(dict.fromkeys(map(printable, found)))
+def of_the_machine(error: BaseException | None) -> bool:
+    """Whether an error, or one it was raised from, says nothing about the record: a full disk, no memory."""
+    while error is not None:
+        if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno in MACHINE):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 class _OneLine(logging.Formatter):
@@ -61,10 +71,6 @@ class _OneLine(logging.Formatter):
 
 
 def _report(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-    if isinstance(error, DamagedProduct):
-        Path(str(error.where)).unlink(missing_ok=True)
-        error = FreerockError(error.where, error.what, "it has been deleted: run the same command again")
     text = str(error) if isinstance(error, FreerockError) else "".join(traceback.format_exception(error))
-    if logging.root.handlers:
-        logging.error(text)
+    logging.error(text)
     print(text, file=sys.stderr)

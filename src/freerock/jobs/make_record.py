@@ -11,7 +11,7 @@ import xarray as xr
 from freerock.config.keys_of_processing import ImpactLimits, RotationOptions, RunLimits
 from freerock.errors import FreerockError
 from freerock.files import check_file
-from freerock.jobs.each_record import of_the_machine
+from freerock.jobs.log import of_the_machine
 from freerock.models.block import Block
 from freerock.products.netcdf import write_failure, write_record
 from freerock.products.provenance import provenance

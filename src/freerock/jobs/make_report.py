@@ -1,13 +1,13 @@
-"""The report of a campaign, and what made its products."""
+"""The report of a campaign, and what made its products, with the checksums of all."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
 from freerock.config.review_log import read_changes
-from freerock.files import write_json, write_text
+from freerock.files import sha256, write_json, write_text
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, open_record
 from freerock.products.provenance import made_by, other_software, provenance
@@ -18,11 +18,13 @@ from freerock.tables.latex import figures_tex
 
 def make_report(
     settings: Mapping[str, Any],
-    datasets: Mapping[str, tuple[str | Path, str | Path]],
+    datasets: Mapping[str, Sequence[str | Path]],
     tables: Mapping[str, str | Path],
     figures: Sequence[tuple[str | Path, str | Path]],
     pages: Mapping[str, str | Path],
-    output: Mapping[str, str | Path],
+    output: Mapping[str, str],
+    *,
+    products: Iterable[str] = (),
     changes: str | Path | None = None,
 ) -> None:
     """Write the report of a campaign, its provenance, and its figures with their captions in LaTeX.
@@ -41,6 +43,8 @@ def make_report(
         Quality page of each test.
     output : mapping of str to path
         html, provenance, captions, methods and references, the files to write.
+    products : iterable of path
+        All other products of the campaign, whose checksums go into the provenance.
     changes : path, optional
         Log of what was changed at the review desk.
     """
@@ -56,7 +60,6 @@ def make_report(
         raw |= known[f"records/{test}"].get("inputs", {})
     own = provenance([], settings["campaign"]) | {"inputs": raw}
     own["other_software"] = other_software(known, own["software"])
-    write_json(output["provenance"], own)
     captions = {Path(png).stem: read_caption(caption) for caption, png in figures}
     write_text(output["captions"], figures_tex(captions))
     write_report(
@@ -70,9 +73,11 @@ def make_report(
         changes=read_changes(changes) if changes else (),
         texts=Path(output["methods"]).with_suffix(""),
     )
+    made = sorted({*products, *(path for name, path in output.items() if name != "provenance")})
+    write_json(output["provenance"], own | {"products": {path: sha256(path) for path in made}})
 
 
 def read_caption(path: str | Path) -> tuple[str, str]:
-    """Title and text of a figure's caption, as `freerock.jobs.make_figures.make_figures` writes them."""
+    """Title and text of a figure's caption, as `freerock.jobs.make_figure.make_figure` writes them."""
     title, _, text = Path(path).read_text(encoding="utf-8").rstrip("\n").partition("\n")
     return title, text

@@ -18,7 +18,7 @@ from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review.corrections import Correction, corrected, corrected_cells, correction_of
 from freerock.review.csv_edit import Edit, digest, locked, save_edits
-from freerock.review.listing import analysed_lines, is_behind, is_of_this_code, listed_rows
+from freerock.review.listing import analysed_lines, is_behind, listed_rows
 from freerock.review.pictures import lines_of_record, means_of, run_picture
 from freerock.review.reprocessing import Analysed, Bench
 from freerock.review.signals import Json, Signals, signals_of
@@ -311,7 +311,7 @@ class Desk:
         with suppress(FreerockError):
             record = open_record(self._record_file(line), samples=False)
             fits = open_fits(self.results / f"fits/{line.test}.nc")
-            if is_of_this_code(self.campaign, line.test, self.results) and all(
+            if all(
                 self._bench.is_current(self.campaign, line, tree, step)
                 for step, tree in enumerate((record, fits))
             ):

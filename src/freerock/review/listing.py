@@ -1,7 +1,6 @@
 """The list of all runs of a campaign, from the tables of the last `snakemake`."""
 
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +11,10 @@ from freerock.config.record import Record
 from freerock.config.review_log import CELLS_BY_HAND
 from freerock.errors import FreerockError
 from freerock.files import read_json
-from freerock.jobs.batches import batches
-from freerock.jobs.code_identity import code_checksum
-from freerock.jobs.home import SCRIPTS
-from freerock.jobs.ledger import LEDGER_FOLDER, read_entry
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.csvfile import read_csv
 
 Json = dict[str, Any]
-_code = cache(code_checksum)  # of a script, while the desk is open
 
 
 def listed_rows(results: Path) -> dict[str, list[Json]]:
@@ -66,17 +60,6 @@ def analysed_lines(results: Path) -> dict[str, Mapping[str, Any]]:
         return {str(line["test"]): line for line in config["records"]}
     except (FreerockError, KeyError, TypeError):
         return {}
-
-
-def is_of_this_code(campaign: Campaign, test: str, results: Path) -> bool:
-    """Whether the ledger vouches for the products of a record, made by the code that is there now."""
-    tests = [each.test for each in campaign.records]
-    job = next(each[0] for each in batches(tests, campaign.records_per_job) if test in each)
-    for step in ("record", "fit"):
-        script, entry = SCRIPTS / f"{step}.py", read_entry(results / f"{LEDGER_FOLDER}/{step}_{job}.json")
-        if entry is None or (script.exists() and entry.settings.get("code") != _code(script)):
-            return False
-    return True
 
 
 def is_behind(line: Record, then: Mapping[str, Any] | None) -> bool:

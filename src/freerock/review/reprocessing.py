@@ -60,9 +60,8 @@ class Bench:
 
     def settings(self, campaign: Campaign, line: Record) -> tuple[dict[str, Any], dict[str, Any]]:
         """What the jobs of a record get: of its rotation and runs, and of its fits."""
-        own, shared = record_settings(campaign, [line], self._checksums)
-        own_fit, shared_fit = fit_settings(campaign, [line])
-        return own[line.test] | shared, own_fit[line.test] | shared_fit
+        listed = self._checksums.get(line.file, "")
+        return record_settings(campaign, line, listed), fit_settings(campaign, line)
 
     def is_current(self, campaign: Campaign, line: Record, tree: xr.DataTree, step: int = 0) -> bool:
         """Whether a product is one of the settings and the software of now; step 0: record, 1: fits."""

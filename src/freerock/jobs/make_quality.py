@@ -7,7 +7,7 @@ from freerock.figures.style import Labels, save
 from freerock.products.netcdf import open_fits, open_record
 
 
-def make_pages(
+def make_quality(
     record_file: str | Path, fits_file: str | Path, stem: str | Path, labels: Labels = None, reason: str = ""
 ) -> None:
     """Write a page per run as `stem`.pdf and .png, the numbers drawn as .csv.

@@ -1,0 +1,120 @@
+"""Checksum of the code that a step runs, a parameter of its rule: an edit reruns the steps that import it."""
+
+import ast
+import atexit
+import hashlib
+import json
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from freerock.files import write_text
+from freerock.jobs.home import PACKAGE
+
+NOTES = Path(".snakemake/freerock_code.json")  # what was found of each file, by its time and size
+SOURCES = PACKAGE.parent
+
+
+@cache
+def code_checksum(script: Path, *modules: str) -> str:
+    """SHA-256 of a script and of all modules of freerock that it imports.
+
+    Comments, docstrings and layout do not count, and neither do times and folders of the files.
+
+    Parameters
+    ----------
+    script : Path
+        A Python file.
+    *modules : str
+        Dotted names of modules that the script imports by a name found at run time.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    named = {f"{name} {_known(path)[0]}" for name, path in code_files(script, *modules).items()}
+    return hashlib.sha256("\n".join(sorted(named)).encode()).hexdigest()
+
+
+def code_files(script: Path, *modules: str) -> dict[str, str]:
+    """Paths, by short names, of a script, of all modules that it imports, and of their data files."""
+    found: set[str] = set()
+    new = {str(script)}.union(*map(_files_of, modules))
+    while new:
+        found |= new
+        new = {file for path in new for name in _known(path)[1] for file in _files_of(name)} - found
+    return {os.path.relpath(each, SOURCES) if each != str(script) else script.name: each for each in found}
+
+
+@cache
+def _files_of(name: str) -> frozenset[str]:
+    """The files that importing a dotted name runs or lays beside a module, as far as they are ours."""
+    parts, found = name.split("."), set[str]()
+    for n in range(1, len(parts) + 1) if parts[0].startswith("freerock") else ():
+        path = SOURCES.joinpath(*parts[:n])
+        if path.with_suffix(".py").is_file():
+            found |= {str(each) for each in path.parent.glob(f"{path.name}.*") if each.suffix != ".pyc"}
+        elif (path / "__init__.py").is_file():
+            data = (each for each in path.iterdir() if n > 1 and _is_data(each))
+            found |= {f"{path}/__init__.py", *map(str, data)}
+    return frozenset(found)
+
+
+def _is_data(path: Path) -> bool:
+    return path.is_file() and path.suffix not in (".py", ".pyc", ".md") and path.name[0] != "."
+
+
+@cache
+def _known(path: str) -> tuple[str, list[str]]:
+    """Checksum of a file's code and the dotted names that it imports; noted for the next start."""
+    seen, notes = os.stat(path), _notes()
+    name, look = os.path.relpath(path, SOURCES), [seen.st_mtime_ns, seen.st_size]
+    if notes.get(name, [None])[0] != look:
+        notes[name] = [look, *_read(path)]
+    return notes[name][1], notes[name][2]
+
+
+def _read(path: str) -> tuple[str, list[str]]:
+    content = Path(path).read_bytes()
+    if not path.endswith(".py"):
+        return hashlib.sha256(content).hexdigest(), []
+    tree = ast.parse(content)
+    names = sorted({*_imports(tree)})
+    if "importlib.import_module" in names and path.startswith(str(PACKAGE)):  # of modules beside it
+        room = os.path.relpath(os.path.dirname(path), SOURCES).replace(os.sep, ".")
+        names += [f"{room}.{each.stem}" for each in Path(path).parent.glob("*.py")]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node):
+            del node.body[0]
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), names
+
+
+def _imports(node: ast.AST) -> Iterator[str]:
+    """Dotted names that the lines below a node import; those for type checkers do not count."""
+    for each in ast.iter_child_nodes(node):
+        if isinstance(each, ast.Import):
+            yield from (alias.name for alias in each.names)
+        elif isinstance(each, ast.ImportFrom):
+            yield from (f"{each.module}.{alias.name}" for alias in each.names)
+        elif not (isinstance(each, ast.If) and ast.unparse(each.test) == "TYPE_CHECKING"):
+            yield from _imports(each)
+
+
+@cache
+def _notes() -> dict[str, list[Any]]:
+    """What an earlier start noted, and what this one adds, which is written at its end."""
+    notes: dict[str, list[Any]] = {}
+    with suppress(OSError, ValueError):
+        notes = json.loads(NOTES.read_text(encoding="utf-8"))
+    before = dict(notes)
+    atexit.register(lambda: notes == before or _write(notes))
+    return notes
+
+
+def _write(notes: dict[str, list[Any]]) -> None:
+    with suppress(Exception):  # a folder that may not be written: the next start reads all files again
+        write_text(NOTES, json.dumps(notes))

@@ -1,0 +1,48 @@
+"""An error that nobody foresaw: what goes wrong with a record, and what goes wrong with the machine."""
+
+import errno
+import os
+
+import pytest
+
+from freerock.errors import FreerockError
+from freerock.jobs.log import make_or_give_up, of_the_machine
+
+
+def error(number):
+    return OSError(number, os.strerror(number))
+
+
+def caused_by(cause):
+    failure = FreerockError("a.tdms", "can't be read", "check it")
+    failure.__cause__ = cause
+    return failure
+
+
+MACHINE = [error(errno.ENOSPC), error(errno.EIO), error(errno.EMFILE), MemoryError()]
+RECORD = [KeyError("x"), error(errno.ENOENT), ZeroDivisionError(), OSError("truncated file")]
+
+
+def raising(failure):
+    def make():
+        raise failure
+
+    return make
+
+
+@pytest.mark.parametrize("failure", [*MACHINE, *map(caused_by, MACHINE)], ids=repr)
+def test_what_the_machine_lacks_ends_the_job(failure):
+    given_up = []
+    assert of_the_machine(failure)
+    with pytest.raises(type(failure)):
+        make_or_give_up(raising(failure), given_up.append)
+    assert not given_up
+
+
+@pytest.mark.parametrize("failure", RECORD, ids=repr)
+def test_what_is_wrong_with_a_record_becomes_its_reason(failure):
+    given_up = []
+    assert not of_the_machine(caused_by(failure))
+    make_or_give_up(raising(failure), given_up.append)
+    assert len(given_up) == 1
+    assert given_up[0].startswith(f"unforeseen: {type(failure).__name__}: ")

@@ -1,0 +1,88 @@
+"""Tables of a campaign: as numbers, as they are printed, and beside the truth where it is simulated."""
+
+TIDY = [
+    "runs",
+    "reasons",
+    "parameters",
+    "epsilon",
+    "choice",
+    "restitution",
+    "restitution_comparison",
+    "parts",
+]
+TIDY += ["pulls", "candidates", "predictions", "foundations", "populations", "budget"]
+PRINTED = {"table1": "1, block configurations", "table2": "2, parameters", "table3": "3, ε_θ"}
+
+
+rule tables:
+    input:
+        records=of_tests("records/{test}.nc"),
+        fits=of_tests("fits/{test}.nc"),
+    output:
+        tidy=csv_tables(*TIDY),
+        printed=[printed_table(name, "csv", title) for name, title in PRINTED.items()],
+    log:
+        "results/{campaign}/logs/tables.log",
+    benchmark:
+        "results/{campaign}/benchmarks/tables.tsv"
+    conda:
+        "../envs/freerock.yaml"
+    params:
+        code=code("tables"),
+        blocks=of_campaign(settings.geometries),
+        release_angles_deg=of_campaign(settings.release_angles),
+        published=lambda w: campaign(w).published and settings.section_values(campaign(w).published)["values"],
+        debonding=lambda w: campaign(w).fits.debonding,
+    message:
+        "{wildcards.campaign}: tables"
+    script:
+        "../scripts/tables.py"
+
+
+rule printed_tables:
+    input:
+        tables=csv_tables("runs", "parameters", "epsilon", "candidates", "populations", *PRINTED),
+    output:
+        printed=[
+            printed_table(name, suffix, title)
+            for name, title in {**PRINTED, "candidates": "Candidates"}.items()
+            for suffix in ("md", "tex")
+        ],
+        numbers="results/{campaign}/tables/numbers.tex",
+    log:
+        "results/{campaign}/logs/printed_tables.log",
+    benchmark:
+        "results/{campaign}/benchmarks/printed_tables.tsv"
+    conda:
+        "../envs/freerock.yaml"
+    params:
+        code=code("printed_tables"),
+        origin=lambda w: campaign(w).origin,
+        doi=lambda w: campaign(w).published.doi if campaign(w).published else "",
+        labels=of_campaign(settings.labels),
+    message:
+        "{wildcards.campaign}: tables as Markdown and LaTeX"
+    script:
+        "../scripts/printed_tables.py"
+
+
+rule recovered:
+    input:
+        parameters="results/{campaign}/tables/parameters.csv",
+        truth=lambda w: f"{campaign(w).raw}/{campaign(w).truth}",
+    output:
+        csv="results/{campaign}/tables/recovered.csv",
+        md=printed_table("recovered", "md", "Recovered against truth"),
+        tex="results/{campaign}/tables/recovered.tex",
+    log:
+        "results/{campaign}/logs/recovered.log",
+    benchmark:
+        "results/{campaign}/benchmarks/recovered.tsv"
+    conda:
+        "../envs/freerock.yaml"
+    params:
+        code=code("recovered"),
+    message:
+        "{wildcards.campaign}: identified against true values"
+    script:
+        "../scripts/recovered.py"
