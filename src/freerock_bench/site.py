@@ -24,7 +24,9 @@ from sphinx.cmd.build import build_main
 
 import freerock
 from freerock.cli.subcommands import COMMANDS, main
-from freerock_bench.datasets import columns, variables
+from freerock.columns import columns
+from freerock.products.names import VARIABLES
+from freerock_bench.document import in_markdown
 from freerock_bench.gallery import readings
 
 ROOT = Path(__file__).parents[2]
@@ -114,7 +116,15 @@ def command_line() -> str:
 
 def columns_page() -> str:
     """Every variable of the datasets and every column of the tables, with unit and meaning."""
-    return f"# Variables and columns\n\n## Variables\n\n{variables()}\n\n## Columns\n\n{columns()}\n"
+    variables = [[f"`{name}`", each["unit"], each["long_name"]] for name, each in VARIABLES.items()]
+    rows = [[f"`{each.name}`", each.unit, each.meaning, ", ".join(sorted(each.files))] for each in columns()]
+    return (
+        "# Variables and columns\n\n## Variables of the datasets\n\n"
+        + in_markdown(["variable", "unit", "meaning"], variables)
+        + "\n\n## Columns of the tables\n\n"
+        + in_markdown(["column", "unit", "meaning", "tables"], rows)
+        + "\n"
+    )
 
 
 def help_of(*words: str) -> str:
