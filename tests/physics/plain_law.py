@@ -2,7 +2,7 @@
 
 With u in [-b, b] measured from the base centre, positive to the right, z(u) = z_cb + u sinθ and
 ż(u) = ż_cb + u θ̇ cosθ are linear in u, so that contact is an interval of u (at most two for c λ > 0) and
-force and moment are polynomial moments over it. What the base does sideways enters the motion by `sideways` alone.
+force and moment are polynomial moments over it. What the base does sideways enters by `sideways` alone.
 Rounded edges of radius ρ lie w = ρ - sqrt(ρ² - v²) higher at v beyond the flat part of the base.
 """
 

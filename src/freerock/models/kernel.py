@@ -1082,7 +1082,7 @@ def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.floa
 def accelerations(
     law: tuple[float, ...],
     tensionless: bool,
-    y: tuple[float, ...],
+    y: tuple[float, float, float, float],
     x_ground: float = 0.0,
     z_ground: float = 0.0,
 ) -> tuple[float, float]:
@@ -1101,5 +1101,7 @@ def accelerations(
     """
     law = (*law[:7], math.copysign(law[7], y[2]) if law[7] else 0.0, *law[8:])
     regime = _regime(_signs(tensionless, y, law), tensionless)
-    found: tuple[float, float] = _accelerations(regime, *y, x_ground, law[6] + z_ground, law)
+    found: tuple[float, float] = _accelerations(
+        regime, y[0], y[1], y[2], y[3], x_ground, law[6] + z_ground, law
+    )
     return found

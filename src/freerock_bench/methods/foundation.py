@@ -84,7 +84,7 @@ def plain_right_hand_side(problem: Problem) -> Callable[[float, Floats], Floats]
     )
 
     def rates(t: float, y: Floats) -> Floats:
-        a, turn = accelerations(law, tensionless, tuple(y.tolist()))
+        a, turn = accelerations(law, tensionless, (y[0], y[1], y[2], y[3]))
         return np.array([y[1], a, y[3], turn])
 
     return rates
