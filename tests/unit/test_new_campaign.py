@@ -98,10 +98,10 @@ def test_a_new_campaign_lists_proposes_and_marks_what_is_to_be_filled_in(folder,
 
     lines = Path("config/campaigns/lab.csv").read_text().splitlines()
     assert [line for line in lines[1:] if not line.startswith("#")] == [
-        "gauge,gauge.tdms,,block1,foundation1,laser1,,,,,,",
-        "tall_1,tall 1.tdms,laser,block1,foundation1,laser2,,,,,,",
-        "tall_1_2,tall-1.tdms,,block1,foundation1,laser2,,,,,,",
-        f"tall_2,tall_2.tdms,{FILL_IN},block1,foundation1,laser2,,,,,,",
+        "gauge,gauge.tdms,,block1,foundation1,laser1,,,,",
+        "tall_1,tall 1.tdms,laser,block1,foundation1,laser2,,,,",
+        "tall_1_2,tall-1.tdms,,block1,foundation1,laser2,,,,",
+        f"tall_2,tall_2.tdms,{FILL_IN},block1,foundation1,laser2,,,,",
     ]
     assert "# tall-1.tdms: laser (V, 2000 Hz, 0.0 s)" in lines
     assert any(line.startswith("# left out: ") and "broken.tdms" in line for line in lines)

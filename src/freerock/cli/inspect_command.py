@@ -30,7 +30,6 @@ def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
     add("file", metavar="FILE", help="a record file")
     add("--no-plot", action="store_true", help="print only")
-    add("--into", metavar="FOLDER", default="results/inspect", help="folder of the picture")
 
 
 def run(chosen: Namespace) -> None:
@@ -39,8 +38,7 @@ def run(chosen: Namespace) -> None:
     print(look_text(look))
     check_readable(look)
     if not chosen.no_plot:
-        name = look.path.name.encode("utf-8", "replace")[:200].decode("utf-8", "ignore")  # of a file
-        picture = Path(chosen.into) / f"{name}.png"
+        picture = Path("results/inspect") / f"{look.path.name}.png"
         draw_looks([look], picture)
         print(f"\nwritten: {picture}")
 

@@ -13,15 +13,13 @@ NAME.csv. Replace each FILL_IN in these files. Existing files are never overwrit
 
 import csv
 import io
-import os
 import re
 import shutil
 import sys
-import tempfile
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, chain, count
+from itertools import chain, count
 from pathlib import Path
 
 from freerock import bounds
@@ -32,11 +30,11 @@ from freerock.config.mistakes import FILL_IN
 from freerock.config.record import Record
 from freerock.config.values import name_fault
 from freerock.errors import FreerockError, printable
-from freerock.files import MANIFEST, write_manifest, write_text
+from freerock.files import MANIFEST, atomic, write_manifest, write_text
 from freerock.records.read import READERS
 from freerock.units import CHANNEL_UNITS, understood
 
-MOST_PANELS = 24
+MOST_DRAWN = 12  # records in the picture
 QUICK_LOOK = "quick_look.png"  # among the results of a campaign
 Sensors = dict[tuple[str, str], str]  # name of a laser by quantity and unit
 
@@ -114,7 +112,7 @@ def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCa
         raise FreerockError(folder, f"holds no record that can be read{why}", remedy)
 
     picture = root / "results" / name / QUICK_LOOK
-    draw_looks(_first_panels(looks), picture)
+    draw_looks(looks[:MOST_DRAWN], picture)
     files = [look.path.name for look in looks]
     if not in_place:
         _copy(looks, raw)
@@ -142,25 +140,15 @@ def _look_through(folder: Path) -> tuple[list[RecordLook], list[FreerockError]]:
     return looks_to_take(path for path in files if path.suffix.lower() in READERS)
 
 
-def _first_panels(looks: list[RecordLook]) -> list[RecordLook]:
-    """The first of some records, as many as a picture has panels for."""
-    panels = accumulate(len(look.readable) for look in looks)
-    return looks[: max(1, sum(n <= MOST_PANELS for n in panels))]
-
-
 def _copy(looks: Sequence[RecordLook], raw: Path) -> None:
     """Copies of record files, all or none."""
-    raw.parent.mkdir(parents=True, exist_ok=True)
-    partial = Path(tempfile.mkdtemp(prefix=f".{raw.name}.partial", dir=raw.parent))
     try:
         for look in looks:
-            take(look, partial / look.path.name)
-        partial.chmod(0o755)
-        os.replace(partial, raw)
-    except OSError as error:
-        raise FreerockError(raw, f"can't be written: {error.strerror}", "check space and rights") from error
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
+            with atomic(raw / look.path.name) as partial:
+                take(look, partial)
+    except FreerockError:
+        shutil.rmtree(raw, ignore_errors=True)
+        raise
 
 
 def _proposed(look: RecordLook) -> tuple[ChannelLook, ...]:

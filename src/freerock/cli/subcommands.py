@@ -8,14 +8,12 @@ module that is requested is imported, so that `freerock --help` answers at once.
 import argparse
 import importlib
 import io
-import os
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from errno import ENAMETOOLONG
+from importlib.metadata import version
 
 from freerock.errors import FreerockError
-from freerock.files import regular
 
 COMMANDS = {  # what each does, as `freerock --help` lists it
     "init": "create a working folder for an installed freerock",
@@ -57,10 +55,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if arguments is None else [*arguments]
     chosen = argparse.Namespace(command=" ".join(words[:1]), debug="--debug" in words)
     try:
-        if sys.platform == "win32":
-            raise FreerockError(
-                "freerock", "needs the file locks of a POSIX system", "use Linux, macOS or WSL"
-            )
         chosen = _parser(*words[:1]).parse_args(words)  # imports the subcommand
         chosen.run(chosen)
         sys.stdout.flush()
@@ -69,9 +63,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader, such as head, has seen enough
         sys.stdout = None
     except Exception as error:
-        if isinstance(error, OSError) and error.errno == ENAMETOOLONG:
-            long = FreerockError(f"{str(error.filename)[:50]}…", os.strerror(ENAMETOOLONG), "shorten it")
-            return _failed(error, str(long), 1, chosen)
         what = f"{type(error).__name__}: {error}".partition("\n")[0]
         return _failed(error, f"freerock {chosen.command}: {what}; report it with {LOG}", 3, chosen)
     return 0
@@ -82,19 +73,10 @@ def _failed(error: Exception, line: str, code: int, chosen: argparse.Namespace) 
     import traceback
 
     trace = "".join(traceback.format_exception(error))
-    with suppress(OSError), open(LOG, "w", encoding="utf-8", opener=regular) as log:
+    with suppress(OSError), open(LOG, "w", encoding="utf-8") as log:
         log.write(f"freerock {chosen.command}\n{line}\n\n{trace}")
     print(f"{trace}{line}" if chosen.debug else line, file=sys.stderr)
     return code
-
-
-def _version(asked_for: str) -> str:
-    """Name and version, looked up only when they are requested."""
-    if asked_for != "--version":
-        return ""
-    from importlib.metadata import version
-
-    return f"freerock {version('freerock')}"
 
 
 def _parser(asked_for: str = "") -> argparse.ArgumentParser:
@@ -105,7 +87,8 @@ def _parser(asked_for: str = "") -> argparse.ArgumentParser:
         epilog=f"example:\n  freerock inspect raw/palermo_virtual/config2_marble.tdms\n\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=_version(asked_for), help="show the version")
+    known = f"freerock {version('freerock')}"
+    parser.add_argument("--version", action="version", version=known, help="show the version")
     commands = parser.add_subparsers(dest="command", required=True, title="commands", metavar="COMMAND")
     for name, summary in COMMANDS.items():
         command = commands.add_parser(
