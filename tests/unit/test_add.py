@@ -110,91 +110,21 @@ def test_what_is_not_told_is_asked_for(capsys):
 
 
 @pytest.mark.parametrize(
-    ("words", "lines"),
+    ("words", "place"),
     [
-        (
-            ["stick/second.tdms", "--block", "tal"],
-            ["--block: 'tal' is not a block of config/campaigns/lab.yaml; did you mean 'tall'?"],
-        ),
-        (
-            ["stick/gone.tdms", "stick/second.tdms", "stick/notes.docx", "--block", "tall"],
-            [
-                "stick/gone.tdms: no such file; put it there, or correct its name",
-                "stick/notes.docx: unknown format '.docx'; use one of .tdms, .lvm, .mat, .csv, .tsv, .txt, "
-                ".xlsx, .xlsm, .h5, .hdf5, .nc",
-            ],
-        ),
-        (
-            ["stick/second.tdms", "stick/copy.tdms", "--block", "tall"],
-            ["stick/copy.tdms: has the content of stick/second.tdms; leave one of them out"],
-        ),
-        (
-            ["stick/old.tdms", "--block", "tall"],
-            [
-                "stick/old.tdms: has the content of raw/lab/first.tdms, which is on line 2 of "
-                "config/campaigns/lab.csv already; leave it out"
-            ],
-        ),
-        (
-            ["stick/held.tdms", "--block", "tall"],
-            ["stick/held.tdms: raw/lab/held.tdms exists already and is another file; rename the file"],
-        ),
-        (
-            ["stick/First.csv", "--block", "tall"],
-            [
-                "stick/First.csv: its test would be called First, as that on line 2 of "
-                "config/campaigns/lab.csv; rename the file"
-            ],
-        ),
-        (
-            ["stick/third-1.tdms", "stick/third 1.tdms", "--block", "tall"],
-            [
-                "stick/third 1.tdms: its test would be called third_1, as that of stick/third-1.tdms; "
-                "rename the file"
-            ],
-        ),
-        (
-            ["stick/upper and lower.tdms", "--block", "tall"],
-            [
-                "stick/upper and lower.tdms: has the channels upper, lower; say which with "
-                "--channel, those of two lasers as a;b"
-            ],
-        ),
-        (
-            ["stick/tall {x}.tdms", "--block", "tall"],
-            [
-                "stick/tall {x}.tdms: 'tall {x}.tdms' has braces, which Snakemake takes for wildcards; "
-                "rename it"
-            ],
-        ),
-        (
-            ["stick/second.tdms", "--block", "tall", "--channel", "lazer"],
-            [
-                "stick/second.tdms: no channel 'lazer' that can be read; its channels are laser; "
-                "correct --channel"
-            ],
-        ),
-        (
-            ["stick/third-1.tdms", "--block", "tall", "--channel", "load"],
-            [
-                "stick/third-1.tdms: channel load of laser high: the channel's unit 'N' is not known; "
-                "name another channel, or declare it as units of the laser: V, mV, kV, mA, A, m, cm, mm, um, "
-                "rad, mrad, deg"
-            ],
-        ),
+        (["stick/second.tdms", "--block", "tal"], "--block"),
+        (["stick/gone.tdms", "--block", "tall"], "stick/gone.tdms"),
+        (["stick/second.tdms", "stick/copy.tdms", "--block", "tall"], "stick/copy.tdms"),
+        (["stick/first.tdms", "--block", "tall"], "stick/first.tdms"),
+        (["stick/second.tdms", "--block", "tall", "--channel", "lazer"], "stick/second.tdms"),
+        (["stick/third-1.tdms", "--block", "tall", "--channel", "load"], "stick/third-1.tdms"),
     ],
 )
-def test_what_can_not_be_added(capsys, words, lines):
-    Path("stick/notes.docx").write_text("notes")
+def test_what_can_not_be_added(capsys, words, place):
     Path("stick/copy.tdms").write_bytes(Path("stick/second.tdms").read_bytes())
-    Path("stick/old.tdms").write_bytes(Path("raw/lab/first.tdms").read_bytes())
-    write("stick/held.tdms", laser=("V", [5, 8]))
-    write("raw/lab/held.tdms", laser=("V", [5, 9]))
-    write("stick/tall {x}.tdms", laser=("V", [5, 6]))
-    write("stick/third 1.tdms", laser=("V", [5, 7]))
-    write("stick/upper and lower.tdms", upper=("V", [5, 4]), lower=("V", [5, 3]))
-    Path("stick/First.csv").write_text("t / s;U / V\n" + "".join(f"{n};{n % 3}\n" for n in range(9)))
-    assert refused(capsys, *words) == lines
+    write("stick/first.tdms", laser=("V", [5, 8]))
+    (line,) = refused(capsys, *words)
+    assert line.startswith(f"{place}: ") and "; " in line
 
 
 def test_a_copy_that_fails_leaves_the_campaign_as_it_was(monkeypatch):

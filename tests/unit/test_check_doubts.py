@@ -119,19 +119,6 @@ def test_distances_in_another_unit(doubts, changes, volts, unit):
     assert "a: the signal sweeps " in doubt and "the critical angle is 11.8°" in doubt
 
 
-def test_volts_outside_the_declared_output(doubts):
-    """Of a sensor whose output goes from -5 to 5 V, or beyond 10 V."""
-    below, above = swings() - 5, 2 * swings() - 3
-    found = doubts(volts=below)[0]
-    assert "% of the samples lie below -0.1 V, down to -" in found
-    assert found.endswith(" V; correct volts_at_start, valid_low_v of the laser")
-    found = doubts(volts=above)[0]
-    assert "% of the samples lie above 10.1 V, up to 11.9 V" in found
-    assert found.endswith(" V; correct volts_at_end, valid_high_v of the laser")
-    declared = "range_m: 0.5, volts_at_start: -5, volts_at_end: 5, valid_low_v: -5.1, valid_high_v: 5.1"
-    assert doubts(("range_m: 0.5", declared), volts=below) == []
-
-
 @pytest.mark.parametrize(
     ("old", "new"),
     [
