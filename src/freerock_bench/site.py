@@ -25,9 +25,11 @@ from sphinx.cmd.build import build_main
 import freerock
 from freerock.cli.subcommands import COMMANDS, main
 from freerock.columns import columns
+from freerock.config.figure_names import FIGURES
+from freerock.figures.declared import declared
 from freerock.products.names import VARIABLES
 from freerock_bench.document import in_markdown
-from freerock_bench.gallery import readings
+from freerock_bench.gallery import program
 
 ROOT = Path(__file__).parents[2]
 PAGES = YAML(typ="safe", pure=True).load(Path(__file__).with_suffix(".yaml"))
@@ -173,12 +175,12 @@ def first_line(name: str) -> str:
 
 
 def gallery() -> str:
-    """The figures of a report, each with its caption and how to read it."""
+    """The figures of a report, each with its caption and the Python that draws it."""
     figures = [
-        f"## {each['title'].format(Measured='Simulated')}\n\n{each['reading']}\n\n"
-        f"```{{figure}} images/report_{name}.png\n\n{each['caption']}\n```\n"
-        for name, each in readings().items()
-        if (ROOT / f"docs/images/report_{name}.png").is_file()
+        f"## {each['title'].format(Measured='Simulated')}\n\n"
+        f"```{{figure}} images/report_{name}.png\n\n{each['caption']}\n```\n\n"
+        f"```python\n{program(name)}\n```\n"
+        for name, each in ((name, declared(f"freerock.figures.{name}")) for name in FIGURES)
     ]
     return "# Gallery\n\nAll records shown are simulated.\n\n" + "\n".join(figures)
 

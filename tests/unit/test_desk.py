@@ -6,11 +6,11 @@ import shutil
 import numpy as np
 import pytest
 import xarray as xr
+from freerock.jobs.each_record import make_each
 from small_campaign import BLOCKS, CAMPAIGN, COLUMNS, MAT
 
 from freerock.config.review_log import log_of, read_changes
 from freerock.errors import FreerockError
-from freerock.jobs.each_record import make_each
 from freerock.jobs.make_fits import give_up_fits, make_fits
 from freerock.jobs.make_record import make_record, rotation_of
 from freerock.products.groups import fits_of

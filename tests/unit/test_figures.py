@@ -15,8 +15,8 @@ from freerock import figures
 from freerock.arrays import extremes
 from freerock.config.figure_names import FIGURES
 from freerock.figures import (
+    comparison,
     foundation_effect,
-    models,
     predictions,
     quality,
     restitution,
@@ -25,9 +25,9 @@ from freerock.figures import (
 )
 from freerock.models.block import Block
 from freerock.populations.predict import PREDICTIONS
-from freerock.products.groups import runs_of
 from freerock.products.netcdf import open_record, write_failure
 from freerock.runs.verdict import Reason
+from freerock.tables.number_text import quantity
 from freerock.tables.tidy_tables import epsilon_table, restitution_table, runs_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
@@ -66,25 +66,32 @@ def test_foundation_effect_draws_its_data_in_degrees_since_release(datasets):
     np.testing.assert_array_equal(figure.axes[1].lines[2].get_ydata(), own["theta_deg"])
 
 
-def test_models_shows_all_runs_their_named_law_and_the_residuals(datasets):
-    figure, data = models.draw(datasets[1][:2], runs_table(datasets[0]), "simulated", LABELS)
-    assert len(figure.axes) == 4
-    assert data["source"].unique().tolist() == ["measured", "hunt_crossley"]
-    own = data[data["test"] == "b1_mat"]
-    assert own["run"].nunique() == 2
-    run = own[own["run"] == 2]
-    measured, law = (run[run["source"] == source] for source in ("measured", "hunt_crossley"))
-    difference = law["theta_deg"].values - measured["theta_deg"].values
-    np.testing.assert_allclose(law["residual_deg"], difference, atol=1e-9)
-    np.testing.assert_allclose(law["residual_over_sigma"], difference / 0.01, atol=1e-6)
-    (legend,) = figure.legends
-    names = ["simulated record", "Hunt–Crossley", "noise: 95 %"]
-    assert [text.get_text() for text in legend.get_texts()] == names
-    assert any(text.startswith("$ε_θ$ = ") for text in texts(figure))
-    runs = runs_of(datasets[1][0].copy(deep=True))
-    for run, epsilon in zip(runs.values(), (9.7e-6, 1.17e-5), strict=True):
-        run.children["hunt_crossley"]["epsilon_theta"] = epsilon
-    assert models._laws(runs) == ["$ε_θ$ = 0.0010 … 0.0012 %"]
+def test_comparison_has_the_three_laws_below_each_other_with_epsilon_in_the_legend(datasets):
+    figure, data = comparison.draw(datasets[1], runs_table(datasets[0]), "simulated", LABELS)
+    assert len(figure.axes) == 12  # three panels of each of four scenes
+    assert set(data["source"]) == {"measured", "housner", "winkler", "hunt_crossley", "selected"}
+    own = data[(data["test"] == "b1_mat")]
+    measured, law, free = (own[own["source"] == each] for each in ("measured", "winkler", "selected"))
+    off = law["theta_deg"].to_numpy() - measured["theta_deg"].to_numpy()
+    release = abs(measured["theta_deg"].iloc[0])
+    np.testing.assert_allclose(law["residual_over_theta0"], off / release, atol=1e-12)
+    residual = datasets[1][1]["run_1/hunt_crossley"]["residual"].values
+    assert free["residual_over_sigma"].iloc[0] == pytest.approx(np.degrees(residual[0]) / 0.01)
+    told = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    epsilon = datasets[1][0]["run_1/winkler"]["epsilon_theta"].item()
+    assert [each.partition(",")[0] for each in told] == ["Housner", "Winkler", "Hunt–Crossley"]
+    assert told[1] == f"Winkler, $ε_θ$ = {quantity(100 * epsilon, digits=2)} %"
+    scales = {ax.get_ylim() for ax in figure.axes if ax.get_ylabel() == "Δθ / θ₀"}
+    assert len(scales) == 1
+
+
+def test_comparison_says_of_a_failed_fit_that_it_failed():
+    tree = record("b1_mat", "b1", "mat")
+    figure, data = comparison.draw([fits(tree, failed=["housner"])], runs_table([tree]), "simulated")
+    assert "housner" not in set(data["source"]) and "Housner, failed fit" in texts(figure)
+    lost = failed_record()
+    figure, data = comparison.draw([fits(lost)], runs_table([lost]), "simulated")
+    assert data.empty and "no fitted run" in texts(figure)
 
 
 def drawn_restitution(records, fitted, labels=None, origin="simulated"):
@@ -92,22 +99,22 @@ def drawn_restitution(records, fitted, labels=None, origin="simulated"):
     return restitution.draw(*tables, BLOCKS, origin, labels)
 
 
-def test_restitution_has_a_panel_per_block_and_leaves_out_excluded_runs(datasets):
+def test_restitution_has_a_panel_per_scene_and_leaves_out_excluded_runs(datasets):
     figure, data = drawn_restitution(*datasets, LABELS)
-    assert len(figure.axes) == 2
-    assert figure.axes[1].lines[0].get_ydata()[0] == pytest.approx(0.7, abs=1e-6)
+    assert len(figure.axes) == 4
+    rigid = next(line for line in figure.axes[2].lines if line.get_linestyle() == ":")
+    assert rigid.get_ydata()[0] == pytest.approx(0.7, abs=1e-6)
     shown = {tuple(row) for row in data[["test", "run"]].values}
-    assert ("b1_marble", 3) not in shown
-    assert ("b1_marble", 2) in shown
-    assert len(data) < len(restitution_table(*datasets))
+    assert ("b1_marble", 3) not in shown and ("b1_marble", 2) in shown
+    modelled = data[data["source"] != "experiment"]
+    assert set(modelled["run"]) == {1} and set(modelled["source"]) == {"housner", "winkler", "hunt_crossley"}
     (legend,) = figure.legends
-    told = [text.get_text() for text in legend.get_texts()]
-    of_foundations = [
-        f"{name}, {what}"
-        for name in ("Marble", "mat")
-        for what in ("simulated record", "law of the first run")
-    ]
-    assert told == ["rigid block (Housner 1963)", *of_foundations]
+    told = {text.get_text() for text in legend.get_texts()}
+    assert told == {
+        "rigid block (Housner 1963)",
+        "runs, simulated record",
+        *("Housner", "Winkler", "Hunt–Crossley"),
+    }
 
 
 def test_the_set_up_is_drawn_to_scale():
@@ -174,7 +181,7 @@ def test_quality_of_a_record_without_runs_shows_its_signal(datasets, tmp_path):
 def test_every_axis_is_labelled_with_its_unit_and_nothing_overlaps(datasets):
     records, fitted = datasets
     figures = [foundation_effect.draw(records, "simulated", LABELS)[0]]
-    figures += [models.draw(fitted[:2], runs_table(records), "simulated", LABELS)[0]]
+    figures += [comparison.draw(fitted[:2], runs_table(records), "simulated", LABELS)[0]]
     figures += [drawn_restitution(records, fitted, LABELS)[0], quality.draw(records[0], fitted[0])[0][2]]
     for figure in figures:
         figure.draw_without_rendering()
@@ -191,7 +198,7 @@ def test_each_figure_has_the_width_of_a_page_and_nothing_overlaps(datasets):
     tables = runs_table(datasets[0]), restitution_table(*datasets), epsilon_table(datasets[1])
     drawings = {
         "foundation": lambda: foundation_effect.draw(datasets[0], "simulated", LABELS),
-        "models": lambda: models.draw(datasets[1][:2], runs_table(datasets[0]), "simulated", LABELS),
+        "comparison": lambda: comparison.draw(datasets[1][:2], runs_table(datasets[0]), "simulated", LABELS),
         "restitution": lambda: restitution.draw(*tables, BLOCKS, "simulated", LABELS),
         "predictions": lambda: predictions.draw(*predicted(datasets), "simulated", LABELS),
     }

@@ -1,19 +1,24 @@
 """Figures of runs: parameters, period, restitution, residuals."""
 
+import inspect
 import re
+import tomllib
 from dataclasses import asdict
 from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
 from fabricated import RATE_HZ, campaign, fits, record, tidy_tables
-from test_figures import BLOCKS, LABELS
+from matplotlib.path import Path as MplPath
+from test_figures import BLOCKS, LABELS, texts
 
 from freerock.config.figure_names import FIGURES
 from freerock.config.keys_of_campaign import CampaignFile
-from freerock.figures import parameters, residuals, restitution
-from freerock.jobs.make_figures import make_figures
+from freerock.figures import declared, parameters, residuals, restitution
+from freerock.jobs.make_figure import make_figure
 from freerock.tables.csvfile import write_csv
+from freerock_bench.gallery import program
 
 
 @pytest.fixture(scope="module")
@@ -21,11 +26,44 @@ def tables():
     return tidy_tables(*campaign())
 
 
-def test_each_figure_of_the_configuration_is_a_module_and_drawn_by_default():
-    for name in FIGURES:
-        declared = import_module(f"freerock.figures.{name}").FIGURE
-        assert {*declared} == {"title", "caption", "reads", "reading"}
+def of_swings(tables):
+    return tables["runs"], tables["restitution"], tables["epsilon"], BLOCKS, "simulated", LABELS
+
+
+def test_each_figure_of_the_configuration_is_drawn_by_default_and_has_a_caption():
     assert CampaignFile.model_fields["figures"].default == FIGURES
+    captions = tomllib.loads(Path(declared.__file__).with_name("captions.toml").read_text(encoding="utf-8"))
+    assert tuple(captions) == FIGURES
+    for name in FIGURES:
+        assert {*declared.declared(f"freerock.figures.{name}")} == {"title", "caption", "reads"}
+
+
+def test_the_gallery_s_programs_take_what_a_figure_reads():
+    for name in FIGURES:
+        reads = declared.declared(f"freerock.figures.{name}")["reads"]
+        draw = inspect.signature(import_module(f"freerock.figures.{name}").draw)
+        assert list(draw.parameters) == [*reads, "origin", "labels"], name
+        compile(program(name), name, "exec")
+
+
+def test_parameters_have_a_row_per_run_record_and_foundation(tables):
+    drawn = [tables[name] for name in ("parameters", "populations", "choice")]
+    figure, data = parameters.draw(*drawn, "simulated", LABELS)
+    assert set(data["model"]) == {"hunt_crossley"}
+    assert data.groupby("level")["parameter"].count().to_dict() == {"run": 14, "record": 8, "foundation": 4}
+    own = data[(data["level"] == "run") & (data["parameter"] == "k")]
+    np.testing.assert_allclose(own["value"], 6.88e6)
+    assert {"Slender block", "Marble, all records"} <= {*texts(figure)}
+    assert parameters.caption(data) == "Law: Hunt–Crossley, selected for 7 of 7 runs. 4 records."
+
+
+def test_an_ellipse_holds_95_percent_and_is_as_tilted_as_its_correlation():
+    rng, covariance = np.random.default_rng(1), np.array([[4.0, 5.4], [5.4, 9.0]])
+    x, y = parameters.ellipse(2.0, 3.0, 0.9, np.linspace(0, 2 * np.pi, 400))
+    inside = MplPath(np.column_stack([x, y])).contains_points(
+        rng.multivariate_normal([0, 0], covariance, 20_000)
+    )
+    assert inside.mean() == pytest.approx(0.95, abs=0.005)
 
 
 def bars_of(ax):
@@ -33,17 +71,16 @@ def bars_of(ax):
     return [np.array(each.lines[2][0].get_segments()) for each in ax.containers]
 
 
-def test_bars_of_parameters_reach_from_their_low_to_their_high_end(tables):
-    own = tables["parameters"]
-    own = own.assign(ci95_high=own["value"] + 3 * own["stderr"])
-    figure, data = parameters.draw(own, tables["populations"], tables["choice"], "simulated", LABELS)
-    ax, of_k = figure.axes[0], data[(data["parameter"] == "k") & (data["foundation"] == "marble")]
-    for bars, level in zip(bars_of(ax), ("run", "record", "foundation"), strict=True):
-        ends = of_k[of_k["level"] == level][["low", "high"]]
-        np.testing.assert_allclose(bars[:, :, 0], ends)
-    (next_runs,) = (line for line in ax.lines if line.get_label() == parameters.NEXT["record"])
-    spans = of_k[of_k["level"] == "record"][["next_low", "next_high"]]
-    np.testing.assert_array_equal(np.reshape(next_runs.get_xdata(), (-1, 3))[:, :2], spans)
+def test_bars_of_parameters_are_95_percent_of_their_total_uncertainty(tables):
+    figure, data = parameters.draw(
+        tables["parameters"], tables["populations"], tables["choice"], "simulated", LABELS
+    )
+    of_k = data[(data["parameter"] == "k") & (data["foundation"] == "marble")]
+    for bars, level in zip(bars_of(figure.axes[0]), ("run", "record", "foundation"), strict=True):
+        own = of_k[of_k["level"] == level]
+        half = 1.959964 * own["u"]
+        ends = np.column_stack([own["value"] - half, own["value"] + half])
+        np.testing.assert_allclose(np.sort(bars[:, :, 0], axis=0), np.sort(ends, axis=0), rtol=1e-6)
 
 
 def test_parameters_are_of_the_law_of_each_foundation(tables):
@@ -55,18 +92,17 @@ def test_parameters_are_of_the_law_of_each_foundation(tables):
     figure, data = parameters.draw(tables["parameters"], tables["populations"], choice, "simulated", LABELS)
     laws = data.groupby("foundation")["model"].unique().map(list).to_dict()
     assert laws == {"marble": ["housner"], "mat": ["hunt_crossley"]}
-    assert "b2_mat" not in set(data["test"]) and set(data[data["foundation"] == "mat"]["parameter"]) == {
-        "k",
-        "lambda",
-    }
+    assert set(data[data["foundation"] == "mat"]["parameter"]) == {"k", "lambda"}
+    assert data[data["test"] == "b2_mat"].query("level == 'run'")["rejected"].all()
     assert [ax.get_xlabel() for ax in figure.axes if ax.axison] == [
         "restitution r",
         "k / (N m⁻²)",
         "λ / (N s m⁻³)",
+        "k / (N m⁻²)",
     ]
     on_marble, on_mat = parameters.caption(data, LABELS).removeprefix("Laws: ").split("; ")
-    assert re.fullmatch(r"Housner \(Marble\), named by (\d) of \1 runs", on_marble)
-    assert re.match(r"Hunt–Crossley \(mat\), named by \d of \d runs\. Runs of ", on_mat)
+    assert re.fullmatch(r"Housner \(Marble\), selected for (\d) of \1 runs", on_marble)
+    assert re.match(r"Hunt–Crossley \(mat\), selected for \d of \d runs\. ", on_mat)
 
 
 def test_the_spectrum_of_a_residual_of_white_noise_is_that_of_its_variance():
@@ -110,14 +146,14 @@ def made(tmp_path, tables, module, names, blocks=BLOCKS, **more):
         "blocks": {name: asdict(block) for name, block in blocks.items()},
     }
     name = module.__name__.rpartition(".")[2]
-    make_figures([module], files, {name: settings}, tmp_path)
+    make_figure(module, files, settings, tmp_path / name)
     return tmp_path / name
 
 
 def test_a_caption_has_a_title_what_is_drawn_of_which_runs_and_that_it_is_simulated(tables, tmp_path):
     stem = made(tmp_path, tables, restitution, ["runs", "restitution", "epsilon"])
     assert stem.with_suffix(".txt").read_text(encoding="utf-8") == (
-        "Title.\nWhat is drawn. 28 impacts of 7 runs. Lines: the law fitted to the first run, Hunt–Crossley. "
+        "Title.\nWhat is drawn. 28 impacts of 7 runs. "
         "The records are simulated; they are not the laboratory's data.\n"
     )
     assert pages(stem) == 1

@@ -1,4 +1,4 @@
-"""Figures of a campaign: modules of freerock.figures, whose `FIGURE` says title, caption and what they read.
+"""Figures of a campaign: modules of freerock.figures; captions.toml says title, caption and what they read.
 
 `figures` of the campaign says which the report has; any other is drawn by its name.
 """

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-FIGURES: tuple[str, ...] = ("set_up", "foundation_effect", "models", "restitution", "parameters")
+FIGURES: tuple[str, ...] = ("set_up", "foundation_effect", "comparison", "restitution", "parameters")
 FIGURES += ("predictions", "residuals", "backbone")
 if TYPE_CHECKING:  # words known only at run time
     Figure: TypeAlias = str

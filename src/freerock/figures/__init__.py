@@ -4,17 +4,17 @@ A new figure is a module here and its name in `config.figure_names`, in the orde
 It takes the tables and datasets it draws, the `origin` of their records ("simulated" or "measured"; the
 figure states it) and `labels`, printed names of blocks and foundations. It returns the figure
 and the numbers drawn; `style.save` writes both. What a figure of a campaign says of these numbers in its
-caption, such as the runs drawn, comes from its function `caption`. Its literal `FIGURE` has title, caption
-and what is read for it; the workflow reads it without importing the module (`declared`).
+caption, such as the runs drawn, comes from its function `caption`. `captions.toml` has title, caption and
+what is read for each; the workflow reads it without importing a module (`declared`).
 """
 
 __all__ = [
     "backbone",
-    "by_block",
+    "by_scene",
+    "comparison",
     "declared",
     "foundation_effect",
     "looks",
-    "models",
     "parameters",
     "predictions",
     "quality",

@@ -1,6 +1,6 @@
-"""What a figure's module declares, read without importing it: Snakemake starts without Matplotlib."""
+"""Titles and captions of figures, read without their modules: Snakemake starts without Matplotlib."""
 
-import ast
+import tomllib
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -9,35 +9,26 @@ from typing import Any
 
 @cache
 def declared(module: str) -> dict[str, Any]:
-    """The literal `FIGURE` of a module.
+    """What a figure is called, what it shows, and what is read for it.
 
     Parameters
     ----------
     module : str
-        Its full name, as `freerock.figures.backbone`.
+        Full name of the module that draws it, as `freerock.figures.backbone`.
 
     Returns
     -------
     dict
-        caption; of a figure of a campaign also title and reads: records, fits, tables by
-        name, blocks.
+        caption; of a figure of a campaign also title and reads: records, fits, tables by name,
+        blocks, set_ups.
     """
-    found = find_spec(module)
-    assert found is not None and found.origin is not None, module
-    for node in ast.parse(Path(found.origin).read_text(encoding="utf-8")).body:
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "FIGURE":
-            assert isinstance(node.value, ast.Dict), module
-            return {_constant(key): _constant(value) for key, value in _pairs(node.value)}
-    raise ValueError(f"{module} declares no FIGURE")
+    package, _, name = module.rpartition(".")
+    found: dict[str, Any] = _table(package)[name]
+    return found
 
 
-def _pairs(node: ast.Dict) -> list[tuple[ast.expr, ast.expr]]:
-    return [(key, value) for key, value in zip(node.keys, node.values, strict=True) if key is not None]
-
-
-def _constant(node: ast.expr) -> Any:
-    """A text, or a list of texts."""
-    if isinstance(node, ast.List):
-        return [_constant(each) for each in node.elts]
-    assert isinstance(node, ast.Constant), ast.unparse(node)
-    return node.value
+@cache
+def _table(package: str) -> dict[str, Any]:
+    spec = find_spec(package)
+    assert spec is not None and spec.origin is not None, package
+    return tomllib.loads(Path(spec.origin).with_name("captions.toml").read_text(encoding="utf-8"))

@@ -13,14 +13,6 @@ from freerock.figures import style
 from freerock.figures.style import Drawing, Labels, styled
 from freerock.products.groups import usable_runs
 
-FIGURE = {
-    "title": "Effect of the foundation on the rotation",
-    "caption": "Rotation θ of each block after its release, on each foundation, as in figure 2 of Spanos et "
-    "al. 2017. At most about 1000 evenly spaced samples of a run are drawn.",
-    "reading": "Compare the foundations of a block by how long each rocks, and how fast its peaks fall.",
-    "reads": ["records"],
-}
-
 OF_RECORDS = ("time", "theta", "release", "end")  # shown
 
 

@@ -1,4 +1,4 @@
-"""Parameters run by run, with the mean of each record and of each foundation, and where the next will lie."""
+"""Parameters run by run, with the mean of each record and foundation, and the correlation of the two."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,40 +7,31 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from freerock.arrays import Floats
 from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, styled
+from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, MODELS, law_of
 from freerock.tables.candidates import named_by
-from freerock.tables.printed_tables import spread
 
-FIGURE = {
-    "title": "Identified parameters, run by run",
-    "caption": "Each run with its 95 % interval from noise (within the symbol if none is visible; open "
-    "if the law is rejected for that run). Diamond and square: mean of a "
-    "record, and of the records of a foundation, with the 95 % interval of its total uncertainty. Shaded: "
-    "95 % prediction interval of the next run at the estimated τ, small or zero where < stands, and of the "
-    "next record over all likely τ. τ: standard deviation between them without their noise, in per cent of "
-    "the mean; not seen where noise explains all of it.",
-    "reading": "Read each panel from the runs down to the square, which is the value to quote. Diamonds "
-    "that agree within their bars show that blocks share the foundation. A shaded bar much "
-    "wider than the bar of a run means that runs differ by more than their noise.",
-    "reads": ["parameters", "populations", "choice"],
-}
-
-NARROWEST_IN = 1.8  # of a panel and of the names beside
-MOST_ROWS = 60  # with more there are no rows of runs
-MOST_RECORDS = 36  # without rows of runs, evenly taken of each foundation: they stand on a page
-COLUMNS = ["level", "model", "test", "run", "block", "foundation", "parameter", "value", "low", "high"]
-COLUMNS += ["next_low", "next_high", "tau_text", "rejected", "named_by"]
-OF_RUN: Style = {"fmt": "o", "color": "0.45", "markersize": 3}
+MOST_RECORDS = 12  # of a foundation: with more, as many of them evenly, without rows of their runs
+ROW_IN, FRAME_IN, LEAST_ROWS = (
+    0.16,
+    0.75,
+    8.0,
+)  # height of a row, of a panel's frame, and rows it has at least
+COLUMNS = ["level", "model", "test", "run", "block", "foundation", "parameter", "value", "u", "correlation"]
+COLUMNS += ["rejected", "named_by"]
 LOOKS: dict[str, tuple[Style, str]] = {
-    "run": (OF_RUN, "run"),
-    "rejected": (OF_RUN | {"markerfacecolor": "white"}, "run, law rejected"),
+    "run": ({"fmt": "o", "color": "0.45", "markersize": 3}, "run"),
+    "rejected": (
+        {"fmt": "o", "color": "0.45", "markersize": 3, "markerfacecolor": "white"},
+        "run, law rejected",
+    ),
     "record": ({"fmt": "D", "color": "0.15", "markersize": 4}, "mean of a record"),
     "foundation": ({"fmt": "s", "color": "#0a5bd3", "markersize": 5}, "mean of the records"),
 }
-NEXT = {"record": "95 % of next runs", "foundation": "95 % of next records"}
-HIGH = {"record": 5, "foundation": 9}  # of the bar of the next [points]
+MARGIN = np.sqrt(5.991)  # of an ellipse that holds 95 %, in standard uncertainties
 
 
 @styled()
@@ -51,7 +42,7 @@ def draw(
     origin: str,
     labels: Labels = None,
 ) -> Drawing:
-    """Parameters of the law that most runs of a foundation name: a row for each run, record and foundation.
+    """Parameters of the law that most runs of a foundation name: a line of panels for each foundation.
 
     Parameters
     ----------
@@ -61,43 +52,33 @@ def draw(
     Returns
     -------
     figure, data : Figure, pandas.DataFrame
-        Columns `COLUMNS`; SI units.
+        Columns `COLUMNS`; SI units, u the total standard uncertainty, correlation with the first parameter.
     """
     laws = _laws(parameters, choice)
     if not laws:
         return style.nothing_drawn("no run has a fit that may be used", origin), pd.DataFrame(columns=COLUMNS)
-    rows = _rows(parameters, populations, choice, laws, labels)
-    groups = [pd.concat([each.assign(place=place) for place, each in enumerate(own)]) for own in rows]
-    names = [
-        [name for name in MODELS[own["model"].iloc[0]] if name in set(own["parameter"])] for own in groups
-    ]
-    beside = max(map(len, names))
-    beside = beside if style.size(1)[0] > NARROWEST_IN * (1 + beside) else 1
-    panels = [
-        (own, names[i][k : k + beside])
-        for k in range(0, max(map(len, names)), beside)
-        for i, own in enumerate(groups)
-        if names[i][k : k + beside]
-    ]
-    room = [own["place"].nunique() + 2.0 for own, _ in panels]
-    figure = Figure(figsize=style.size(0.8 + 0.17 * sum(room)))
-    axes = figure.subplots(len(panels), beside, squeeze=False, sharey="row", height_ratios=room)
-    for line, (own, shown) in zip(axes, panels, strict=True):
-        for ax, name in zip(line, shown, strict=False):
-            _panel(ax, own, name, 0.5 / beside)
+    data = _data(parameters, populations, choice, laws)
+    names = {base: [n for n in MODELS[law] if n in set(data["parameter"])] for base, law in laws.items()}
+    beside = max(len(own) + (len(own) > 1) for own in names.values())
+    of_base = {base: _rows(data[data["foundation"] == base], labels) for base in laws}
+    room = [FRAME_IN + ROW_IN * max(LEAST_ROWS, len(rows)) for rows in of_base.values()]
+    figure = Figure(figsize=style.size(0.3 + sum(room)))
+    axes = figure.subplots(len(laws), beside, squeeze=False, height_ratios=room)
+    for line, (base, rows) in zip(axes, of_base.items(), strict=True):
+        own = data[data["foundation"] == base]
+        for i, (ax, name) in enumerate(zip(line, names[base], strict=False)):
+            _panel(ax, own[own["parameter"] == name], rows, named=i == 0)
             ax.set_xlabel(style.axis_of(name) if name != "r" else "restitution r")
-            ax.text(1.02, 1.0, "τ", transform=ax.transAxes, va="bottom", fontsize="small")
-        for ax in line[len(shown) :]:
+            _numbered(ax.xaxis, 0.5 / beside)
+        for ax in line[len(names[base]) :]:
             ax.set_axis_off()
-        named = own.drop_duplicates("place")
-        style.rows_down(line[0], named["row"])
-        for text, level in zip(line[0].get_yticklabels(), named["level"], strict=True):
-            text.set_fontweight("normal" if level == "run" else "bold")
+        if len(names[base]) > 1:
+            line[len(names[base])].set_axis_on()
+            _ellipses(line[len(names[base])], own, names[base][:2])
     style.finish(figure, origin)
-    data = style.gathered((each[COLUMNS] for own in rows for each in own), COLUMNS)
-    chosen = _of_laws(choice, laws)
+    chosen = choice[choice["model"] == choice["foundation"].map(laws)]
     by = {law: named_by(law, chosen[chosen["model"] == law]) for law in set(laws.values())}
-    return figure, data.assign(named_by=data["model"].map(by))
+    return figure, data.assign(named_by=data["model"].map(by))[COLUMNS]
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
@@ -108,11 +89,9 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     for (model, named), own in data.groupby(["model", "named_by"], sort=False):
         on = ", ".join(known.get(each, each) for each in own["foundation"].unique())
         several = data["model"].nunique() > 1
-        told.append(f"{MODEL_LABELS[model]}{f' ({on})' * several}, named by {named}")
-    runs, records = (data[data["level"] == level] for level in ("run", "record"))
-    drawn = style.number_of(records["test"].nunique(), "record")
-    means = f"Drawn: means of {drawn}." if runs.empty else f"Runs of {drawn}."
-    return f"Law{'s' * (len(told) > 1)}: {'; '.join(told)}. {means}"
+        told.append(f"{MODEL_LABELS[model]}{f' ({on})' * several}, selected for {named}")
+    drawn = style.number_of(data["test"].replace("", pd.NA).nunique(), "record")
+    return f"Law{'s' * (len(told) > 1)}: {'; '.join(told)}. {drawn.capitalize()}."
 
 
 def _laws(parameters: pd.DataFrame, choice: pd.DataFrame) -> dict[str, str]:
@@ -130,102 +109,100 @@ def _laws(parameters: pd.DataFrame, choice: pd.DataFrame) -> dict[str, str]:
     return found
 
 
-def _rows(
-    parameters: pd.DataFrame,
-    populations: pd.DataFrame,
-    choice: pd.DataFrame,
-    laws: Mapping[str, str],
-    labels: Labels,
-) -> list[list[pd.DataFrame]]:
-    """Rows downwards, by foundation: the records that name its law, each below its runs where there are
-    several, and last the foundation; a line for each parameter, and the name of the row."""
-    chosen, runs, found = (_of_laws(table, laws) for table in (choice, parameters, populations))
-    rejected = chosen[chosen["status"] == "rejected"]
-    no = set(zip(rejected["test"], rejected["run"].astype(str), strict=True))
-    tests = set(chosen[chosen["status"] == "selected"]["test"]) or set(found["test"])
-    runs = runs[runs["success"].astype(bool) & runs["test"].isin(tests)]
-    is_rejected = [each in no for each in zip(runs["test"], runs["run"].astype(str), strict=True)]
-    runs = runs.rename(columns={"ci95_low": "low", "ci95_high": "high"})
-    runs = runs.assign(level="run", rejected=is_rejected).reindex(columns=COLUMNS)
-    records = _of_means(found[(found["level"] == "record") & found["test"].isin(tests)])
-    foundations = _of_means(found[found["level"] == "foundation"])
-    with_runs = len(runs[["test", "run"]].drop_duplicates()) + records["test"].nunique() <= MOST_ROWS
-    groups = []
-    for foundation, of_foundation in records.groupby("foundation", sort=False):
-        rows: list[pd.DataFrame] = []
-        several = of_foundation.groupby("block")["test"].nunique()
-        if not with_runs:
-            of_foundation = _evenly(of_foundation, max(1, MOST_RECORDS // records["foundation"].nunique()))
-        for test, record in of_foundation.groupby("test", sort=False):
-            scene = style.label(labels, record["block"].iloc[0], str(foundation))
-            name = f"{scene}: {test}" if several[record["block"].iloc[0]] > 1 else scene
-            own = runs[runs["test"] == test]
-            if with_runs and (own["run"].nunique() > 1 or str(test) in {each for each, _ in no}):
-                rows += [each.assign(row=f"run {run}") for run, each in own.groupby("run", sort=False)]
-            rows.append(record.assign(row=name))
-        of_records = foundations[foundations["foundation"] == foundation]
-        if len(of_records):
-            name = f"{style.label(labels, str(foundation))}, {of_records['n_records'].iloc[0]} records"
-            rows.append(of_records.assign(row=name))
-        groups.append(rows)
-    return groups
+def _data(
+    parameters: pd.DataFrame, populations: pd.DataFrame, choice: pd.DataFrame, laws: Mapping[str, str]
+) -> pd.DataFrame:
+    """Runs, records and foundations of the law of each foundation."""
+    runs, means = (
+        table[table["model"] == table["foundation"].map(laws)].astype({"foundation": str})
+        for table in (parameters[parameters["success"].astype(bool)], populations)
+    )
+    no = choice[choice["status"] == "rejected"]
+    rejected = {*zip(no["test"], no["run"].astype(str), no["model"], strict=True)}
+    runs = runs.assign(
+        level="run",
+        u=runs["u_total"].fillna(runs["stderr"]),
+        rejected=[
+            each in rejected
+            for each in zip(runs["test"], runs["run"].astype(str), runs["model"], strict=True)
+        ],
+    )
+    means = means[means["level"].isin(["record", "foundation"])]
+    means = means.rename(columns={"mean": "value"}).assign(u=means["u_total"].fillna(means["stderr"]))
+    data = pd.concat([part.reindex(columns=COLUMNS) for part in (runs, means)], ignore_index=True)
+    of_law = [name in MODELS[law] for law, name in zip(data["model"], data["parameter"], strict=True)]
+    return data[of_law].astype({"run": object})
 
 
-def _evenly(records: pd.DataFrame, most: int) -> pd.DataFrame:
-    """The rows of no more than so many records."""
-    tests = records["test"].unique()
-    kept = np.unique(np.linspace(0, len(tests) - 1, min(most, len(tests))).round().astype(int))
-    return records[records["test"].isin(tests[kept])]
+def _rows(own: pd.DataFrame, labels: Labels) -> dict[tuple[str, str], str]:
+    """Names of the rows of a foundation, by record and run: runs, their record, last all records."""
+    tests = [test for test in own[own["level"] == "record"]["test"].unique() if test]
+    every = np.unique(np.linspace(0, len(tests) - 1, min(len(tests), MOST_RECORDS)).round().astype(int))
+    rows: dict[tuple[str, str], str] = {}
+    blocks = own.drop_duplicates("test").set_index("test")["block"]
+    for test in (tests[i] for i in every):
+        runs = own[(own["test"] == test) & (own["level"] == "run")]["run"].astype(str).unique()
+        if len(tests) <= MOST_RECORDS and len(runs) > 1:
+            rows |= {(test, run): f"run {run}" for run in runs}
+        name = style.label(labels, blocks[test])
+        rows[test, ""] = f"{name}: {test}" if (blocks == blocks[test]).sum() > 1 else name
+    if (own["level"] == "foundation").any():
+        rows["", ""] = f"{style.label(labels, own['foundation'].iloc[0])}, all records"
+    return rows
 
 
-def _of_laws(table: pd.DataFrame, laws: Mapping[str, str]) -> pd.DataFrame:
-    """The rows of a table that are of the law of their foundation, and of its parameters."""
-    own = table[table["model"] == table["foundation"].map(laws)]
-    if "parameter" not in own:
-        return own
-    return own[[each in MODELS[law] for law, each in zip(own["model"], own["parameter"], strict=True)]]
-
-
-def _of_means(found: pd.DataFrame) -> pd.DataFrame:
-    """Means of records or foundations as drawn, and of how many records they are."""
-    ends = {end: found[f"total95_{end}"].fillna(found[f"ci95_{end}"]) for end in ("low", "high")}
-    texts = [_spread(row) for row in found.itertuples()]
-    drawn = found.rename(columns={"mean": "value"}).assign(tau_text=texts, **ends)
-    return drawn.reindex(columns=[*COLUMNS, "n_records"])
-
-
-def _spread(row: Any) -> str:
-    """τ in per cent of the mean, nothing where it is not known."""
-    text = spread(row).text
-    return {"–": "", "not seen": text}.get(text, f"{text} %")
-
-
-def _panel(ax: Axes, rows: pd.DataFrame, name: str, room: float) -> None:
-    """One parameter of some rows, in so much of the figure's width."""
-    ax.margins(x=0.05)
-    own = rows[rows["parameter"] == name]
-    kinds = own["level"].mask(own["rejected"].eq(True), "rejected")
-    for kind, marked in own.groupby(kinds, sort=False):
-        _mark(ax, str(kind), marked)
+def _panel(ax: Axes, own: pd.DataFrame, rows: Mapping[tuple[str, str], str], named: bool) -> None:
+    """One parameter of a foundation, a row below the other."""
+    places = {key: i for i, key in enumerate(rows)}
+    for level, (look, text) in LOOKS.items():
+        is_rejected = own["rejected"].eq(True)
+        of_level = own[is_rejected] if level == "rejected" else own[(own["level"] == level) & ~is_rejected]
+        drawn: list[tuple[Any, ...]] = []
+        for row in of_level.itertuples():
+            key = (row.test if isinstance(row.test, str) else "", str(row.run) if row.level == "run" else "")
+            if key in places:
+                drawn.append((row.value, places[key], NORMAL_95 * row.u))
+        if drawn:
+            value, place, half = np.array(drawn, float).T
+            ax.errorbar(value, place, xerr=half, capsize=0, elinewidth=1.2, zorder=3, label=text, **look)
     ax.grid(axis="y", visible=False)
-    low, high = ax.get_xlim()
+    ax.margins(x=0.05)
+    style.rows_down(ax, list(rows.values()) if named else [""] * len(rows))
+    for text, (_, run) in zip(ax.get_yticklabels(), rows, strict=True):
+        text.set_fontweight("normal" if run else "bold")
+
+
+def _numbered(axis: Any, room: float) -> None:
+    low, high = axis.get_view_interval()
     if low > 0:
-        style.number_ticks(ax.xaxis, low, high, 2, room)
-    ax.set_xlim(low, high)
+        style.number_ticks(axis, low, high, 2, room)
+        axis.set_view_interval(low, high, ignore=True)
 
 
-def _mark(ax: Axes, kind: str, marked: pd.DataFrame) -> None:
-    """Rows of a kind: runs, or means of several with the interval of the next."""
-    look, text = LOOKS[kind]
-    value, low, high, places = marked[["value", "low", "high", "place"]].to_numpy(float).T
-    bars = np.abs([value - low, high - value])
-    look = look | {"elinewidth": 1.2}
-    ax.errorbar(value, places, xerr=bars, capsize=0, zorder=3, **look, label=text)
-    if kind not in NEXT:
-        return
-    spans = marked[["next_low", "next_high"]].assign(gap=np.nan).to_numpy(float)
-    if np.isfinite(spans[:, 0]).any():
-        bar = {"alpha": 0.25, "linewidth": HIGH[kind], "solid_capstyle": "butt"}
-        ax.plot(spans.ravel(), np.repeat(places, 3), color=look["color"], **bar, label=NEXT[kind])
-    for place, text in zip(places, marked["tau_text"], strict=True):
-        style.beside_row(ax, place, text)
+def _ellipses(ax: Axes, own: pd.DataFrame, names: list[str]) -> None:
+    """Two parameters of each run, with the ellipse of 95 % of their uncertainty; a shade per record."""
+    runs = own[own["level"] == "run"]
+    first, second = (
+        runs[runs["parameter"] == name].set_index(["test", "run"])[["value", "u", "correlation"]]
+        for name in names
+    )
+    both = first.merge(second, left_index=True, right_index=True)
+    tests = list(dict.fromkeys(test for test, _ in both.index))
+    angle = np.linspace(0, 2 * np.pi, 90)
+    for (test, _), row in both.iterrows():
+        shade = str(0.15 + 0.55 * tests.index(test) / max(1, len(tests) - 1))
+        x, y = ellipse(row["u_x"], row["u_y"], row["correlation_y"], angle)
+        ax.plot(row["value_x"] + x, row["value_y"] + y, color=shade, linewidth=0.8)
+        ax.plot(row["value_x"], row["value_y"], ".", color=shade, markersize=3)
+    ax.set(xlabel=style.axis_of(names[0]), ylabel=style.axis_of(names[1]))
+    ax.margins(0.08)
+    for axis in (ax.xaxis, ax.yaxis):
+        _numbered(axis, 0.2)
+
+
+def ellipse(u_x: float, u_y: float, correlation: float, angle: Floats) -> tuple[Floats, Floats]:
+    """The ellipse that holds 95 % of two correlated normal variables, about their means."""
+    return (
+        MARGIN * u_x * np.cos(angle),
+        MARGIN * u_y * (correlation * np.cos(angle) + np.sqrt(1 - correlation**2) * np.sin(angle)),
+    )

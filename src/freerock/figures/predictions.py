@@ -11,17 +11,6 @@ from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, styled
 from freerock.models.laws import MODEL_LABELS, MODELS
 
-FIGURE = {
-    "title": "Discrepancy with parameters of the run itself, of other runs, and of other blocks",
-    "caption": "Discrepancy ε_θ of each run with its own parameters, with those of the other runs of its "
-    "record, and with those of another block on the same foundation; the release is the run's own. "
-    "Laws: those selected there. Failed fits are omitted.",
-    "reading": "A run's own fit stands at the left, and every prediction lies to its right. Circles show "
-    "how well another run of the record predicts this one, crosses how well another block "
-    "does. A prediction above a few per cent gets out of phase with the record before rest.",
-    "reads": ["predictions", "epsilon"],
-}
-
 OWN = "fitted to the run itself"
 OTHER_RUNS = "other runs"  # the basis, as in the table
 ANOTHER = "another block"  # whichever it is

@@ -17,18 +17,6 @@ from freerock.rotation.tapers import frequencies, tapered_power
 from freerock.runs.motion import Motion
 from freerock.runs.noise_spectrum import Noise, averaged, expected_power
 
-FIGURE = {
-    "title": "Residuals against the noise at rest",
-    "caption": "Power of modelled minus recorded rotation, of the law selected for each run, over that of "
-    "the noise at rest: means over octaves. Noise that no parameter absorbs leaves the grey band (of the "
-    "first run) in at most one of 1000 runs. Marks above it reject the law; the test also combines all "
-    "octaves and allows for what the fit absorbs.",
-    "reading": "Look for marks above the grey band, which is highest in the lowest octaves: they reject the "
-    "law, most often near the rocking frequency. Marks in the band scatter about 1, the more the lower their "
-    "octave. The lowest ones lie below 1 where the fitted parameters absorb noise.",
-    "reads": ["fits", "records"],
-}
-
 COLUMNS = ["test", "run", "source", "frequency_hz", "density_deg2_hz", "over_rest"]
 REST, CHANCE = "noise at rest", "within chance"
 OF_FITS = ("time", "theta", "residual")  # shown

@@ -12,17 +12,6 @@ from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, styled
 from freerock.models.block import Block
 
-FIGURE = {
-    "title": "Set-up of the tests",
-    "caption": "Each block as configured, to one scale: the distance R of a corner from the centre of mass, "
-    "the critical angle θ_cr between it and the vertical, and where the beam of each sensor meets "
-    "the block.",
-    "reading": "The blue angle θ_cr is the tilt beyond which the block overturns. A beam near the centre of "
-    "mass sees less of the rotation than one near the top. Compare the place of each arrow with "
-    "the drawing of your set-up, since k depends on it.",
-    "reads": ["blocks", "set_ups"],
-}
-
 COLUMNS = [
     "block",
     "height_m",

@@ -3,7 +3,7 @@
 import functools
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import product
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -85,6 +85,7 @@ FOUNDATION_STYLES: tuple[Style, ...] = (
     {"color": "#9a4d83", "linestyle": (0, (7, 1.5, 1, 1.5, 1, 1.5))},
 )
 LINEAR = 3.0  # standard deviations of noise up to which a scale of residuals is linear, logarithmic beyond
+NOISE_COLOUR = "#f0c000"
 NOISE = 1.96  # standard deviations within which 95 % of white noise lies
 CHARACTER = 0.56  # width of a character over the size of its font, as a rule
 FOOTER = "simulated record – not the laboratory's data"
@@ -286,9 +287,9 @@ def panels_per_scene(
     panels: dict[Scene, tuple[Axes, ...]] = {}
     for scene, (i, j) in places.items():
         own = panels[scene] = (*axes[n * i : n * (i + 1), j],)
-        for ax in own[:-1]:
-            own[-1].sharex(ax)
-            ax.tick_params(labelbottom=False)
+        for above, ax in pairwise(own):
+            ax.sharex(own[0])
+            above.tick_params(labelbottom=False)
         if (i + 1, j) not in places.values():
             own[-1].tick_params(labelbottom=True)  # above an empty place
         entitle(own[0], len(panels) - 1, len(places), label(labels, *scene), 0.8 / beside)
@@ -305,14 +306,13 @@ def panel_per_scene(
     return figure, {scene: own[0] for scene, own in panels.items()}
 
 
-def outer_labels(panels: Mapping[Any, Axes], x: str, y: str, room: float = 0.8) -> None:
-    """Label the axes of panels at the left and at the foot; these in so much of the figure's width."""
+def outer_labels(panels: Mapping[Any, Axes], x: str, y: str) -> None:
+    """Label the axes of panels at the left and at the foot."""
     specs = [ax.get_subplotspec() for ax in panels.values()]
     places = [(spec.rowspan.start, spec.colspan.start) for spec in specs]
-    n = len({column for _, column in places})
     for ax, (row, column) in zip(panels.values(), places, strict=True):
         if (row + 1, column) not in places:
-            ax.set_xlabel(wrapped(x, room / n))
+            ax.set_xlabel(x)
         if column == 0:
             ax.set_ylabel(y)
 
@@ -367,8 +367,8 @@ def scale_by_noise(residual: Axes, furthest: float) -> None:
     """Linear about zero, logarithmic beyond: the axis of a residual over the noise, up to its largest, with
     the band that holds 95 % of white noise. Its edges lie on top: a residual that is noise hides the band."""
     residual.axhspan(-NOISE, NOISE, facecolor="0.85", linewidth=0)
-    for edge, label in ((-NOISE, None), (NOISE, "noise: 95 %")):
-        residual.axhline(edge, color="#f0c000", linewidth=0.8, zorder=3, label=label)
+    for edge, label in ((-NOISE, None), (NOISE, "95 % of the noise")):
+        residual.axhline(edge, color=NOISE_COLOUR, linewidth=0.8, zorder=3, label=label)
     residual.set_yscale("symlog", linthresh=LINEAR)
     first = 2 if furthest > 30 else 1  # 10 would touch 3
     decades = [10.0**power for power in range(first, 7) if 10**power < furthest]

@@ -6,6 +6,7 @@ __all__ = [
     "groups",
     "names",
     "netcdf",
+    "paper_fits",
     "provenance",
     "runs",
     "verdict_with_fits",

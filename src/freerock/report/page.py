@@ -37,7 +37,7 @@ from freerock.tables.printed_tables import PUBLISHED_NOTE, named, of_other_laws,
 MOST_LISTED = 120  # runs with rows and fits in the page, up to 6 kB each; all stand in the tables
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
 MOST_FIGURES = 12  # in the page, about 100 kB each; the others are linked
-CHAPTERS = dict.fromkeys(("set_up", "models", "residuals"), "results")  # by the name of a figure's file
+CHAPTERS = dict.fromkeys(("set_up", "comparison", "residuals"), "results")  # by the name of a figure's file
 CHAPTERS |= {"restitution": "restitution"}
 FURTHER = "further"  # chapter of the other figures
 PUBLISHED = PUBLISHED_NOTE.partition(":")[0]

@@ -6,7 +6,6 @@ from typing import Any
 
 import pandas as pd
 
-from freerock.config.campaign import Campaign
 from freerock.config.record import Record
 from freerock.config.review_log import CELLS_BY_HAND
 from freerock.errors import FreerockError

@@ -134,6 +134,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
     rows = []
     for of_fit, fit in _each_fit(fits):
         numbers = {key: fit[key].values for key in NUMBERS_OF_FIT}
+        numbers["correlation"] = _with_first(fit["covariance"].values)
         for i, parameter in enumerate(fit["parameter"].values.astype(str)):
             rows.append(
                 {
@@ -147,6 +148,13 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
                 }
             )
     return pd.DataFrame(rows, columns=columns_of("parameters")).astype({"success": bool})
+
+
+def _with_first(covariance: Floats) -> Floats:
+    """Correlation of each parameter with the first; NaN of the first, and where it is not known."""
+    u = np.sqrt(np.diag(covariance))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.append(np.nan, (covariance[0] / (u[0] * u))[1:]))
 
 
 def _given(fit: xr.Dataset, i: int) -> str:

@@ -9,11 +9,6 @@ from matplotlib.patches import Rectangle
 from freerock.figures.style import Drawing, note_simulated, styled
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, Candidate
 
-FIGURE = {
-    "caption": "Confusion atlas: which candidate is named for which truth, under all noises. Truths that are "
-    "always found are left out. All runs are simulated."
-}
-
 NOBODY = "none explains"  # also where one is named as the best of those that do not
 DARK = 0.6  # shares above it have a white text
 SHARES = LinearSegmentedColormap.from_list("shares", ["white", "#0072b2"])

@@ -12,12 +12,6 @@ from freerock.figures.style import Axes, Drawing, Style, styled
 from freerock.models.laws import LAWS, MODEL_LABELS
 from freerock.models.published import TABLE_3
 
-FIGURE = {
-    "caption": "Time of a run over its error, for the tools of a laboratory; a panel per law. Lines join the "
-    "settings than which no cheaper one errs less; pale marks are other settings. Shaded: below the noise of "
-    "a laser. Arrows: errors below a hundredth of it."
-}
-
 BELOW_FLOOR = 1e-2  # of the floor, where the first chart ends
 ROOM_FOR_NOTES = 4.0  # times the longest time
 SIDES = {0.3: "left", 0.7: "center", math.inf: "right"}  # of a note, by how far across the panel it stands

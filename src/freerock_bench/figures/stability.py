@@ -16,11 +16,6 @@ from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.number_text import with_unit
 
-FIGURE = {
-    "caption": "Stability atlas: where each method converges, is inaccurate, unstable, too slow or refuses; "
-    "the cause is in the table."
-}
-
 STATE_COLOURS = {
     "converged": "#7fbf8f",
     "inaccurate": "#f0d050",

@@ -1,0 +1,107 @@
+"""A panel for each block on a foundation: the impacts of its runs, and those of the three laws."""
+
+from collections.abc import Callable, Mapping
+from itertools import cycle
+from typing import NamedTuple
+
+import pandas as pd
+
+from freerock.arrays import Floats
+from freerock.figures import looks, style
+from freerock.figures.style import Axes, Drawing, Labels
+from freerock.models.block import Block
+from freerock.models.laws import PAPER_MODELS
+from freerock.tables.swings import first_runs, swings
+
+MARKERS = "os^Dv<>p*h"  # of the runs of a record
+SHADES = ("0.1", "0.45", "0.65")
+HEIGHT_IN = 2.0
+
+
+class Shown(NamedTuple):
+    """What is drawn: a column of `tables.swings` against the amplitude, its label, and a rigid block's."""
+
+    y: str
+    label: str
+    rigid: Callable[[Block, float], tuple[Floats, Floats]]
+    y_u: str = ""
+
+
+def draw_by_scene(
+    shown: Shown,
+    tables: tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame],
+    blocks: Mapping[str, Block],
+    origin: str,
+    labels: Labels,
+) -> Drawing:
+    """Draw all runs, and the laws fitted to the first of each scene, against |θ| over the critical angle.
+
+    Parameters
+    ----------
+    shown : Shown
+    tables : tuple of pandas.DataFrame
+        The tidy tables runs, restitution and epsilon.
+    blocks : mapping of str to freerock.models.block.Block
+        The blocks by name.
+
+    Returns
+    -------
+    figure, data : Figure, pandas.DataFrame
+        Columns of `freerock.tables.swings.swings`.
+    """
+    runs, restitution, epsilon = tables
+    found = swings(runs, restitution, epsilon, blocks)
+    seen = found[found["source"] == "experiment"]
+    modelled = first_runs(found)
+    data = pd.concat([seen, modelled[modelled["source"].isin(PAPER_MODELS)]], ignore_index=True)
+    data = data[data[shown.y].notna()]
+    scenes = style.scenes_in(runs)
+    figure, panels = style.panel_per_scene(scenes, labels, HEIGHT_IN)
+    for (block, foundation), ax in panels.items():
+        own = style.of_scene(data, block, foundation)
+        _panel(ax, shown, own, origin)
+        highest = own["amplitude"].max() if len(own) else 1.0
+        x, y = shown.rigid(blocks[block], highest)
+        ax.plot(x, y, color="0.45", linestyle=":", label="rigid block (Housner 1963)")
+        ax.margins(0.04)
+        ax.set_xlim(left=0)
+    style.outer_labels(panels, "amplitude |θ|/$θ_{cr}$", shown.label)
+    style.finish(figure, origin)
+    return figure, data
+
+
+def _panel(ax: Axes, shown: Shown, own: pd.DataFrame, origin: str) -> None:
+    """A scene: signs of each run, lines of the laws."""
+    seen = own[own["source"] == "experiment"]
+    looks_of_runs = zip(cycle(MARKERS), cycle(SHADES))
+    for i, ((_, rows), (marker, shade)) in enumerate(
+        zip(seen.groupby(["test", "run"], sort=False), looks_of_runs, strict=False)
+    ):
+        point = {"color": shade, "marker": marker, "linestyle": "", "markersize": 3, "markeredgewidth": 0.7}
+        label = f"runs, {style.recorded(origin)['label']}" if i == 0 else None
+        bars = rows[shown.y_u] if shown.y_u else None
+        ax.errorbar(
+            rows["amplitude"],
+            rows[shown.y],
+            bars,
+            elinewidth=0.6,
+            markerfacecolor="none",
+            label=label,
+            **point,
+        )
+    for law in PAPER_MODELS:
+        rows = own[own["source"] == law].sort_values("amplitude")
+        if len(rows):
+            ax.plot(rows["amplitude"], rows[shown.y], **looks.MODEL_STYLES[law])
+
+
+def caption_of(point: str) -> Callable[..., str]:
+    """The function `caption` of such a figure, whose points are impacts or what `point` says."""
+
+    def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+        """How many points and runs are drawn."""
+        seen = data[data["source"] == "experiment"]
+        n = len(seen[["test", "run"]].drop_duplicates())
+        return f"{style.number_of(len(seen), point).capitalize()} of {style.number_of(n, 'run')}."
+
+    return caption

@@ -1,0 +1,126 @@
+"""Recorded θ(t) against the three laws: Spanos et al. 2017, figure 3 (doi:10.1016/j.proeng.2017.09.024)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.lines import Line2D
+
+from freerock.figures import looks, style
+from freerock.figures.style import Axes, Drawing, Labels, styled
+from freerock.models.laws import MODEL_LABELS
+from freerock.products.groups import runs_of
+from freerock.products.paper_fits import paper_fits, selected_fit
+from freerock.tables.number_text import quantity
+
+OF_FITS = ("time", "theta", "theta_model", "residual", "epsilon_theta")  # shown
+COLUMNS = ["test", "run", "block", "foundation", "source", "time_s", "theta_deg"]
+COLUMNS += ["residual_over_theta0", "residual_over_sigma"]
+HEIGHT_IN, RATIOS = 2.75, (2.0, 0.85, 0.85)  # of a block's row, and of its panels
+THIN = 0.8  # width of a law's line [points]
+HEADROOM = 0.4  # above the curves, for the legend
+LEAST_PERCENT = 0.01  # ε_θ that is printed
+
+
+@styled()
+def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
+    """θ(t) of the first fitted run on each foundation, the three laws by the paper's procedure, residuals.
+
+    Parameters
+    ----------
+    fits : sequence of xarray.DataTree
+        Fit datasets, one of each block and foundation.
+    runs : pandas.DataFrame
+        Tidy table, for the noise of each run.
+
+    Returns
+    -------
+    figure, data : Figure, pandas.DataFrame
+        Columns `COLUMNS`: source is "measured", a law, or "selected"; residuals are modelled minus measured.
+    """
+    scenes = [(tree.attrs["block"], tree.attrs["foundation"]) for tree in fits]
+    sigma_deg = {
+        (row.test, str(row.run)): row.sigma_theta_deg for row in runs.itertuples() if pd.notna(row.run)
+    }
+    figure, panels = style.panels_per_scene(scenes, labels, HEIGHT_IN, RATIOS)
+    parts = []
+    for scene, tree in zip(scenes, fits, strict=True):
+        motion, over_release, over_noise = panels[scene]
+        if motion.get_subplotspec().is_first_col():
+            for ax, label in zip(panels[scene], ("θ / °", "Δθ / θ₀", "Δθ / σ"), strict=True):
+                ax.set_ylabel(label)
+        over_noise.set_xlabel("time since release / s")
+        number, run = next(iter(runs_of(tree).items()), (0, None))
+        if run is None:
+            motion.text(0.5, 0.5, "no fitted run", transform=motion.transAxes, ha="center")
+            continue
+        own = _curves(run, sigma_deg[tree.attrs["test"], str(number)])
+        _plot(panels[scene], own, origin)
+        _legend(motion, run)
+        parts.append(own.assign(test=tree.attrs["test"], run=number, block=scene[0], foundation=scene[1]))
+    data = style.gathered(parts, COLUMNS)[COLUMNS]
+    furthest = 1.05 * data["residual_over_theta0"].abs().max() if len(data) else 1.0
+    for _, over_release, _ in panels.values():
+        over_release.set_ylim(-furthest, furthest)
+    shown = [law for law in looks.MODEL_STYLES if law in set(data["source"])]
+    handles = [Line2D([], [], **style.recorded(origin))]
+    handles += [Line2D([], [], **looks.MODEL_STYLES[law] | {"linewidth": THIN}) for law in shown]
+    handles += [Line2D([], [], color=style.NOISE_COLOUR, label="95 % of the noise")]
+    style.finish_with(figure, origin, handles)
+    return figure, data
+
+
+caption = style.drawn_runs
+
+
+def _curves(run: xr.DataTree, sigma_deg: float) -> pd.DataFrame:
+    """A run, the laws by the paper's own procedure, and the residual of the selected law."""
+    drawn = style.thin(run.sizes["time"])
+    time_s, measured = (run.dataset[name].values[drawn] for name in ("time", "theta"))
+    release = abs(np.degrees(run.dataset["theta"].values[0]))
+    parts = [pd.DataFrame({"source": "measured", "time_s": time_s, "theta_deg": np.degrees(measured)})]
+    for law, fit in paper_fits(run).items():
+        if fit.attrs["success"]:
+            theta_deg = np.degrees(fit["theta_model"].values[drawn])
+            of_release = (theta_deg - np.degrees(measured)) / release
+            own = {"time_s": time_s, "theta_deg": theta_deg, "residual_over_theta0": of_release}
+            parts.append(pd.DataFrame({"source": law, **own}))
+    if selected := selected_fit(run):
+        residual_deg = np.degrees(selected[1]["residual"].values[drawn])
+        own = {"time_s": time_s, "residual_over_sigma": residual_deg / sigma_deg}
+        parts.append(pd.DataFrame({"source": "selected", **own}))
+    return pd.concat(parts, ignore_index=True)
+
+
+def _plot(axes: Sequence[Axes], own: pd.DataFrame, origin: str) -> None:
+    """A run and its laws, the residuals of these below."""
+    motion, over_release, over_noise = axes
+    for source, rows in own.groupby("source", sort=False):
+        if source == "measured":
+            motion.plot(rows["time_s"], rows["theta_deg"], **style.recorded(origin))
+        elif source == "selected":
+            look = {"color": "black", "linewidth": 0.4}
+            over_noise.plot(rows["time_s"], rows["residual_over_sigma"], **look)
+            style.scale_by_noise(over_noise, float(rows["residual_over_sigma"].abs().max()))
+        else:
+            look = looks.MODEL_STYLES[str(source)] | {"linewidth": THIN}
+            motion.plot(rows["time_s"], rows["theta_deg"], **look)
+            over_release.plot(rows["time_s"], rows["residual_over_theta0"], **look | {"label": None})
+    motion.set_xlim(left=0)
+
+
+def _legend(motion: Axes, run: xr.DataTree) -> None:
+    """ε_θ of each law, and what stands for it where its fit failed."""
+    handles = []
+    for law, fit in paper_fits(run).items():
+        percent = 100 * fit["epsilon_theta"].item()
+        epsilon = f"= {quantity(percent, digits=2)} %" if percent >= LEAST_PERCENT else f"< {LEAST_PERCENT} %"
+        told = f"$ε_θ$ {epsilon}" if fit.attrs["success"] else "failed fit"
+        look = looks.MODEL_STYLES[law] | {"linewidth": THIN, "label": f"{MODEL_LABELS[law]}, {told}"}
+        handles.append(Line2D([], [], **look))
+    if handles:
+        options = {"loc": "upper right", "borderaxespad": 0.0, "labelspacing": 0.1, "handlelength": 2.4}
+        low, high = motion.get_ylim()
+        motion.set_ylim(low, high + HEADROOM * (high - low))
+        motion.legend(handles=handles, **options)
