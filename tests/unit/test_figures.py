@@ -4,7 +4,7 @@ from importlib import import_module
 import numpy as np
 import pandas as pd
 import pytest
-from fabricated import campaign, failed_record, fits
+from fabricated import campaign, failed_record, fits, record
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.colors import to_rgb

@@ -24,7 +24,7 @@ lasers:
 fits:
   pooled: true
   models: [housner, winkler, hunt_crossley]
-figures: [models, restitution]
+figures: [comparison, restitution]
 """
 CSV_0_1 = """\
 test,file,channel,block,foundation,laser,exclude,override,reason,note

@@ -9,7 +9,7 @@ from freerock.tables.csvfile import read_csv
 from freerock.virtual_lab.write_tdms import write_tdms
 
 pytestmark = pytest.mark.slow
-FIGURES = ("models", "residuals", "restitution", "parameters", "predictions")
+FIGURES = ("comparison", "residuals", "restitution", "parameters", "predictions")
 
 
 def test_a_law_alone_makes_a_report(tmp_path):
