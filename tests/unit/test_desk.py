@@ -6,11 +6,11 @@ import shutil
 import numpy as np
 import pytest
 import xarray as xr
-from freerock.jobs.each_record import make_each
 from small_campaign import BLOCKS, CAMPAIGN, COLUMNS, MAT
 
 from freerock.config.review_log import log_of, read_changes
 from freerock.errors import FreerockError
+from freerock.jobs.log import make_or_give_up
 from freerock.jobs.make_fits import give_up_fits, make_fits
 from freerock.jobs.make_record import make_record, rotation_of
 from freerock.products.groups import fits_of
@@ -103,10 +103,9 @@ def job(desk, tmp_path):
 
     def run(**settings):
         told = of_fits | settings
-        make_each(
-            ["tall"],
-            lambda _: make_fits(told, tmp_path / "r.nc", product),
-            lambda _, reason: give_up_fits(told, product, reason),
+        make_or_give_up(
+            lambda: make_fits(told, tmp_path / "r.nc", product),
+            lambda reason: give_up_fits(told, product, reason),
         )
         return open_fits(product)
 

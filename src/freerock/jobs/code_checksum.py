@@ -3,6 +3,7 @@
 import ast
 import atexit
 import hashlib
+import itertools
 import json
 import os
 from collections.abc import Iterator
@@ -95,12 +96,15 @@ def _read(path: str) -> tuple[str, list[str]]:
 
 def _imports(node: ast.AST) -> Iterator[str]:
     """Dotted names that the lines below a node import; those for type checkers do not count."""
-    for each in ast.iter_child_nodes(node):
+    blocks = (getattr(node, name, ()) for name in ("body", "orelse", "finalbody", "handlers", "cases"))
+    for each in itertools.chain.from_iterable(blocks):
         if isinstance(each, ast.Import):
             yield from (alias.name for alias in each.names)
         elif isinstance(each, ast.ImportFrom):
             yield from (f"{each.module}.{alias.name}" for alias in each.names)
-        elif not (isinstance(each, ast.If) and ast.unparse(each.test) == "TYPE_CHECKING"):
+        elif isinstance(each, ast.stmt | ast.ExceptHandler | ast.match_case) and not (
+            isinstance(each, ast.If) and ast.unparse(each.test) == "TYPE_CHECKING"
+        ):
             yield from _imports(each)
 
 
