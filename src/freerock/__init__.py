@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from freerock.models.simulate import Response as Response
     from freerock.models.simulate import Solver as Solver
     from freerock.models.simulate import simulate as simulate
+    from freerock.noise.at_rest import quiet_stretches as quiet_stretches
+    from freerock.noise.at_rest import sensor_noise as sensor_noise
     from freerock.products.estimates import parameters_in as parameters_in
     from freerock.products.netcdf import open_fits as open_fits
     from freerock.products.netcdf import open_record as open_record
@@ -43,8 +45,6 @@ if TYPE_CHECKING:
     from freerock.runs.impacts import Impacts as Impacts
     from freerock.runs.impacts import find_impacts as find_impacts
     from freerock.runs.motion import Motion as Motion
-    from freerock.runs.quiet import quiet_stretches as quiet_stretches
-    from freerock.runs.quiet import sensor_noise as sensor_noise
     from freerock.runs.segment import Run as Run
     from freerock.runs.segment import find_runs as find_runs
 

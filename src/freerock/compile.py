@@ -7,12 +7,12 @@ compiles again only a module that has changed.
 import numpy as np
 
 from freerock.models.block import Block
+from freerock.noise.whitening import Slow, transposed, whiten
 from freerock.rotation.as_measured import as_measured
 from freerock.rotation.beam import rotation_and_sensitivity
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View
 from freerock.runs.impacts import find_impacts
-from freerock.runs.whitening import Slow, transposed, whiten
 
 
 def compile_kernels() -> None:

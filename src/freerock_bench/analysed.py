@@ -7,17 +7,16 @@ import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
+from freerock.noise.at_rest import noise_at_rest, quiet_stretches, usual_of
+from freerock.noise.converter import converter_step
 from freerock.populations.sensitivity import with_contributions
 from freerock.rotation.faults import signal_quality
 from freerock.rotation.laboratory import Laboratory
-from freerock.rotation.lattice import converter_step
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, heard, loud, motion_of
-from freerock.runs.noise_spectrum import noise_at_rest
-from freerock.runs.quiet import quiet_stretches, usual_of
 from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict

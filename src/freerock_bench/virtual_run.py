@@ -15,8 +15,8 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import Solver, simulate_theta
+from freerock.noise.at_rest import noise_at_rest
 from freerock.runs.motion import Motion
-from freerock.runs.noise_spectrum import noise_at_rest
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
 SEED = 2017

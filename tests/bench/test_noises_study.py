@@ -9,10 +9,11 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from freerock.identification.fit import fit_run
-from freerock.runs.noise_in_motion import in_motion
-from freerock.runs.noise_spectrum import autocovariance, noise_at_rest, white_noise
-from freerock.runs.sums import covariance_of_means, covariance_of_sums, stderr_of_mean, unsure_of_sum
-from freerock.runs.whitening import Slow, transposed, whiten
+from freerock.noise.at_rest import noise_at_rest
+from freerock.noise.in_motion import in_motion
+from freerock.noise.spectrum import autocovariance, white_noise
+from freerock.noise.sums import covariance_of_means, covariance_of_sums, stderr_of_mean, unsure_of_sum
+from freerock.noise.whitening import Slow, transposed, whiten
 from freerock_bench import clean_records, noises
 
 RATE_HZ = 2000.0

@@ -3,7 +3,7 @@
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.rotation.calibration import Calibration, read_calibration
+from freerock.rotation.sensor import Calibration, read_calibration
 
 
 def test_calibration_table(tmp_path):

@@ -9,7 +9,8 @@ from scipy.signal import lfilter
 
 from freerock.identification.against_noise import against_rest, noise_of_residual
 from freerock.identification.intervals import covariance
-from freerock.runs.noise_spectrum import noise_at_rest, white_noise
+from freerock.noise.at_rest import noise_at_rest
+from freerock.noise.spectrum import white_noise
 
 RATE_HZ = 400.0  # at which nothing is averaged
 N = 1600

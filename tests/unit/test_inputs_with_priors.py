@@ -23,12 +23,12 @@ from freerock.identification.start import posed
 from freerock.models.block import GRAVITY, Block
 from freerock.models.given import Given
 from freerock.models.simulate import simulate_theta
+from freerock.noise.at_rest import noise_at_rest
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.rotation.u_total import Contributions
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
-from freerock.runs.noise_spectrum import noise_at_rest
 from freerock.selection import hypotheses_tried
 from freerock.selection.added_uncertainty import beside_others
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypothesis

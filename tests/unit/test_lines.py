@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from freerock.rotation.lines import slow_line
+from freerock.noise.lines import slow_line
 
 RATE = 1000.0
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from freerock.rotation.mains import fit_mains, mains_ratio
+from freerock.noise.mains import fit_mains, mains_ratio
 
 RATE = 2000
 TIME = np.arange(4000) / RATE

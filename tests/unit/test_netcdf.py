@@ -18,6 +18,7 @@ from freerock.identification.fit import Fit, ImpactEnergy
 from freerock.identification.model_discrepancy import Part
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import CANDIDATES, MODELS, law_of
+from freerock.noise.spectrum import white_noise
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import (
     open_fits,
@@ -33,7 +34,6 @@ from freerock.rotation.laboratory import Input
 from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
 from freerock.runs.measured_total import MeasuredTotal
-from freerock.runs.noise_spectrum import white_noise
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 

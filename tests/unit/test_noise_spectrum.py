@@ -11,9 +11,15 @@ from scipy.signal import lfilter
 from freerock.identification.against_noise import against_rest, octave_limits
 from freerock.identification.likelihood import Whitened
 from freerock.identification.significance_levels import RESIDUAL
-from freerock.rotation.tapers import frequencies, tapered_power
-from freerock.runs.noise_spectrum import averaged, expected_power, noise_at_rest, slow_and_white, white_noise
-from freerock.runs.quiet import quiet_stretches
+from freerock.noise.at_rest import noise_at_rest, quiet_stretches
+from freerock.noise.spectrum import (
+    averaged,
+    expected_power,
+    frequencies,
+    slow_and_white,
+    tapered_power,
+    white_noise,
+)
 
 RATE_HZ = 2000.0
 SIGMA = 1e-4

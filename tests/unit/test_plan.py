@@ -13,14 +13,13 @@ from freerock.config.mistakes import ConfigError
 from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
 from freerock.models.simulate import Solver, simulate_theta
+from freerock.noise.spectrum import white_noise
 from freerock.planning.bound import ExpectedRun, information_bound
 from freerock.planning.plan import CASE_COLUMNS, COLUMNS, plan, sigma_theta_of
 from freerock.rotation.beam import displacement_from_rotation
-from freerock.rotation.calibration import Calibration
 from freerock.rotation.laboratory import Input, Laboratory
-from freerock.rotation.sensor import Laser
+from freerock.rotation.sensor import Calibration, Laser
 from freerock.runs.motion import Motion
-from freerock.runs.noise_spectrum import white_noise
 from freerock.tables.plan_text import plan_text
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 

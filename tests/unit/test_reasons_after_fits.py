@@ -10,12 +10,12 @@ from freerock.identification.fit import fit_run
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, GEOMETRIC, LAWS, MODEL_LABELS, Rules
 from freerock.models.published import BLOCKS, TABLE_2
+from freerock.noise.at_rest import noise_at_rest
 from freerock.rotation.as_measured import as_measured
 from freerock.rotation.beam import displaced, turned
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View
 from freerock.runs.motion import Motion
-from freerock.runs.noise_spectrum import noise_at_rest
 from freerock.runs.verdict import Verdict
 from freerock.selection import reasons_after_fits
 from freerock.selection.allowed_hypotheses import BY_DEFAULT, Hypotheses

@@ -10,8 +10,8 @@ import pytest
 
 from freerock.config.keys_of_processing import RunLimits
 from freerock.models.block import Block
+from freerock.noise.still import Phase
 from freerock.rotation.faults import FAULT_VERDICTS, Fault
-from freerock.rotation.still import Phase
 from freerock.runs.beginning import Beginning
 from freerock.runs.reasons_as_measured import Facts, verdict_on
 from freerock.runs.release import HeldAngle, Release

@@ -20,8 +20,7 @@ from freerock.models.ground import tilted
 from freerock.models.laws import LAWS
 from freerock.models.simulate import Solver, simulate
 from freerock.rotation.as_measured import as_measured
-from freerock.rotation.sensor import Laser
-from freerock.rotation.sensor_response import moments
+from freerock.rotation.sensor import Laser, moments
 from freerock.rotation.view import View
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Verdict

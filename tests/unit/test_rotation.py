@@ -10,11 +10,10 @@ from freerock.config.keys_of_processing import RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.beam import displacement_from_rotation
-from freerock.rotation.calibration import Calibration
 from freerock.rotation.faults import listed_faults
-from freerock.rotation.one_laser import _swing_sides
+from freerock.rotation.lasers import _swing_sides
 from freerock.rotation.rotation import find_rotation
-from freerock.rotation.sensor import Laser
+from freerock.rotation.sensor import Calibration, Laser
 from freerock.runs.segment import find_runs
 
 BLOCK = Block(0.28, 0.07, 5.84)

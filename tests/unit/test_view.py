@@ -12,8 +12,7 @@ from freerock.models.contact import Foundation, static_depth
 from freerock.models.simulate import Solver
 from freerock.rotation.as_measured import as_measured
 from freerock.rotation.beam import displaced, rotation_from_displacement
-from freerock.rotation.sensor import Laser
-from freerock.rotation.sensor_response import delay_s, moments
+from freerock.rotation.sensor import Laser, delay_s, moments
 from freerock.rotation.view import View, view_of
 
 BLOCK = Block(0.28, 0.07, 5.84)

@@ -10,12 +10,12 @@ from freerock.files import check_manifest
 from freerock.models.block import Block
 from freerock.models.contact import Foundation, static_depth
 from freerock.models.laws import GEOMETRIC
+from freerock.noise.still import stationary_phases
 from freerock.records.read import read_record
 from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
-from freerock.rotation.still import stationary_phases
 from freerock.virtual_lab.added_noise import AddedNoise
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS, palermo_records
 from freerock.virtual_lab.virtual_record import Recording, VirtualRelease, simulate_record

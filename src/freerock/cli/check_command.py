@@ -29,8 +29,7 @@ from freerock.virtual_lab.truth import read_truth
 if TYPE_CHECKING:
     from freerock.arrays import Floats
     from freerock.records.channels import Named
-    from freerock.rotation.calibration import Calibration
-    from freerock.rotation.sensor import Laser
+    from freerock.rotation.sensor import Calibration, Laser
 
     Contents = Named | FreerockError
     Tables = dict[str, Calibration]
@@ -113,7 +112,7 @@ def check_files(source: Source) -> Iterator[FreerockError]:
         yield FreerockError(source.where("raw"), f"there is no folder {source.raw}", "put the records there")
         return
     from freerock.records.read import list_channels
-    from freerock.rotation.calibration import read_calibration
+    from freerock.rotation.sensor import read_calibration
 
     tables: Tables = {}
     unread: set[str] = set()  # files of which a problem says so

@@ -10,12 +10,11 @@ from freerock.arrays import Floats
 from freerock.figures import looks, style
 from freerock.figures.style import Drawing, Labels, Style, styled
 from freerock.identification.against_noise import noise_of, octave_limits
+from freerock.noise.spectrum import Noise, averaged, expected_power, frequencies, tapered_power
 from freerock.products.choices import named_in
 from freerock.products.groups import runs_of
 from freerock.products.runs import OVER_TIME, measured_in
-from freerock.rotation.tapers import frequencies, tapered_power
 from freerock.runs.motion import Motion
-from freerock.runs.noise_spectrum import Noise, averaged, expected_power
 
 COLUMNS = ["test", "run", "source", "frequency_hz", "density_deg2_hz", "over_rest"]
 REST, CHANCE = "noise at rest", "within chance"

@@ -9,19 +9,21 @@ from scipy.special import fdtrc, fdtri
 
 from freerock.arrays import Complexes, Floats, Indices
 from freerock.identification.significance_levels import RESIDUAL
-from freerock.rotation.tapers import frequencies, tapered, tapered_power
-from freerock.runs.motion import Motion
-from freerock.runs.noise_spectrum import (
+from freerock.noise.at_rest import noise_at_rest
+from freerock.noise.spectrum import (
     Noise,
     averaged,
     degrees_of_freedom,
     expected_power,
     filtered,
-    noise_at_rest,
+    frequencies,
     power_taken,
     share_taken,
+    tapered,
+    tapered_power,
     white_noise,
 )
+from freerock.runs.motion import Motion
 
 NO_TRACE = 1e-7  # of the largest singular value, below which a direction of the parameters leaves no trace
 

@@ -24,10 +24,10 @@ from freerock.identification.least_squares import minimised, numbers_of, paramet
 from freerock.identification.likelihood import Whitened
 from freerock.identification.problem import Problem, Samples
 from freerock.models.laws import law_of
+from freerock.noise.spectrum import Noise, averaged
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.u_total import Contributions
 from freerock.rotation.view import view_of
-from freerock.runs.noise_spectrum import Noise, averaged
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ from freerock.identification.inputs_with_priors import Posterior, contributed
 from freerock.identification.problem import RTOL_DERIVATIVES, Problem, Samples
 from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.laws import MODELS
+from freerock.noise.spectrum import Noise, averaged
 from freerock.rotation.u_total import Contributions
-from freerock.runs.noise_spectrum import Noise, averaged
 
 SINGULAR = 1e13  # condition of a scaled normal matrix beyond which samples do not separate the parameters
 

@@ -11,7 +11,7 @@ from scipy.linalg.lapack import dtbtrs
 
 from freerock.arrays import Floats, Indices
 from freerock.identification.against_noise import NO_TRACE, of_runs
-from freerock.runs.noise_spectrum import Noise, smoothed
+from freerock.noise.spectrum import Noise, smoothed
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,9 @@ from freerock.models.free_parameters import OF_RECORD, PARAMETERS, PER_RUN, para
 from freerock.models.given import Given, evaluated, in_order
 from freerock.models.laws import CANDIDATES, MODELS, Rules, extended_by, law_of
 from freerock.models.simulate import Solver
+from freerock.noise.spectrum import averaged
 from freerock.rotation.as_measured import as_measured
 from freerock.runs.motion import Motion
-from freerock.runs.noise_spectrum import averaged
 from freerock.runs.release import FAR, lowered
 
 RTOL_RESIDUAL, RTOL_DERIVATIVES = 1e-6, 1e-8  # rtol of the residual, and of its derivatives

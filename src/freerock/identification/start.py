@@ -16,8 +16,8 @@ from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.housner import housner_swings
 from freerock.models.laws import MODELS, alike, law_of
+from freerock.runs.beginning import TOP_STDERR, TOP_STDERR_S, Top, find_tops
 from freerock.runs.motion import Motion
-from freerock.runs.tops import TOP_STDERR, TOP_STDERR_S, Top, find_tops
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,8 @@ from freerock.config.keys_of_processing import ImpactLimits
 from freerock.identification.fit import Fit
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, law_of
+from freerock.noise.at_rest import Rests, noise_of_rests
+from freerock.noise.spectrum import Noise
 from freerock.populations.impact_energy import BlockPeaks, block_peaks, impact_energy
 from freerock.populations.sensitivity import with_contributions
 from freerock.products.groups import NotFitted, runs_of
@@ -22,7 +24,6 @@ from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts, find_impacts
 from freerock.runs.motion import Motion
-from freerock.runs.noise_spectrum import Noise, Rests, noise_of_rests
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
 from freerock.selection.allowed_hypotheses import Hypotheses

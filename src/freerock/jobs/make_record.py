@@ -13,6 +13,8 @@ from freerock.errors import FreerockError
 from freerock.files import check_file
 from freerock.jobs.log import of_the_machine
 from freerock.models.block import Block
+from freerock.noise.at_rest import sensor_noise, usual_of
+from freerock.noise.spectrum import Noise
 from freerock.products.netcdf import write_failure, write_record
 from freerock.products.provenance import provenance
 from freerock.records.read import read_record
@@ -24,8 +26,6 @@ from freerock.rotation.sensor import laser_of
 from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import Impacts
 from freerock.runs.measured_total import MeasuredTotal, measured_total
-from freerock.runs.noise_spectrum import Noise
-from freerock.runs.quiet import sensor_noise, usual_of
 from freerock.runs.runs_with_impacts import runs_with_impacts
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
@@ -121,9 +121,9 @@ def _judged(
 
 def _at_rest(record: xr.Dataset) -> Noise | None:
     """Noise of θ at rest [rad], from all stretches of a record in which nothing moves."""
-    signal = [record[name].values for name in ("time", "theta", "sigma_theta")]
-    noise = sensor_noise(*signal, signal_quality(record).converter_step)
-    return noise and noise.scaled(usual_of(signal[2]))
+    time_s, theta, sigma = (record[name].values for name in ("time", "theta", "sigma_theta"))
+    noise = sensor_noise(time_s, theta, sigma, signal_quality(record).converter_step)
+    return noise and noise.scaled(usual_of(sigma))
 
 
 def _used(record: xr.Dataset, by_hand: ByHand) -> xr.Dataset:

@@ -27,10 +27,10 @@ INPUTS_GROUP, PARTS_GROUP = "inputs", "parts"  # in that of a fit
 
 if TYPE_CHECKING:
     from freerock.identification.fit import Fit
+    from freerock.noise.spectrum import Noise
     from freerock.populations.impact_energy import BlockPeaks
     from freerock.runs.impacts import Impacts
     from freerock.runs.measured_total import MeasuredTotal
-    from freerock.runs.noise_spectrum import Noise
     from freerock.runs.segment import Run
     from freerock.selection.choice import Choice
 

@@ -8,14 +8,14 @@ import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
+from freerock.noise.at_rest import Rests, noise_of_rests, quiet_stretches, rests_of, usual_of
+from freerock.noise.converter import converter_step
+from freerock.noise.spectrum import Noise
 from freerock.products.groups import reasons_in
 from freerock.products.names import IMPACT_VARIABLES, RUN_VARIABLES
-from freerock.rotation.lattice import converter_step
 from freerock.rotation.view import View, view_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, heard, loud, motion_of
-from freerock.runs.noise_spectrum import Noise, Rests, noise_of_rests, rests_of
-from freerock.runs.quiet import quiet_stretches, usual_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict
 from freerock.units import BASE

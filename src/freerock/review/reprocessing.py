@@ -128,7 +128,7 @@ class Bench:
             The machine lacks something, such as space for what is written meanwhile.
         """
         from freerock.jobs.make_fits import make_fits
-        from freerock.runs.noise_spectrum import noise_of_rests
+        from freerock.noise.at_rest import noise_of_rests
         from freerock.selection.hypotheses_tried import identify_runs
 
         def alone(*problem: Any) -> Any:

@@ -1,21 +1,17 @@
 """Volts of a record to θ(t) with its uncertainty, flags and faults.
 
 `rotation.find_rotation` does it all; the other modules hold what it is made of and what others use besides:
-sensors and the geometry of their beams, flags of samples, faults of a signal, phases of stillness.
+sensors and the geometry of their beams, flags of samples, faults of a signal.
 """
 
 __all__ = [
     "as_measured",
     "beam",
-    "calibration",
     "faults",
     "flags",
     "laboratory",
-    "lattice",
     "rotation",
     "sensor",
-    "still",
-    "tapers",
     "u_total",
     "view",
 ]

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from freerock.arrays import Flags, Floats
+from freerock.noise.converter import converter_step
+from freerock.noise.still import between_breaks, stretches
 from freerock.rotation.flags import FLAGS
-from freerock.rotation.lattice import converter_step
-from freerock.rotation.still import between_breaks, stretches
 from freerock.units import BASE
 
 if TYPE_CHECKING:

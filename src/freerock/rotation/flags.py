@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Flags, Floats, Indices
-from freerock.rotation.still import between_breaks
+from freerock.noise.still import between_breaks
 
 FLAGS = {"error_level": 1, "out_of_range": 2, "saturated": 4, "target_lost": 8, "dropout": 16, "spike": 32}
 BY_HAND = {"left_out": 64}  # by a person, not by the signal

@@ -14,13 +14,11 @@ from freerock.arrays import Floats
 from freerock.config.keys_of_processing import ROTATION_OPTIONS, RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
+from freerock.rotation.channel import READ_AT_ONCE, Reading, Rotation, read_channel
 from freerock.rotation.faults import flagged_faults, lost_at_large_angles
 from freerock.rotation.flags import FLAGS
-from freerock.rotation.one_laser import rotation_of_one
-from freerock.rotation.reading import READ_AT_ONCE, Reading, Rotation, read_channel
-from freerock.rotation.sensor import Laser
-from freerock.rotation.sensor_response import delay_s
-from freerock.rotation.two_lasers import rotation_of_two
+from freerock.rotation.lasers import rotation_of_one, rotation_of_two
+from freerock.rotation.sensor import Laser, delay_s
 from freerock.rotation.view import sensor_attributes, view_of
 from freerock.units import BASE
 

@@ -1,7 +1,15 @@
-"""The sensor: where its beam meets the block, and what its output means."""
+"""The sensor: where its beam meets the block, what its output means, and the time that it takes.
 
+Its output is a mean over the preceding time. A sensor that averages gives the mean over a time T, a low pass
+of the first order with the time constant τ the mean with the weight exp(-x/τ)/τ of the time x before. Both
+are a delay, by T/2 and by τ, and a blur about it. The blur of a motion is its mean over a few moments, by the
+rules of Gauss and Legendre and of Gauss and Laguerre: exact for polynomials of fifth degree in time.
+"""
+
+import csv
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +19,73 @@ from numpy.typing import ArrayLike
 from freerock.arrays import Floats
 from freerock.config.laser_defaults import LaserKeys
 from freerock.errors import FreerockError
-from freerock.rotation.calibration import Calibration, read_calibration
+from freerock.files import regular
 from freerock.rotation.flags import Limits
-from freerock.rotation.sensor_response import KINDS
-from freerock.units import CHANNEL_UNITS
+from freerock.units import CHANNEL_UNITS, understood
+
+KINDS = ("average", "low_pass")
+MOMENTS = 3
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A sensor's output and the distance it means, both increasing or one of them falling.
+
+    Parameters
+    ----------
+    quantity : str
+        "voltage" or "current".
+    output : tuple of float
+        Increasing [V or mA].
+    distance_m : tuple of float
+        Strictly monotonic [m].
+    """
+
+    quantity: str
+    output: tuple[float, ...]
+    distance_m: tuple[float, ...]
+
+
+def read_calibration(path: str | Path) -> Calibration:
+    """Read a calibration table: a CSV file whose first line holds the two units, as "V,mm".
+
+    Raises
+    ------
+    FreerockError
+        No such table, other units, fewer than two lines, or a column that is not monotonic.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", opener=regular) as file:
+            text = file.read()
+    except (OSError, UnicodeDecodeError) as error:
+        why = getattr(error, "strerror", None) or "is not UTF-8 text"
+        raise FreerockError(path, f"cannot be read ({why})", "put the calibration table there") from None
+    lines = csv.reader(text.splitlines())
+    rows = [(lines.line_num, row) for row in lines if any(cell.strip() for cell in row)]
+    head = rows.pop(0)[1] if rows else []
+    units = [understood(cell) for cell in head]
+    kinds = [CHANNEL_UNITS[unit][0] if unit else None for unit in units]
+    if len(kinds) != 2 or kinds[0] not in ("voltage", "current") or kinds[1] != "displacement":
+        what = f"the first line is {','.join(head)!r}"
+        raise FreerockError(path, what, "write the units of the two columns there, as V,mm")
+    for number, row in rows:
+        if len(row) != 2:
+            what = f"line {number} holds {len(row)} value{'s' if len(row) > 1 else ''}"
+            raise FreerockError(path, what, "write two numbers with a decimal point per line")
+    try:
+        table = np.array([[float(cell) for cell in row] for _, row in rows])
+    except ValueError as error:
+        raise FreerockError(path, str(error), "write two numbers with a decimal point per line") from None
+    whole = table.ndim == 2 and table.shape[1] == 2 and np.isfinite(table).all()
+    steps = np.diff(table, axis=0) if whole else np.empty((0, 2))
+    if len(steps) < 1 or not all(np.all(way > 0) or np.all(way < 0) for way in steps.T):
+        remedy = "give two lines or more, in order of the output"
+        raise FreerockError(path, "the columns don't rise or fall throughout", remedy)
+    output, distance = (
+        column * CHANNEL_UNITS[str(unit)][1] for column, unit in zip(table.T, units, strict=True)
+    )
+    order = np.argsort(output)
+    return Calibration(kinds[0], tuple(output[order].tolist()), tuple(distance[order].tolist()))
 
 
 @dataclass(frozen=True)
@@ -207,3 +278,23 @@ def distance_from_output(
     piece = np.clip(np.searchsorted(at, output) - 1, 0, at.size - 2)
     slopes = np.abs(np.diff(distance) / np.diff(at))[piece]
     return np.interp(output, at, distance, left=np.nan, right=np.nan), slopes
+
+
+def delay_s(response_s: float, kind: str = "average") -> float:
+    """By how much a sensor is late [s]; its time is that of the mean, or the time constant."""
+    return response_s / 2 if kind == "average" else response_s
+
+
+def moments(response_s: float, kind: str = "average") -> tuple[Floats, Floats]:
+    """Instants [s] beside the one that a sample belongs to, its delay taken off, and their weights."""
+    if response_s == 0:
+        return np.zeros(1), np.ones(1)
+    at, weight = _rule(kind)
+    return (at * response_s / 2, weight / 2) if kind == "average" else ((1 - at) * response_s, weight)
+
+
+@cache
+def _rule(kind: str) -> tuple[Floats, Floats]:
+    """Abscissas and weights of Gauss and Legendre, or of Gauss and Laguerre."""
+    polynomial = np.polynomial
+    return (polynomial.legendre.leggauss if kind == "average" else polynomial.laguerre.laggauss)(MOMENTS)

@@ -13,8 +13,7 @@ from freerock.models.block import Block
 from freerock.models.contact import Foundation, static_depth
 from freerock.rotation import beam_kernel
 from freerock.rotation.beam import beam_of, mirrored
-from freerock.rotation.sensor import Laser
-from freerock.rotation.sensor_response import moments
+from freerock.rotation.sensor import Laser, moments
 
 KEYS = ("beam", "position_m", "face", "release_side", "response_ms", "response")
 

@@ -6,17 +6,14 @@ of one.
 
 __all__ = [
     "angular_rate",
+    "beginning",
     "by_hand",
     "impacts",
     "measured_total",
     "motion",
-    "noise_spectrum",
-    "quiet",
     "release",
     "runs_with_impacts",
     "segment",
-    "tops",
     "uneven_restitution",
     "verdict",
-    "whitening",
 ]

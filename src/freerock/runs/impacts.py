@@ -10,17 +10,26 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.fft import next_fast_len
 from scipy.special import ellipkinc
 
 from freerock.arrays import Floats
 from freerock.config.keys_of_processing import IMPACT_LIMITS, ImpactLimits
 from freerock.models.block import Block
-from freerock.rotation.still import between_breaks
-from freerock.runs.impact_kernel import Lowest, NoisySamples, Peak, Residual, Rigid, impact_rows
-from freerock.runs.noise_in_motion import in_motion
-from freerock.runs.noise_spectrum import Noise
-from freerock.runs.peak_noise import left_of, under_noise
-from freerock.runs.uplift import uplift_amplitude
+from freerock.noise.in_motion import in_motion
+from freerock.noise.spectrum import Noise
+from freerock.noise.still import between_breaks
+from freerock.noise.sums import covariance_of_means, covariance_of_sums
+from freerock.runs.impact_kernel import (
+    PEAK_DEGREE,
+    SWING_SAMPLES,
+    Lowest,
+    NoisySamples,
+    Peak,
+    Residual,
+    Rigid,
+    impact_rows,
+)
 from freerock.runs.verdict import Reason
 
 RELATIVE_NOISE = 1e-6  # of the largest |θ|: what counts as noise in a computed motion
@@ -276,3 +285,108 @@ def _fall_time(height: float, level: float, block: Rigid) -> float:
     ratio = k / math.sin(max(block.theta_cr - level, phi) / 2)
     amplitude = math.asin(math.sqrt((1 - ratio**2) / (1 - k * k)))
     return float(ellipkinc(amplitude, 1 - k * k)) / block.p
+
+
+TAIL_SWINGS = 2  # full contact is believed when this many swings stay in it
+
+
+def uplift_amplitude(t: Floats, theta: Floats, passages: Sequence[float], block: Block) -> float:
+    """Amplitude [rad] under which the base stays in full contact, 0 if no swing is that low.
+
+    The half period T of the tail, which does not depend on amplitude, gives it:
+    (2/3) b³ k - m g h = I₀ (π/T)² gives k, hence the static sink m g/(2 b k) and asin(sink/b) (linearised
+    no-uplift equations (1)-(2) of Spanos et al. 2017, doi:10.1016/j.proeng.2017.09.024).
+
+    Each swing between two passages through zero is tried. Its half period, taken as that of full contact,
+    gives an uplift amplitude, and the swing is in full contact if it is lower than that. Any other
+    swing gives too small a value (on a rigid base about a quarter of its height), so it excludes itself.
+    """
+    weight = block.weight
+    found = []
+    for start, end in pairwise(passages):
+        stiffness = block.inertia_base * (math.pi / (end - start)) ** 2 + weight * block.h  # (2/3) b³ k
+        sink = weight * block.b**2 / (3 * stiffness)
+        uplift = math.asin(min(1.0, sink / block.b))
+        swing = slice(*np.searchsorted(t, (start, end)))
+        if math.pi / 2 * abs(theta[swing].mean()) < uplift:  # the height of half a sine
+            found.append(uplift)
+    return float(np.median(found)) if len(found) >= TAIL_SWINGS else 0.0
+
+
+TYPICAL = 0.5  # of a swing, the window in which a residual is looked at
+COARSE = 2  # steps in a factor of two: white noise is white, however its spectrum was drawn
+
+
+def left_of(noise: Noise, swings: Sequence[tuple[int, int]]) -> Residual:
+    """What the fit of a peak leaves of the noise, over what it would if that were white and of variance 1.
+
+    Parameters
+    ----------
+    noise : Noise
+        Over σ.
+    swings : sequence of (int, int)
+        First and last sample of each.
+    """
+    samples = float(np.median([last - first for first, last in swings[1:]]))
+    together = max(samples / SWING_SAMPLES, 1.0)  # samples in a mean
+    n = max(int(min(samples / together, SWING_SAMPLES) * TYPICAL), PEAK_DEGREE + 4)
+    covariance = covariance_of_means(noise, together, n) * together
+    basis = np.linalg.qr(np.vander(np.linspace(-1, 1, n), PEAK_DEGREE + 1))[0]
+    left = covariance - basis @ (basis.T @ covariance)
+    left -= (left @ basis) @ basis.T
+    freedom = n - PEAK_DEGREE - 1
+    trace = float(np.trace(left))
+    found = trace / freedom, trace**2 / float(np.sum(left * left)) / freedom
+    expected, share = np.exp2(np.rint(COARSE * np.log2(found)) / COARSE).tolist()
+    return Residual(expected, share, True)
+
+
+def under_noise(rows: Floats, fits: Floats, motion: NoisySamples, noise: Noise) -> Floats:
+    """Put the standard errors of a run's impacts under its noise; return what neighbouring peaks share.
+
+    A peak is linear in the samples of its window: its error is a weighted sum of their noise.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (n_impacts, 6)
+        As `impact_kernel.impact_rows` gives them; written to.
+    fits : ndarray, shape (n_impacts, 4)
+        Of the peak after each: instant, half its window [s], degree, loudness.
+    motion : NoisySamples
+    noise : Noise
+        Over σ.
+
+    Returns
+    -------
+    ndarray, shape (n_impacts,)
+        Covariance of the heights of the peaks before and after each impact [rad²].
+    """
+    first_s, span_s = float(motion.t[0]), 1 / noise.rate_hz
+    weights, starts, white = list[Floats](), list[int](), np.empty(len(fits))
+    for i, (at, reach, degree, _) in enumerate(fits.tolist()):
+        low, high = (round((at + side * reach - first_s) / span_s) for side in (-1, 1))
+        high = max(high, low + int(degree) + 4)
+        x = np.linspace(-1, 1, high - low)
+        sigma = np.interp(first_s + (np.arange(low, high) + 0.5) * span_s, motion.t, motion.noise)
+        design = np.vander(x, int(degree) + 1, increasing=True) / sigma[:, None]
+        weights.append(np.linalg.solve(design.T @ design, design.T)[0])
+        white[i] = float(weights[-1] @ weights[-1]) / noise.averaged
+        starts.append(low)
+    n = max(len(each) for each in weights)
+    n = next_fast_len(n + max([b - a for a, b in pairwise(starts)], default=0))
+    pairs = np.zeros((len(weights), 2, n))
+    for i, own in enumerate(weights):
+        pairs[i, 0, : len(own)] = own
+        if i + 1 < len(weights):
+            later = starts[i + 1] - starts[i]
+            pairs[i, 1, later : later + len(weights[i + 1])] = weights[i + 1]
+    covariance = covariance_of_sums(noise, pairs)
+    loud = fits[:, 3]
+    variance = covariance[:, 0, 0] * loud
+    wider = np.sqrt(covariance[:, 0, 0] / white)
+    rows[:, 5] = np.sqrt(variance)
+    rows[1:, 3] = rows[:-1, 5]
+    rows[:, 1] *= wider
+    shared = np.zeros(len(rows))
+    shared[1:] = -covariance[:-1, 0, 1] * np.sqrt(loud[:-1] * loud[1:])  # the peaks are on either side
+    return shared

@@ -7,11 +7,11 @@ from dataclasses import InitVar, dataclass, replace
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.noise.at_rest import noise_at_rest, relative_noise
+from freerock.noise.in_motion import HIGH_SWING, in_motion, swings_of
+from freerock.noise.spectrum import Noise
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
-from freerock.runs.noise_in_motion import HIGH_SWING, in_motion, swings_of
-from freerock.runs.noise_spectrum import Noise, noise_at_rest
-from freerock.runs.quiet import relative_noise
 from freerock.runs.segment import Run
 
 

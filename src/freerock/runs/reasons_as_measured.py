@@ -13,13 +13,12 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.config.keys_of_processing import RunLimits
 from freerock.models.block import SQUAT, Block
+from freerock.noise.still import Phase, between_breaks
 from freerock.rotation.faults import FAULT_VERDICTS, Fault
 from freerock.rotation.flags import BY_HAND
-from freerock.rotation.still import Phase, between_breaks
 from freerock.runs.beginning import Beginning
-from freerock.runs.ending import SMOOTH_S
 from freerock.runs.release import HeldAngle, Release
-from freerock.runs.signal import Signal, invalid_in, names_of
+from freerock.runs.signal import SMOOTH_S, Signal, invalid_in, names_of
 from freerock.runs.verdict import Level, Reason, Verdict
 
 SWING = 10.0  # standard deviations a swing rises above zero

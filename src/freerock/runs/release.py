@@ -12,12 +12,12 @@ import numpy as np
 
 from freerock.arrays import Floats, Indices, Mask
 from freerock.config.keys_of_processing import RunLimits
-from freerock.rotation.still import BLOCKS_PER_WINDOW, Phase
-from freerock.runs.noise_in_motion import HIGH_SWING, in_motion, swings_of
-from freerock.runs.noise_spectrum import Noise
+from freerock.noise.in_motion import HIGH_SWING, in_motion, swings_of
+from freerock.noise.spectrum import Noise
+from freerock.noise.still import BLOCKS_PER_WINDOW, Phase
+from freerock.noise.sums import covariance_of_sums, stderr_of_mean, unsure_of_sum
+from freerock.noise.whitening import Slow, transposed, whiten
 from freerock.runs.signal import Signal
-from freerock.runs.sums import covariance_of_sums, stderr_of_mean, unsure_of_sum
-from freerock.runs.whitening import Slow, transposed, whiten
 
 FALL, FALL_MOST = 0.25, 0.8  # of θ0: the early motion is fitted until the block has fallen by this
 PASSES = 2  # from the guess: the windows of the second are those of the release within a few of its errors

@@ -9,12 +9,12 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.config.keys_of_processing import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, RunLimits
 from freerock.models.block import Block
+from freerock.noise.at_rest import sensor_noise
+from freerock.noise.converter import scatter
+from freerock.noise.still import stationary_phases
 from freerock.rotation.faults import SignalQuality
-from freerock.rotation.lattice import scatter
-from freerock.rotation.still import stationary_phases
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand
 from freerock.runs.impacts import IMPACT_COLUMNS, Impacts, find_impacts, reasons_of_impacts
-from freerock.runs.quiet import sensor_noise
 from freerock.runs.segment import Run, find_runs
 from freerock.runs.uneven_restitution import reasons_of_unevenness
 from freerock.runs.verdict import Reason, Verdict

@@ -18,17 +18,16 @@ from numpy.typing import ArrayLike
 from freerock.config.hand_corrections import Override
 from freerock.config.keys_of_processing import RUN_LIMITS, RunLimits
 from freerock.models.block import Block
+from freerock.noise.at_rest import sensor_noise
+from freerock.noise.spectrum import Noise
+from freerock.noise.still import Phase, stationary_phases
+from freerock.noise.sums import stderr_of_mean
 from freerock.rotation.faults import SignalQuality
-from freerock.rotation.still import Phase, stationary_phases
 from freerock.runs.beginning import Beginning, begun_by_hand, from_hold, unseen
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand, Planned
-from freerock.runs.ending import OUT_OF_NOISE, end_of_motion
 from freerock.runs.holds import find_holds, no_release
-from freerock.runs.noise_spectrum import Noise
-from freerock.runs.quiet import sensor_noise
 from freerock.runs.reasons_as_measured import Facts, verdict_on
-from freerock.runs.signal import Signal, signal_of
-from freerock.runs.sums import stderr_of_mean
+from freerock.runs.signal import OUT_OF_NOISE, Signal, end_of_motion, signal_of
 from freerock.runs.verdict import Reason, Verdict
 
 UNKNOWN = SignalQuality()

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from freerock.arrays import Floats
-from freerock.runs.noise_spectrum import Noise, autocovariance, round_a_circle, unsure
+from freerock.noise.spectrum import Noise, autocovariance, round_a_circle, unsure
 
 LAGS = 128  # in steps of so many autocovariances are worked out
 

@@ -1,17 +1,35 @@
-"""Stretches of a record in which θ shows nothing but the noise of the sensor."""
+"""Noise of a sensor at rest, from the stretches of a record in which θ shows nothing else."""
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.rotation.still import Phase, stationary_phases, stretches
-from freerock.runs.noise_spectrum import Noise, noise_at_rest
+from freerock.noise.spectrum import (
+    Noise,
+    averaged,
+    degrees_of_freedom,
+    expected_power,
+    fit_law,
+    frequencies,
+    samples_averaged,
+    tapered_power,
+)
+from freerock.noise.still import Phase, stationary_phases, stretches
 
 BLOCK_S = 0.02  # averaging time in which a swing stands out of the noise
 PARTS = 8  # into which a phase is cut
 LAST = 2  # of these parts, which show what the phase is like when it has settled
 SWINGS = 4.0  # times the usual mean square of averages, from which a part still swings
+LINE = 8.0  # times the median of its neighbours: tapered power above it is a line
+SHORTEST = 64  # samples of a stretch that says something of a spectrum
+RESOLVED = 2.5  # times one over the length of a stretch: least upper end of the lowest band
+COARSE = math.sqrt(3)  # standard deviations at rest, above which a converter's step hides the noise
+STANDS = 1e-3  # of a converter's step: a stretch that scatters by less has one value, and no spectrum
+COARSELY = 4.0  # degrees of freedom, at most, of noise that a converter's step hides
 
 
 def quiet_stretches(
@@ -23,7 +41,7 @@ def quiet_stretches(
 ) -> Iterator[Floats]:
     """Yield θ about its level in each quiet stretch of a record, scaled to the usual noise [rad].
 
-    These are its rests and holds (`freerock.rotation.still.stationary_phases`) away from their ends, cut
+    These are its rests and holds (`freerock.noise.still.stationary_phases`) away from their ends, cut
     where samples are flagged. A rest that follows a motion begins when that has died out: a block in full
     contact swings on below the noise of a sample. A phase that is unsteady throughout is left out.
 
@@ -115,3 +133,98 @@ def _valid(values: Floats) -> Iterator[Floats]:
         part = values[first : last + 1]
         part -= part.mean()
         yield part
+
+
+class Rests(NamedTuple):
+    """What the noise is known from.
+
+    Parameters
+    ----------
+    variance : float
+        Of a sample [rad²].
+    still : list of ndarray
+        Stretches about their level [rad], averaged; those that are too short left out.
+    rate_hz : float
+        Samples per second, before averaging.
+    """
+
+    variance: float
+    still: list[Floats]
+    rate_hz: float
+
+
+def rests_of(stretches: Iterable[Floats], rate_hz: float) -> Rests:
+    """What `noise_of_rests` takes of stretches at rest [rad], of shape (n_time,), each about any level."""
+    m = samples_averaged(rate_hz)
+    squares, n, still = 0.0, 0, []
+    for each in stretches:
+        if len(each):
+            about = each - each.mean()
+            squares, n = squares + float(about @ about), n + len(each)
+            still += [averaged(about, m)] if len(each) >= m * SHORTEST else []
+    return Rests(squares / max(1, n), still, rate_hz)
+
+
+def noise_at_rest(stretches: Iterable[Floats], rate_hz: float, step: float = 0.0) -> Noise | None:
+    """Noise of stretches at rest, as `noise_of_rests` and `rests_of` have it."""
+    return noise_of_rests(rests_of(stretches, rate_hz), step)
+
+
+def noise_of_rests(rests: Rests, step: float = 0.0) -> Noise | None:
+    """Noise of a sensor at rest.
+
+    Parameters
+    ----------
+    rests : Rests
+    step : float
+        Of the converter [rad]. Where it hides the noise (less than 1/√3 of it), what a rest shows depends on
+        where its level lies between two steps, and a moving block has the error of rounding, step²/12, as
+        well: it is added, and the spectrum counts as known within a factor of about three only.
+
+    Returns
+    -------
+    Noise or None
+        None where all stretches are too short.
+    """
+    variance, still, rate_hz = rests
+    m = samples_averaged(rate_hz)
+    if not still:
+        return None
+    still = [each for each in still if _mean_square([each]) > (STANDS * step) ** 2] or still
+    longest = max(map(len, still))
+    edges = [0.5]
+    while edges[-1] / 2 > RESOLVED / longest:
+        edges.append(edges[-1] / 2)
+    n_bands = len(edges)
+    coarse = step > COARSE * math.sqrt(variance)
+    alone = Noise(
+        white=step**2 / 12,
+        slow=0.0,
+        corner=0.5,
+        edges=np.append(0.0, edges[::-1]),
+        ratio=np.ones(n_bands),
+        dof=np.full(n_bands, COARSELY),
+        averaged=m,
+        rate_hz=rate_hz / m,
+        step=step,
+    )
+    if _mean_square(still) <= (STANDS * step) ** 2:
+        return alone
+    where = [frequencies(len(each))[1:] for each in still]  # the lowest goes with the level
+    power = [tapered_power(each)[1:] for each in still]
+    white, slow, corner = fit_law(np.concatenate(where), np.concatenate(power), longest, LINE, m)
+    law = replace(alone, white=white, slow=slow, corner=corner)
+    total, count, dof = np.zeros((3, n_bands))
+    for each, frequency, own in zip(still, where, power, strict=True):
+        band = law.band(frequency)
+        total += np.bincount(band, own / expected_power(law, len(each))[1:], n_bands)
+        count += np.bincount(band, minlength=n_bands)
+        dof += degrees_of_freedom(band, np.zeros(len(band)), len(each), n_bands)
+    law = replace(law, ratio=total / count, dof=dof)
+    if coarse:
+        law = replace(law, white=law.white + step**2 / 12, dof=np.minimum(dof, COARSELY))
+    return law
+
+
+def _mean_square(values: Sequence[Floats]) -> float:
+    return sum((float(each @ each) for each in values), 0.0) / max(1, sum(map(len, values)))

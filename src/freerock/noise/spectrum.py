@@ -2,38 +2,34 @@
 
 A spectral model, white noise plus a first-order autoregressive part, describes the spectrum and extends it
 below the lowest frequency that a rest resolves. The ratio of measured power to that of the model, octave by
-octave, contains all else: mains lines, other colours, the converter. `rotation.signal_noise` determines
-σ of a sample; `noise_in_motion`, noise that is louder in motion.
+octave, contains all else: mains lines, other colours, the converter. `at_rest` finds it in a record,
+`in_motion` noise that is louder in motion; σ of a sample is that of `still_signal`.
+
+Power is measured by sine tapers (Riedel and Sidorenko 1995, doi:10.1109/78.365298). Their leakage falls with
+the fourth power of the frequency, so that slow noise does not spill into fast.
 """
 
 import math
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.special import ndtri, stdtrit
 
 from freerock.arrays import Complexes, Floats, Indices
-from freerock.rotation.tapers import TAPERS, frequencies, tapered, tapered_power, tapers
-from freerock.runs.whitening import Slow
+from freerock.noise.whitening import Slow
 
+TAPERS = 3
 LEAST_RATE_HZ = 400.0  # after averaging: what is faster says nothing of a rocking block
 EFFICIENCY = 1 / (1 + 1 / (2 * TAPERS))  # share of the degrees of freedom that the tapers leave
-LINE = 8.0  # times the median of its neighbours: tapered power above it is a line
-SHORTEST = 64  # samples of a stretch that says something of a spectrum
-RESOLVED = 2.5  # times one over the length of a stretch: least upper end of the lowest band
 VARIANCE_STEPS = 4096  # frequencies at which a density is summed
 OCTAVE = 0.7  # of its upper end: the middle of an octave
 QUANTILE = 0.975  # of the intervals that are stated
 LEAST = 1e-9  # of the variance: its white part
 OCTAVES = 8  # below half the sampling rate, where there is no rest
 CERTAIN = 1e9  # degrees of freedom of what is given and not measured
-COARSE = math.sqrt(3)  # standard deviations at rest, above which a converter's step hides the noise
-STANDS = 1e-3  # of a converter's step: a stretch that scatters by less has one value, and no spectrum
-COARSELY = 4.0  # degrees of freedom, at most, of noise that a converter's step hides
 SLOWEST = 0.15  # times one over the length of a stretch: the lowest corner of the slow part
 FARTHEST = 30.0  # logarithm of a density over that of the fastest noise
 GROUPS = 80  # of frequencies, which are looked at together
@@ -176,97 +172,6 @@ def averaged(values: Floats, m: int) -> Floats:
     return np.asarray(math.sqrt(m) * (sum(whole[i::m] for i in range(m)) / m))  # its means would be slower
 
 
-class Rests(NamedTuple):
-    """What the noise is known from.
-
-    Parameters
-    ----------
-    variance : float
-        Of a sample [rad²].
-    still : list of ndarray
-        Stretches about their level [rad], averaged; those that are too short left out.
-    rate_hz : float
-        Samples per second, before averaging.
-    """
-
-    variance: float
-    still: list[Floats]
-    rate_hz: float
-
-
-def rests_of(stretches: Iterable[Floats], rate_hz: float) -> Rests:
-    """What `noise_of_rests` takes of stretches at rest [rad], of shape (n_time,), each about any level."""
-    m = samples_averaged(rate_hz)
-    squares, n, still = 0.0, 0, []
-    for each in stretches:
-        if len(each):
-            about = each - each.mean()
-            squares, n = squares + float(about @ about), n + len(each)
-            still += [averaged(about, m)] if len(each) >= m * SHORTEST else []
-    return Rests(squares / max(1, n), still, rate_hz)
-
-
-def noise_at_rest(stretches: Iterable[Floats], rate_hz: float, step: float = 0.0) -> Noise | None:
-    """Noise of stretches at rest, as `noise_of_rests` and `rests_of` have it."""
-    return noise_of_rests(rests_of(stretches, rate_hz), step)
-
-
-def noise_of_rests(rests: Rests, step: float = 0.0) -> Noise | None:
-    """Noise of a sensor at rest.
-
-    Parameters
-    ----------
-    rests : Rests
-    step : float
-        Of the converter [rad]. Where it hides the noise (less than 1/√3 of it), what a rest shows depends on
-        where its level lies between two steps, and a moving block has the error of rounding, step²/12, as
-        well: it is added, and the spectrum counts as known within a factor of about three only.
-
-    Returns
-    -------
-    Noise or None
-        None where all stretches are too short.
-    """
-    variance, still, rate_hz = rests
-    m = samples_averaged(rate_hz)
-    if not still:
-        return None
-    still = [each for each in still if _mean_square([each]) > (STANDS * step) ** 2] or still
-    longest = max(map(len, still))
-    edges = [0.5]
-    while edges[-1] / 2 > RESOLVED / longest:
-        edges.append(edges[-1] / 2)
-    n_bands = len(edges)
-    coarse = step > COARSE * math.sqrt(variance)
-    alone = Noise(
-        white=step**2 / 12,
-        slow=0.0,
-        corner=0.5,
-        edges=np.append(0.0, edges[::-1]),
-        ratio=np.ones(n_bands),
-        dof=np.full(n_bands, COARSELY),
-        averaged=m,
-        rate_hz=rate_hz / m,
-        step=step,
-    )
-    if _mean_square(still) <= (STANDS * step) ** 2:
-        return alone
-    where = [frequencies(len(each))[1:] for each in still]  # the lowest goes with the level
-    power = [tapered_power(each)[1:] for each in still]
-    white, slow, corner = fit_law(np.concatenate(where), np.concatenate(power), longest, LINE, m)
-    law = replace(alone, white=white, slow=slow, corner=corner)
-    total, count, dof = np.zeros((3, n_bands))
-    for each, frequency, own in zip(still, where, power, strict=True):
-        band = law.band(frequency)
-        total += np.bincount(band, own / expected_power(law, len(each))[1:], n_bands)
-        count += np.bincount(band, minlength=n_bands)
-        dof += degrees_of_freedom(band, np.zeros(len(band)), len(each), n_bands)
-    law = replace(law, ratio=total / count, dof=dof)
-    if coarse:
-        law = replace(law, white=law.white + step**2 / 12, dof=np.minimum(dof, COARSELY))
-    return law
-
-
 def expected_power(noise: Noise, n: int) -> Floats:
     """What `tapered_power` of n samples of noise is on average [rad²]."""
     lags = autocovariance(noise, n) * _of_tapers(n)
@@ -324,10 +229,6 @@ def degrees_of_freedom(band: Indices, taken: Floats, n: int, n_bands: int) -> Fl
     """Degrees of freedom of the mean power in each band, of n samples of which a fit has taken a share."""
     each = n / next_fast_len(n, real=True) * EFFICIENCY
     return np.asarray(each * np.maximum(np.bincount(band, 2 - 2 * taken, n_bands), 0.0))
-
-
-def _mean_square(values: Sequence[Floats]) -> float:
-    return sum((float(each @ each) for each in values), 0.0) / max(1, sum(map(len, values)))
 
 
 @lru_cache(8)
@@ -425,3 +326,34 @@ def _medians(values: Floats, edges: Indices) -> Floats:
     ordered = values[np.lexsort((values, group))]
     first, size = edges[:-1], np.diff(edges)
     return np.asarray((ordered[first + (size - 1) // 2] + ordered[first + size // 2]) / 2)
+
+
+def frequencies(n: int) -> Floats:
+    """Frequencies [cycles per sample] of `tapered_power` of n samples, without zero and the highest."""
+    size = next_fast_len(n, real=True)
+    return np.asarray(np.arange(1, (size + 1) // 2) / size)
+
+
+def tapered_power(values: Floats) -> Floats:
+    """Power at `frequencies`, by sine tapers: of white noise it is the variance of a sample.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n_time,)
+    """
+    transform = tapered(values)
+    return np.asarray(np.mean(transform.real**2 + transform.imag**2, axis=0))
+
+
+@lru_cache(8)
+def tapers(n: int) -> Floats:
+    """Sine tapers, shape (TAPERS, n)."""
+    order, sample = np.arange(1, TAPERS + 1)[:, None], np.arange(1, n + 1)
+    return np.asarray(math.sqrt(2 / (n + 1)) * np.sin(np.pi / (n + 1) * order * sample))
+
+
+def tapered(values: Floats) -> NDArray[np.complex128]:
+    """Transforms of values under each taper, shape (..., TAPERS, n_frequencies)."""
+    n = values.shape[-1]
+    size = next_fast_len(n, real=True)
+    return np.asarray(rfft(tapers(n) * values[..., None, :], size)[..., 1 : (size + 1) // 2])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.rotation.tapers import frequencies, tapered_power
+from freerock.noise.spectrum import frequencies, tapered_power
 
 SEGMENT_S, MOST_SEGMENTS = 0.5, 200  # of the mean spectrum in which lines are sought
 LOWEST_HZ = 15.0  # below lie tremor, drift and the block itself

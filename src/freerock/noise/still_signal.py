@@ -7,16 +7,14 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
 from freerock.arrays import Floats, Indices
-from freerock.rotation.faults import Fault
-from freerock.rotation.lattice import scatter
-from freerock.rotation.lines import MOST_SEGMENTS, SEGMENT_S
-from freerock.rotation.mains import Mains, fit_mains, mains_ratio, mains_samples
-from freerock.rotation.still import Phase, stationary_phases
+from freerock.noise.converter import scatter
+from freerock.noise.lines import MOST_SEGMENTS, SEGMENT_S
+from freerock.noise.mains import Mains, fit_mains, mains_ratio, mains_samples
+from freerock.noise.still import Phase, stationary_phases
 
 SURE = 5.0  # standard errors by which a rest level differs from another, an interference from none
 NOISE_SAMPLES = 200_000  # suffice to know the noise within 0.2 %
@@ -174,18 +172,6 @@ def other_mains(signal: StillSignal, mains_hz: float) -> tuple[float, Mains] | N
     return None
 
 
-def wrong_rate(signal: StillSignal, mains_hz: float, seen: tuple[float, float] | None) -> list[Fault]:
-    """The mains at another frequency than theirs, as `seen_mains` shows them."""
-    if seen is None or abs(seen[0] - 1) < MAINS_KEEP + SURE * seen[1]:
-        return []
-    line_hz, rate_hz = seen[0] * mains_hz, 1 / signal.step
-    note = (
-        f"the mains at {line_hz:.2f} Hz: the sampling rate is {rate_hz / seen[0]:.5g} Hz and not "
-        f"{rate_hz:.5g} Hz, or this is not the mains"
-    )
-    return [Fault("sampling_rate", float(signal.time_s[0]), float(signal.time_s[-1]), note)]
-
-
 def seen_mains(signal: StillSignal, mains_hz: float) -> tuple[float, float] | None:
     """As `mains.mains_ratio`, of the longest quiet stretch; mains that wander differ between its halves."""
     if not signal.phases:
@@ -202,37 +188,3 @@ def seen_mains(signal: StillSignal, mains_hz: float) -> tuple[float, float] | No
     halves = ratio(first, middle), ratio(middle, last)
     seen = [each[0] for each in halves if each]
     return whole[0], math.hypot(whole[1], float(np.std(seen)) if len(seen) == 2 else 0.0)
-
-
-def moved_rests(signal: StillSignal, unit: str, per_output: float) -> list[Fault]:
-    """Rest levels that differ from the one before: by drift if the slopes at rest predict it, else shifted.
-
-    per_output is the rotation per unit of the signal [rad].
-    """
-    rests = signal.rests
-    faults, slopes = [], [_slope(signal, phase) for phase in rests]
-    for (one, (slope, error)), (two, (slope_2, error_2)) in pairwise(zip(rests, slopes, strict=True)):
-        moved, span = two.level - one.level, two.mid_s - one.mid_s
-        if abs(moved) < max(SURE * math.hypot(one.level_stderr, two.level_stderr), signal.noise):
-            continue
-        by_drift = (slope + slope_2) / 2 * span
-        unsure = math.hypot(error, error_2) / 2 * span
-        drifted = abs(by_drift) > 3 * unsure and abs(moved - by_drift) < 3 * unsure + abs(by_drift)
-        name = "drift" if drifted else "rest_shift"
-        note = f"{moved:+.3g} {unit}"
-        faults.append(Fault(name, one.end_s, two.start_s, note, moved * per_output))
-    return faults
-
-
-def _slope(signal: StillSignal, phase: Phase) -> tuple[float, float]:
-    """Slope of the signal within a phase and its standard error, per second."""
-    part = phase.core(signal.time_s, 0.2)
-    y, t = signal.values[part], signal.time_s[part] - phase.mid_s
-    valid = np.isfinite(y)
-    if not valid.all():
-        t, y = t[valid], y[valid]
-    if t.size < 10:
-        return 0.0, math.inf
-    t -= t.mean()
-    square = float(np.sum(t * t))
-    return float(np.sum(t * y)) / square, signal.noise / math.sqrt(square)

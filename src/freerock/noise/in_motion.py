@@ -12,9 +12,9 @@ from functools import lru_cache
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.rotation.still import between_breaks
-from freerock.runs.noise_spectrum import CERTAIN, OCTAVE, Noise
-from freerock.runs.sums import covariance_of_sums
+from freerock.noise.spectrum import CERTAIN, OCTAVE, Noise
+from freerock.noise.still import between_breaks
+from freerock.noise.sums import covariance_of_sums
 
 SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
 HIGH_SWING = 20.0  # standard deviations of the noise that a swing is high which tells of it

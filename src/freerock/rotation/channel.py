@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -10,25 +11,26 @@ from freerock.arrays import Flags, Floats
 from freerock.config.keys_of_processing import RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.rotation.ac_coupling import ac_cutoff
-from freerock.rotation.beam import sensitivity
-from freerock.rotation.faults import Fault, flagged_faults
-from freerock.rotation.flags import FLAGS, flag_samples, shares
-from freerock.rotation.lattice import lattice_step
-from freerock.rotation.lines import other_line, slow_line
-from freerock.rotation.mains import Mains
-from freerock.rotation.sensor import Laser, distance_from_output, looks_like_current
-from freerock.rotation.signal_noise import (
+from freerock.noise.converter import lattice_step
+from freerock.noise.lines import other_line, slow_line
+from freerock.noise.mains import Mains
+from freerock.noise.still import Phase
+from freerock.noise.still_signal import (
     COARSE_STEP,
     FAINT,
+    MAINS_KEEP,
+    SURE,
     StillSignal,
-    moved_rests,
     other_mains,
     seen_mains,
     significant_mains,
     still_signal,
-    wrong_rate,
 )
+from freerock.rotation.ac_coupling import ac_cutoff
+from freerock.rotation.beam import sensitivity
+from freerock.rotation.faults import Fault, flagged_faults
+from freerock.rotation.flags import FLAGS, flag_samples, shares
+from freerock.rotation.sensor import Laser, distance_from_output, looks_like_current
 from freerock.units import BASE, in_base_units
 
 CHECK = "check the channel, the cable and the sensor's range"
@@ -288,3 +290,49 @@ def _interference(
         note += "the floor or the stand of the laser shakes"
         faults.append(Fault("vibration", *whole, note, slow[1] * per_output))
     return faults
+
+
+def wrong_rate(signal: StillSignal, mains_hz: float, seen: tuple[float, float] | None) -> list[Fault]:
+    """The mains at another frequency than theirs, as `seen_mains` shows them."""
+    if seen is None or abs(seen[0] - 1) < MAINS_KEEP + SURE * seen[1]:
+        return []
+    line_hz, rate_hz = seen[0] * mains_hz, 1 / signal.step
+    note = (
+        f"the mains at {line_hz:.2f} Hz: the sampling rate is {rate_hz / seen[0]:.5g} Hz and not "
+        f"{rate_hz:.5g} Hz, or this is not the mains"
+    )
+    return [Fault("sampling_rate", float(signal.time_s[0]), float(signal.time_s[-1]), note)]
+
+
+def moved_rests(signal: StillSignal, unit: str, per_output: float) -> list[Fault]:
+    """Rest levels that differ from the one before: by drift if the slopes at rest predict it, else shifted.
+
+    per_output is the rotation per unit of the signal [rad].
+    """
+    rests = signal.rests
+    faults, slopes = [], [_slope(signal, phase) for phase in rests]
+    for (one, (slope, error)), (two, (slope_2, error_2)) in pairwise(zip(rests, slopes, strict=True)):
+        moved, span = two.level - one.level, two.mid_s - one.mid_s
+        if abs(moved) < max(SURE * math.hypot(one.level_stderr, two.level_stderr), signal.noise):
+            continue
+        by_drift = (slope + slope_2) / 2 * span
+        unsure = math.hypot(error, error_2) / 2 * span
+        drifted = abs(by_drift) > 3 * unsure and abs(moved - by_drift) < 3 * unsure + abs(by_drift)
+        name = "drift" if drifted else "rest_shift"
+        note = f"{moved:+.3g} {unit}"
+        faults.append(Fault(name, one.end_s, two.start_s, note, moved * per_output))
+    return faults
+
+
+def _slope(signal: StillSignal, phase: Phase) -> tuple[float, float]:
+    """Slope of the signal within a phase and its standard error, per second."""
+    part = phase.core(signal.time_s, 0.2)
+    y, t = signal.values[part], signal.time_s[part] - phase.mid_s
+    valid = np.isfinite(y)
+    if not valid.all():
+        t, y = t[valid], y[valid]
+    if t.size < 10:
+        return 0.0, math.inf
+    t -= t.mean()
+    square = float(np.sum(t * t))
+    return float(np.sum(t * y)) / square, signal.noise / math.sqrt(square)
