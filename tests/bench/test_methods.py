@@ -29,7 +29,7 @@ def setting(method, fine=False):
     return 1e-9 if fine else 1e-6
 
 
-@settings(max_examples=300, deadline=None, derandomize=True)
+@settings(max_examples=40, deadline=None, derandomize=True)
 @given(
     scene=st.sampled_from([HC, WINKLER]),
     debonding=st.sampled_from(["geometric", "tensionless"]),

@@ -31,7 +31,7 @@ states = st.tuples(
 )  # z_cb, ż_cb, θ, θ̇
 rules = st.sampled_from(["geometric", "tensionless"])
 kinematics = st.sampled_from(["guided", "pivoting"])
-repeatable = settings(deadline=None, derandomize=True, max_examples=200)
+repeatable = settings(deadline=None, derandomize=True, max_examples=25)
 
 
 def slope(function, step):

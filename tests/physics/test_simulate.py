@@ -54,7 +54,7 @@ def moving(parameters, theta0, theta_rate0):
 
 
 @given(beds, starts, st.sampled_from(RULES))
-@settings(max_examples=40)
+@settings(max_examples=25)
 def test_mirror_symmetry(bed, start, rule):
     model, parameters = bed
     time = np.linspace(0, 0.6, 61)
@@ -76,7 +76,7 @@ def test_mirror_symmetry(bed, start, rule):
 
 
 @given(beds, starts, st.sampled_from(RULES))
-@settings(max_examples=60)
+@settings(max_examples=25)
 def test_damping_never_adds_energy(bed, start, rule):
     model, parameters = bed
     time = np.linspace(0, 0.6, 601)
@@ -206,7 +206,7 @@ def test_without_damping_there_is_no_rest():
     st.sampled_from([1, 2, 3]),
     st.sampled_from(RULES),
 )
-@settings(max_examples=60)
+@settings(max_examples=25)
 def test_any_law_ends_in_a_named_outcome(log_k, log_ratio, model, number, rule):
     damping = 10 ** (log_k + log_ratio)
     parameters = {"k": 10**log_k, "c" if model == "winkler" else "lambda": damping}

@@ -83,7 +83,7 @@ def test_no_impact(theta):
     assert impacts(TIME[:2000], theta).time_s.size == 0
 
 
-@settings(deadline=None, derandomize=True, max_examples=150)
+@settings(deadline=None, derandomize=True, max_examples=25)
 @given(
     steps=arrays(float, st.integers(2, 400), elements=st.floats(-1, 1)),
     smoothing=st.integers(1, 60),

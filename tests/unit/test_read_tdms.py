@@ -61,7 +61,7 @@ def test_fewer_samples_than_announced(tmp_path):
     )
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=25, deadline=None, derandomize=True)
 @given(st.floats(0, 0.999))
 def test_truncated_anywhere(tmp_path_factory, share):
     path = tmp_path_factory.mktemp("cut") / "record.tdms"

@@ -251,7 +251,7 @@ def test_a_squat_block_that_bounces(parameters):
     assert all(run.n_impacts > 3 for run in runs)
 
 
-@settings(deadline=None, derandomize=True, max_examples=150)
+@settings(deadline=None, derandomize=True, max_examples=25)
 @given(
     levels=arrays(float, st.integers(1, 60), elements=st.floats(-1, 1)),
     lengths=st.lists(st.integers(1, 900), min_size=1, max_size=60),

@@ -77,7 +77,7 @@ def test_nothing_still(signal):
     assert stationary_phases(np.arange(signal.size) / RATE, signal) == []
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=25, deadline=None, derandomize=True)
 @given(
     st.lists(st.tuples(st.floats(0.3, 2.0), st.floats(0.8, 3.0)), min_size=1, max_size=4),
     st.floats(1e-5, 1e-2),
