@@ -54,10 +54,6 @@ class FreerockError(Exception):
         return line if len(line) <= LONGEST else f"{line[:LONGEST]} …"
 
 
-class DamagedProduct(FreerockError):
-    """A product, `where`, that can't be read: what made it makes it again."""
-
-
 def attempt(task: Callable[..., Made], *arguments: Any) -> Made | FreerockError:
     """What a task makes of its arguments, or the `FreerockError` that refuses them."""
     try:

@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freerock.errors import DamagedProduct
+from freerock.errors import FreerockError
 from freerock.tables.csvfile import read_csv, write_csv
 
 
@@ -24,5 +24,5 @@ def test_names_of_digits_stay_names(tmp_path):
 
 
 def test_a_table_that_is_gone_is_one_line(tmp_path):
-    with pytest.raises(DamagedProduct, match=r"gone\.csv: there is no such file; run snakemake again"):
+    with pytest.raises(FreerockError, match=r"gone\.csv: there is no such file; run snakemake again"):
         read_csv(tmp_path / "gone.csv")

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from freerock.errors import DamagedProduct, FreerockError
+from freerock.errors import FreerockError
 from freerock.files import sha256
 from freerock.identification.fit import Fit, ImpactEnergy
 from freerock.identification.model_discrepancy import Part
@@ -285,10 +285,10 @@ def test_unreadable_datasets_are_told_in_one_line(folder, tmp_path):
             FreerockError, match=r"a\.nc: is not a readable netCDF file \(.*\); delete the file"
         ):
             open_record(path)
-        with pytest.raises(DamagedProduct):
+        with pytest.raises(FreerockError):
             samples_in(path, ["theta"])
     xr.Dataset({"theta": 1.0}).to_netcdf(path)
-    with pytest.raises(DamagedProduct, match=r"a\.nc: is not a readable netCDF file \(.*verdict"):
+    with pytest.raises(FreerockError, match=r"a\.nc: is not a readable netCDF file \(.*verdict"):
         verdict_of(path)
     with pytest.raises(FreerockError, match=r"a\.nc: is not the record dataset of a record; delete the file"):
         open_record(path)

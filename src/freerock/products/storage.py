@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from freerock.errors import DamagedProduct, FreerockError
+from freerock.errors import FreerockError
 from freerock.files import atomic
 from freerock.products.names import SINGLE_PRECISION, describe
 
@@ -117,7 +117,7 @@ def _errors_of(path: str | Path) -> Iterator[None]:
     try:
         yield
     except (OSError, ValueError, RuntimeError, KeyError, AttributeError) as error:
-        raise DamagedProduct(path, f"is not a readable netCDF file ({error})", DAMAGED) from error
+        raise FreerockError(path, f"is not a readable netCDF file ({error})", DAMAGED) from error
 
 
 def root_text(path: str | Path, name: str, usual: str | None = None) -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from freerock.errors import DamagedProduct
+from freerock.errors import FreerockError
 from freerock.files import atomic
 
 NAMES = ["campaign", "test", "run", "block", "foundation", "basis", "model"]  # 001 is one too
@@ -42,13 +42,13 @@ def read_csv(path: str | Path) -> pd.DataFrame:
 
     Raises
     ------
-    DamagedProduct
+    FreerockError
         There is no such file: a job that was killed has not ended yet, or someone deleted it.
     """
     text = dict.fromkeys((*NAMES, "reasons", "reason"), str)
     try:
         frame = pd.read_csv(path, dtype=text, keep_default_na=False, na_values=[""])  # NA is a name
     except FileNotFoundError:
-        raise DamagedProduct(path, "there is no such file", "run snakemake again") from None
+        raise FreerockError(path, "there is no such file", "run snakemake again") from None
     frame = frame.fillna({column: "" for column in ("reasons", "reason") if column in frame})
     return frame.astype({column: bool for column in YES_OR_NO if column in frame and frame.empty})

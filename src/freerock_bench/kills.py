@@ -1,0 +1,76 @@
+"""Runs that are killed: the same command then gives the bytes of a run from scratch.
+
+python -m freerock_bench.kills [20]
+
+Snakemake is killed by SIGKILL at random times, alone and with its jobs in turn, and started again.
+"""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import suppress
+from pathlib import Path
+
+from freerock_bench.scale import ROOT, SNAKEFILE, write_campaign
+
+COMMAND = [
+    sys.executable,
+    "-m",
+    "snakemake",
+    "--snakefile",
+    SNAKEFILE,
+    "--profile",
+    ROOT / "profiles/default",
+]
+LONGEST_S = 60.0  # of a run before it is killed
+RECORDS = 3
+
+
+def products(folder: Path) -> dict[str, bytes]:
+    """Bytes of each product by its path; measured timings and logs are none."""
+    paths = (path for path in (folder / "results").rglob("*") if path.is_file())
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in paths
+        if path.parent.name not in ("logs", "benchmarks")
+    }
+
+
+def killed(folder: Path, after_s: float, with_jobs: bool) -> bool:
+    """Start a run and kill it after a time; whether it was at work."""
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    run = subprocess.Popen([*COMMAND, "--cores", "2"], cwd=folder, start_new_session=True, **quiet)
+    with suppress(subprocess.TimeoutExpired):
+        run.wait(after_s)
+        return False
+    (os.killpg if with_jobs else os.kill)(run.pid, signal.SIGKILL)
+    run.wait()
+    subprocess.run([*COMMAND, "--unlock"], cwd=folder, check=True, **quiet)
+    return True
+
+
+def main() -> None:
+    """Kill and go on, and print what differs from a run from scratch."""
+    n = int(sys.argv[1]) if len(sys.argv) > 1 else 20
+    rng = random.Random(1)
+    with tempfile.TemporaryDirectory() as scratch:
+        whole, cut = Path(scratch, "whole"), Path(scratch, "cut")
+        for folder in (whole, cut):
+            write_campaign(folder, RECORDS)
+        start = time.perf_counter()
+        subprocess.run([*COMMAND, "--cores", "2"], cwd=whole, check=True, capture_output=True)
+        longest_s = min(LONGEST_S, 0.5 * (time.perf_counter() - start))
+        at_work = sum(killed(cut, rng.uniform(2, longest_s), bool(i % 2)) for i in range(n))
+        subprocess.run([*COMMAND, "--cores", "2"], cwd=cut, check=True, capture_output=True)
+        one, other = products(whole), products(cut)
+    differing = [path for path in {**one, **other} if one.get(path) != other.get(path)]
+    print(f"{n} runs, {at_work} killed at work: {len(one)} products, {len(differing)} differ {differing[:5]}")
+    sys.exit(bool(differing))
+
+
+if __name__ == "__main__":
+    main()
