@@ -1,4 +1,4 @@
-"""The shipped campaign on a real Slurm of two nodes: the bytes of a local run, also when a node dies.
+"""A small campaign on a real Slurm of two nodes: the bytes of a local run, also when a node dies.
 
 Alone: make test-cluster
 """
@@ -10,22 +10,25 @@ import sys
 
 import pytest
 from slurm import missing, slurm
-from small_campaign import ROOT, check_out
+from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
+
+from freerock.virtual_lab.write_tdms import write_records
 
 if missing():
     pytest.skip(f"not installed: {', '.join(missing())}", allow_module_level=True)
 
 PROFILE = ["--profile", "profiles/slurm", "--slurm-init-seconds-before-status-checks", "2"]
+PROFILE += ["--group-components", "test=1"]  # a record a job, so that each node has one
+TESTS = ["one", "two", "three"]
 
 
 @pytest.fixture(scope="module")
 def local(tmp_path_factory):
     """The campaign, analysed without a cluster."""
     checkout = check_out(tmp_path_factory.mktemp("local"))
-    shutil.rmtree(checkout / "config")
-    for part in ("config", "raw"):
-        shutil.copytree(ROOT / part, checkout / part)
-    (checkout / "config/config.yaml").write_text("campaigns: [palermo_virtual]\n")
+    yaml = CAMPAIGN.replace("truth: truth.json\n", "")
+    add_campaign(checkout, "small", yaml, [(test, "", "squat") for test in TESTS])
+    write_records(checkout / "raw/small", [(test, simulated("squat", i)) for i, test in enumerate(TESTS)])
     done = checkout.snakemake()
     assert done.returncode == 0, done.stderr
     return checkout
@@ -69,7 +72,7 @@ def test_a_node_that_dies_midway_changes_no_byte(local, remote, cluster):
     """Slurm starts its job again, on whichever node is there; the run goes on without help."""
     fits = [path for path in local.products() if "/fits/" in path]
     run = started(remote, cluster, *fits)
-    begun = remote / "results/palermo_virtual/logs/fit_config1_marble.log"
+    begun = remote / "results/small/logs/fit_one.log"
     cluster.wait_for(lambda: begun.exists() and "n2" in cluster.jobs("RUNNING"), 120)
     cluster.kill("n2")
     cluster.start_node("n2")
