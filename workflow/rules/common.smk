@@ -30,6 +30,7 @@ except FreerockError as error:
     sys.exit(str(error))
 
 RECORDS = {name: {each.test: each for each in section.records} for name, section in CAMPAIGNS.items()}
+SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
 CONFIGURED = ("blocks", "set_ups", "debonding")  # what a figure reads of the configuration
 
 # Beside the parameters of the rules: an edited title or note makes no dataset again.
@@ -44,7 +45,7 @@ wildcard_constraints:
 
 def code(script, *modules):
     """Checksum of the code of a step, as a parameter: an edited module reruns the steps that import it."""
-    return code_checksum(Path(workflow.basedir, "workflow/scripts", f"{script}.py"), *modules)
+    return code_checksum(SCRIPTS / f"{script}.py", *modules)
 
 
 def campaign(wildcards):
