@@ -65,4 +65,4 @@ def test_a_misspelt_option_is_told(lab):
 def test_a_misspelt_campaign_or_figure_is_refused(lab, target):
     done = lab.snakemake("--dry-run", target)
     assert done.returncode == 1
-    assert target in done.stderr
+    assert target in done.stdout + done.stderr

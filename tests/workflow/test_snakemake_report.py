@@ -12,6 +12,6 @@ def test_report_zip_holds_every_product_and_loads_nothing(checkout):
         page = archive.read("report/report.html").decode()
     assert {"report.html", "table2.tex", "table3.md", "restitution.png", "residuals.png"} <= names
     assert not re.search(r"""<(script|link|img)[^>]+(src|href)=["'](https?:)?//""", page)
-    for told in ("Tables", "Figures", "Quality control", "Restitution of each impact", "ε_θ"):
+    for told in ("Tables", "Figures", "Quality control", "Restitution of each impact", "2, parameters"):
         assert told in page
     assert "Restitution r of each impact, from the peaks seen before and after it" in page
