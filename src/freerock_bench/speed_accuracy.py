@@ -32,8 +32,7 @@ from freerock.tables.csvfile import read_csv
 from freerock_bench import peers
 from freerock_bench.document import in_markdown, renew
 from freerock_bench.golden.files import read_golden
-from freerock_bench.methods.by_name import METHODS, TIME_STEPPING, freerock
-from freerock_bench.methods.foundation import ode45
+from freerock_bench.methods.by_name import METHODS, freerock
 from freerock_bench.methods.housner import housner_eventless
 from freerock_bench.methods.problem import NOISE_RAD, SAMPLING_HZ, Problem, Solution, errors, solution
 from freerock_bench.timing import interleaved
@@ -50,7 +49,7 @@ Row = dict[str, Any]
 
 
 STATED = YAML(typ="safe", pure=True).load(Path(__file__).with_name("engines.yaml"))
-TOOLS = METHODS | TIME_STEPPING | {"ode45": ode45, "Runge–Kutta without events": housner_eventless}
+TOOLS = METHODS | {"Runge–Kutta without events": housner_eventless}
 
 
 def problem_of(model: str, debonding: str) -> Problem:

@@ -38,7 +38,3 @@ METHODS: dict[str, Method] = {
     "RK4": partial(fixed_step, "RK4"),
     "Newmark": partial(fixed_step, "Newmark"),
 }
-# what laboratories use besides; not in the figures of all methods
-TIME_STEPPING: dict[str, Method] = {
-    name: partial(fixed_step, name) for name in ("RK4", "Newmark", "HHT-α", "central difference")
-}

@@ -19,7 +19,6 @@ from freerock.models.kernel import accelerations
 from freerock_bench.methods.problem import ATOL_SHARE, BLOWN_UP, Problem, Solution, solution
 
 NEWTON_ITERATIONS = 20
-IMPLICIT = {"Newmark": 0.0, "HHT-α": -0.1}  # α
 Ends = tuple[float, float, float, float]
 
 
@@ -100,7 +99,6 @@ def scipy(
     time: Floats,
     rtol: float,
     limit: float = math.inf,
-    atol: float | None = None,
 ) -> Solution:
     """`scipy.integrate.solve_ivp` with the compiled or with the plain right-hand side.
 
@@ -118,8 +116,6 @@ def scipy(
         Relative tolerance.
     limit : float
         Evaluations after which to give up.
-    atol : float, optional
-        Absolute tolerance of every component; without it a share of each one's amplitude.
     """
     call = partial(_with_law, problem.law) if compiled else plain_right_hand_side(problem)
     count = 0
@@ -140,22 +136,13 @@ def scipy(
                 method=method,
                 t_eval=time,
                 rtol=rtol,
-                atol=ATOL_SHARE * rtol * problem.amplitudes if atol is None else atol,
+                atol=ATOL_SHARE * rtol * problem.amplitudes,
             )
     except _Limit:
         return Solution(np.full(time.size, np.nan), count, "step_limit")
     except ValueError:  # Radau's linear algebra met a state that is not finite
         return Solution(np.full(time.size, np.nan), count, "non_finite")
     return solution(problem, time, result.y[2], result.nfev, result.success)
-
-
-def ode45(problem: Problem, time: Floats, rtol: float = 1e-3) -> Solution:
-    """MATLAB's ode45 as it is called: Dormand and Prince's pair, atol = rtol/1000 throughout, no events.
-
-    Its defaults are 1e-3 and 1e-6. SciPy's RK45 is the same pair; its step control differs in details.
-    Parameters as in `scipy`.
-    """
-    return scipy("RK45", False, problem, time, rtol, atol=1e-3 * rtol)
 
 
 def _with_law(law: Floats, t: float, y: Floats) -> Floats:
@@ -211,8 +198,7 @@ def fixed_step(method: str, problem: Problem, time: Floats, step: float, limit: 
     Parameters
     ----------
     method : str
-        "RK4" (classical Runge-Kutta), "Newmark" (average acceleration, Newton's iteration), "HHT-α" (Hilber,
-        Hughes and Taylor with α = -0.1, doi:10.1002/eqe.4290050306) or "central difference".
+        "RK4" (classical Runge-Kutta) or "Newmark" (average acceleration, Newton's iteration).
     step : float
         Size of the steps [s].
     limit : float
@@ -221,16 +207,9 @@ def fixed_step(method: str, problem: Problem, time: Floats, step: float, limit: 
     theta = np.full(time.size, np.nan)
     most = int(min(limit, 2**62))
     arguments = problem.start, problem.law, step, most, problem.amplitudes, time, theta
-    outcome, evaluations = _stepper(method)(*arguments)
+    outcome, evaluations = {"RK4": _rk4, "Newmark": _newmark}[method](*arguments)
     failure = ("non_finite", "step_limit", "not_converged")[outcome]
     return solution(problem, time, theta, evaluations, False, failure)
-
-
-def _stepper(method: str) -> Callable[..., tuple[int, int]]:
-    """What takes the steps."""
-    if method in IMPLICIT:
-        return partial(_newmark, alpha=IMPLICIT[method])
-    return {"RK4": _rk4, "central difference": _central}[method]
 
 
 @njit(cache=True, nogil=True)
@@ -269,85 +248,40 @@ def _rk4(
 
 
 @njit(cache=True, nogil=True)
-def _central(
+def _newmark(
     y: Floats, law: Floats, step: float, most: int, amplitudes: Floats, time: Floats, theta: Floats
 ) -> tuple[int, int]:
-    """Rates half a step behind positions; the damping takes them as predicted by the last acceleration."""
-    dy, here = np.empty(4), y.copy()
+    """β = 1/4, γ = 1/2 (Newmark 1959); the accelerations at the end of a step by Newton's iteration."""
+    dy, base, turned, new = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
     rates(dy, y, law)
     a, turn = dy[1], dy[3]
-    v, w = y[1] - 0.5 * step * a, y[3] - 0.5 * step * turn
-    n = 0
-    for i in range(most):
-        here[0], here[2] = y[0], y[2]
-        here[1], here[3] = v + 0.5 * step * a, w + 0.5 * step * turn
-        rates(dy, here, law)
-        a, turn = dy[1], dy[3]
-        v, w = v + step * a, w + step * turn
-        y[0], y[2] = here[0] + step * v, here[2] + step * w
-        ends = (here[2], y[2], w - 0.5 * step * turn, w + 0.5 * step * turn)
-        n = _sample(time, theta, n, i * step, step, ends)
-        if n == time.size or not abs(y[2]) < BLOWN_UP:
-            return 0, i + 2
-    return 1, most + 1
-
-
-@njit(cache=True, nogil=True)
-def _newmark(
-    y: Floats,
-    law: Floats,
-    step: float,
-    most: int,
-    amplitudes: Floats,
-    time: Floats,
-    theta: Floats,
-    alpha: float,
-) -> tuple[int, int]:
-    """β = (1 - α)²/4, γ = 1/2 - α (Newmark 1959 with α = 0; Hilber, Hughes and Taylor 1977).
-
-    The accelerations at the end of a step, by Newton's iteration, are (1 + α) times the right-hand side there
-    less α times that at its beginning.
-    """
-    dy, base, turned, old = np.empty(4), np.empty(4), np.empty(4), np.zeros(4)
-    new = np.empty(4)
-    rates(dy, y, law)
-    a, turn = dy[1], dy[3]
-    evaluations = 1
+    evaluations, n = 1, 0
     small = 1e-11 * amplitudes[0], 1e-11 * amplitudes[2]
     shift = 2e-7 * amplitudes[1] / step, 2e-7 * amplitudes[3] / step
-    n = 0
     for i in range(most):
         a1, turn1 = a, turn
         converged = False
-        if alpha != 0:
-            rates(old, y, law)
-            evaluations += 1
         for _ in range(NEWTON_ITERATIONS):
-            _average(new, y, step, alpha, a, turn, a1, turn1)
+            _average(new, y, step, a + a1, turn + turn1)
             rates(base, new, law)
-            _average(new, y, step, alpha, a, turn, a1 + shift[0], turn1)
+            _average(new, y, step, a + a1 + shift[0], turn + turn1)
             rates(dy, new, law)
-            _average(new, y, step, alpha, a, turn, a1, turn1 + shift[1])
+            _average(new, y, step, a + a1, turn + turn1 + shift[1])
             rates(turned, new, law)
             evaluations += 3
             # Newton on acceleration minus right-hand side
-            j11 = 1 - (1 + alpha) * (dy[1] - base[1]) / shift[0]
-            j21 = -(1 + alpha) * (dy[3] - base[3]) / shift[0]
-            j12 = -(1 + alpha) * (turned[1] - base[1]) / shift[1]
-            j22 = 1 - (1 + alpha) * (turned[3] - base[3]) / shift[1]
-            r1 = (1 + alpha) * base[1] - alpha * old[1] - a1
-            r2 = (1 + alpha) * base[3] - alpha * old[3] - turn1
+            j11, j21 = 1 - (dy[1] - base[1]) / shift[0], -(dy[3] - base[3]) / shift[0]
+            j12, j22 = -(turned[1] - base[1]) / shift[1], 1 - (turned[3] - base[3]) / shift[1]
+            r1, r2 = base[1] - a1, base[3] - turn1
             determinant = j11 * j22 - j12 * j21
-            da = (r1 * j22 - r2 * j12) / determinant
-            dturn = (r2 * j11 - r1 * j21) / determinant
-            a1 += da
-            turn1 += dturn
+            da, dturn = (r1 * j22 - r2 * j12) / determinant, (r2 * j11 - r1 * j21) / determinant
+            a1, turn1 = a1 + da, turn1 + dturn
             if abs(da) * step * step < small[0] and abs(dturn) * step * step < small[1]:
                 converged = True
                 break
         if not converged:
             return 2, evaluations
-        _average(new, y, step, alpha, a, turn, a1, turn1)
+        _average(new, y, step, a + a1, turn + turn1)
         n = _sample(time, theta, n, i * step, step, (y[2], new[2], y[3], new[3]))
         y[:] = new
         a, turn = a1, turn1
@@ -357,11 +291,9 @@ def _newmark(
 
 
 @njit(cache=True, nogil=True)
-def _average(
-    new: Floats, y: Floats, step: float, alpha: float, a: float, turn: float, a1: float, turn1: float
-) -> None:
-    gamma, beta = 0.5 - alpha, 0.25 * (1 - alpha) ** 2
-    new[0] = y[0] + step * y[1] + step * step * ((0.5 - beta) * a + beta * a1)
-    new[1] = y[1] + step * ((1 - gamma) * a + gamma * a1)
-    new[2] = y[2] + step * y[3] + step * step * ((0.5 - beta) * turn + beta * turn1)
-    new[3] = y[3] + step * ((1 - gamma) * turn + gamma * turn1)
+def _average(new: Floats, y: Floats, step: float, twice_a: float, twice_turn: float) -> None:
+    """State after a step of constant accelerations, whose doubles are given."""
+    new[0] = y[0] + step * (y[1] + step * twice_a / 4)
+    new[1] = y[1] + step * twice_a / 2
+    new[2] = y[2] + step * (y[3] + step * twice_turn / 4)
+    new[3] = y[3] + step * twice_turn / 2

@@ -1,7 +1,6 @@
 """Housner's block by other ways than its closed form."""
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,10 +8,9 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from freerock.arrays import Floats
-from freerock.models.block import GRAVITY, Block
+from freerock.models.block import Block
 from freerock_bench.methods.problem import ATOL_SHARE, Problem, Solution, solution
 
-RESTING_RATE = 1e-9  # after an impact; the block is taken to rest [rad/s]
 LINEARISED_REST = 1e-13  # peak below which the linearised block is taken to rest [rad]
 
 
@@ -52,7 +50,7 @@ def housner_events(problem: Problem, time: Floats, rtol: float, limit: float = m
     sign = math.copysign(1.0, problem.theta0)
     while start < time[-1]:
         at = time[time >= start]
-        result = _to_the_next_impact(block, None, sign, (start, *state), time[-1], (rtol, atol), at)
+        result = _to_the_next_impact(block, sign, (start, *state), time[-1], (rtol, atol), at)
         evaluations += result.nfev
         first = time.size - at.size
         last = first + len(result.t)
@@ -101,72 +99,20 @@ def _eventless(p2: float, theta_cr: float, r: float, theta0: float, step: float,
         theta[i + 1] = x
 
 
-def housner_overturns(block: Block, r: float, amplitude: float, period_s: float, rtol: float = 1e-10) -> bool:
-    """Whether a horizontal pulse ẍ_g = A sin(2π t/T), 0 < t < T, overturns Housner's block at rest.
-
-    `solve_ivp` (DOP853) with terminal events at impacts, up to the end of the pulse; then by energy. The
-    block lifts off where |ẍ_g| passes g b/h (Housner 1963).
-
-    Parameters
-    ----------
-    block : Block
-        The block.
-    r : float
-        Restitution, 0 <= r <= 1.
-    amplitude : float
-        A [m/s²].
-    period_s : float
-        T [s].
-    rtol : float
-        Relative tolerance.
-    """
-    omega, lift_off = 2 * math.pi / period_s, GRAVITY * math.tan(block.theta_cr)
-    tolerances = rtol, rtol * np.array([block.theta_cr, block.p * block.theta_cr])
-
-    def ground(t: float) -> float:
-        return amplitude * math.sin(omega * t)
-
-    t, theta, rate = 0.0, 0.0, 0.0
-    while True:
-        if theta == 0 and abs(rate) < RESTING_RATE:
-            # at rest until the ground's acceleration passes the threshold again
-            turn = math.asin(min(1.0, lift_off / amplitude))
-            if not abs(ground(t)) > lift_off:
-                starts = [(turn + n * math.pi) / omega for n in (0, 1)]
-                t = next((start for start in starts if start > t), math.inf)
-            if amplitude <= lift_off or t >= period_s:
-                return False
-            sign, rate = math.copysign(1.0, math.sin(omega * t)), 0.0
-        else:
-            sign = math.copysign(1.0, theta or rate)
-        result = _to_the_next_impact(block, ground, sign, (t, theta, rate), period_s, tolerances)
-        if len(result.t_events[1]):
-            return True
-        if not len(result.t_events[0]):
-            return _passes_the_top(block, r, *result.y[:, -1])
-        t, theta, rate = result.t_events[0][0], 0.0, r * result.y_events[0][0][1]
-
-
 def _to_the_next_impact(
     block: Block,
-    ground: Callable[[float], float] | None,
     sign: float,
     state: tuple[float, float, float],
     until_s: float,
     tolerances: tuple[float, Floats],
-    at: Floats | None = None,
+    at: Floats,
 ) -> Any:
-    """Motion on one corner from t, θ, θ̇ until an impact, until the block has fallen, or until an instant.
-
-    The ground's acceleration is by time [m/s²], None of ground at rest; tolerances are relative and absolute.
-    """
+    """Motion on one corner from t, θ, θ̇ until an impact, until the block has fallen, or until an instant."""
     begun, theta, rate = state
     p2, theta_cr = block.p**2, block.theta_cr
 
     def rates(t: float, y: Floats) -> tuple[float, float]:
-        phi = theta_cr - sign * y[0]
-        shaken = math.cos(phi) * ground(t) / GRAVITY if ground else 0.0
-        return y[1], p2 * (shaken - sign * math.sin(phi))
+        return y[1], -p2 * sign * math.sin(theta_cr - sign * y[0])
 
     impact = _terminal(lambda t, y: sign * y[0] if t > begun else 1.0, -1)
     fallen = _terminal(lambda t, y: abs(y[0]) - math.pi / 2, 1)
@@ -179,15 +125,3 @@ def _terminal(function: Any, direction: int) -> Any:
     """An event at which `solve_ivp` stops."""
     function.terminal, function.direction = True, direction
     return function
-
-
-def _passes_the_top(block: Block, r: float, theta: float, rate: float) -> bool:
-    """Whether a block left alone turns over: θ̇²/2 + p² cos φ stays between impacts, and is p² at the top."""
-    p2, theta_cr = block.p**2, block.theta_cr
-    sign = math.copysign(1.0, theta or rate)
-    phi = theta_cr - sign * theta
-    outward, passes = sign * rate >= 0, 0.5 * rate**2 > p2 * (1 - math.cos(phi))
-    if passes and not outward:
-        at_impact = 0.5 * rate**2 + p2 * (math.cos(phi) - math.cos(theta_cr))
-        return bool(r * r * at_impact > p2 * (1 - math.cos(theta_cr)))
-    return bool(passes or phi < 0)
