@@ -1,5 +1,6 @@
 """Checks of a run: each from facts to reasons, all in one list, all in the documentation."""
 
+import ast
 import math
 import re
 from dataclasses import replace
@@ -8,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from freerock.config.keys_of_processing import RunLimits
+from freerock.config.keys_of_processing import ImpactLimits, RotationOptions, RunLimits
 from freerock.models.block import Block
 from freerock.noise.still import Phase
-from freerock.rotation.faults import FAULT_VERDICTS, Fault
+from freerock.rotation.faults import Fault
 from freerock.runs.beginning import Beginning
 from freerock.runs.reasons_as_measured import Facts, verdict_on
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import signal_of
-from freerock.runs.verdict import Reason, Verdict
+from freerock.runs.verdict import VERDICTS, Reason, Verdict, known_reasons, rows_of_page
 
 ROOT = Path(__file__).parents[2]
 TIME = np.arange(0, 10, 0.001)
@@ -126,18 +127,30 @@ def test_every_key_of_a_reason_is_one_of_the_configuration():
             assert f"| `{key}` |" in told.partition(f"### {section}\n")[2].partition("###")[0], file
 
 
-def test_every_reason_is_documented():
-    table = (ROOT / "docs/verdicts.md").read_text(encoding="utf-8").partition("## Reasons")[2]
-    rows = re.findall(r"^\| \w+.*? \| (`.+?) \|", table, re.M)
-    documented = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
-    of_impacts = {f"{how}_restitution" for how in ("no", "alternating", "outlying", "uneven")}
-    of_fits = {"unexplained", "disturbed", "disturbed_release", "not_fitted", "no_rest"}
-    of_fits |= {"other_debonding", "other_sign", "off_level", "rounded_edges", "slow_sensor", "pulled_input"}
-    of_fits |= {"unmodelled_effect"}  # tests/unit/test_causes.py
-    of_fits |= {"left_out"}  # tests/unit/test_hand_corrections.py
-    of_fits |= {"bounced"}  # tests/unit/test_segment.py
-    of_fits |= {"not_processed"}  # tests/workflow/test_bad_input.py
-    assert documented == {name for _, _, name in ONE_FACT} | {*FAULT_VERDICTS} | of_impacts | of_fits
+def test_the_page_of_verdicts_is_that_of_the_table():
+    assert rows_of_page() in (ROOT / "docs/verdicts.md").read_text(encoding="utf-8")
+
+
+def test_reasons_are_made_where_the_table_says():
+    """Every name that a module gives to a reason stands in the table, and every row is made there."""
+    known = known_reasons()
+    for each in known.values():
+        assert each.verdicts and {*each.verdicts} <= {*VERDICTS}
+        if each.key:
+            section, key = each.key.removeprefix("processing.").split(".")
+            limits = {"runs": RunLimits, "impacts": ImpactLimits, "rotation": RotationOptions}[section]
+            assert key in limits.model_fields
+        for maker in each.makers:
+            text = (ROOT / "src/freerock" / f"{maker.replace('.', '/')}.py").read_text(encoding="utf-8")
+            assert f'"{each.name}"' in text or each.name == "held_back", each.name
+    for file in (ROOT / "src/freerock").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and ast.unparse(node.func).startswith("Reason"):
+                named = [each.value for each in node.args[:3] if isinstance(each, ast.Constant)]
+                names = [each for each in named if each not in (*VERDICTS, None)][:1]
+                assert {*names} <= {*known}, (file, ast.unparse(node))
+    for _, verdict, name in ONE_FACT:
+        assert verdict in known[name].verdicts
 
 
 def test_the_noise_of_a_rest_holds_nothing_of_the_motion_before_it():

@@ -36,7 +36,7 @@ log = logging.getLogger("freerock")
 
 def give_up_fits(settings: Mapping[str, Any], output: str | Path, reason: str) -> None:
     """Write the fits of a record in whose identification something unforeseen happened: none."""
-    outcome = {"verdict": "fail", "reasons": [Reason("fail", "not_processed", reason)]}
+    outcome = {"verdict": "fail", "reasons": [Reason.of("not_processed", reason)]}
     write_fits(output, {}, settings["attributes"] | outcome | {"not_fitted": [NotFitted(None, reason)]})
 
 

@@ -38,7 +38,7 @@ Settings = Mapping[str, Any]
 
 def give_up_record(settings: Settings, output: str | Path, reason: str) -> None:
     """Write the dataset of a record in whose processing something unforeseen happened."""
-    write_failure(output, Reason("fail", "not_processed", reason), settings["attributes"])
+    write_failure(output, Reason.of("not_processed", reason), settings["attributes"])
 
 
 def make_record(
@@ -68,7 +68,7 @@ def make_record(
     try:
         attributes["provenance"] = provenance([file for file in _files(settings) if file.exists()], settings)
         if settings["excluded"]:
-            excluded = Reason("ok", "excluded", f"excluded: {settings['excluded']}")
+            excluded = Reason.of("excluded", f"excluded: {settings['excluded']}")
             write_failure(output, excluded, attributes)
             return
         by_hand = ByHand(settings["overrides"], settings["exclusions"], settings.get("stretches", ()))
@@ -80,7 +80,7 @@ def make_record(
         where = str(error.where) if str(path) in str(error.where) else f"{path}: {error.where}"
         failure = FreerockError(where, error.what, error.remedy)
         log.error(failure)
-        write_failure(output, Reason("fail", "not_processed", str(failure)), attributes, record, packed)
+        write_failure(output, Reason.of("not_processed", str(failure)), attributes, record, packed)
         return
     runs = [run for run, _ in judged]
     found = [impacts for _, impacts in judged]

@@ -12,6 +12,7 @@ __all__ = [
     "given",
     "ground",
     "housner",
+    "kernel",
     "laws",
     "published",
     "simulate",

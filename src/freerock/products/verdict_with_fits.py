@@ -29,7 +29,7 @@ def verdict_of_run(number: int, run: xr.DataTree, fits: xr.DataTree | None) -> V
         lost: Level = "warn" if group is not None else "fail"
         of = {number: "", None: "not fitted: "}
         texts = (of[each.run] + each.text for each in missed if each.run in of)
-        verdict = verdict.adding(Reason(lost, "not_fitted", text) for text in texts)
+        verdict = verdict.adding(Reason.of("not_fitted", text, lost) for text in texts)
     return (
         verdict.adding(reasons_in(group.attrs)) if group is not None and "reasons" in group.attrs else verdict
     )

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,14 +15,6 @@ from freerock.units import BASE
 if TYPE_CHECKING:
     import xarray as xr
 
-# On a run that meets the fault; flagged samples are judged by their share.
-FAULT_VERDICTS: dict[str, Literal["warn", "fail"]] = {
-    "aliasing": "warn",
-    "vibration": "warn",
-    "sampling_rate": "warn",
-    "other_mains": "warn",
-    "lasers_disagree": "warn",
-}
 MERGED_S = 0.01  # invalid stretches this close are one fault
 
 

@@ -102,21 +102,19 @@ def from_hold(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -> B
         fell = f"it fell by {math.degrees(stop.fallen):.2f}° and"
         if stop.hold:
             hold, text = stop.hold, f"{fell} stood still until {stop.end_s:.2f} s: the run begins there"
-            reasons.append(Reason("ok", "let_go_again", text))
+            reasons.append(Reason.of("let_go_again", text))
         elif peak := from_peak(signal, stop.end_s, end_s, limits):
             text = f"{fell} was braked at {stop.start_s:.2f} s: the run begins at its first clean peak"
-            return peak._replace(
-                reasons=(Reason("warn", "braked", f"{text}, {peak.release.instant_s:.3f} s"),)
-            )
+            return peak._replace(reasons=(Reason.of("braked", f"{text}, {peak.release.instant_s:.3f} s"),))
         else:
             text = f"{fell} was braked at {stop.start_s:.2f} s, and no clean peak follows: {LEAVE_OUT}"
-            reasons.append(Reason("warn", "braked", text))
+            reasons.append(Reason.of("braked", text))
     release = find_release(signal, hold, end_s, limits)
     if abs(release.push) > FAR and (peak := from_peak(signal, release.instant_s, end_s, limits)):
         how = "pushed" if release.push > 0 else "held back"
         text = f"it moves as if released from an angle {release.push:+.1%} off θ0: the block was {how}, "
         text += f"or held beyond the range of the sensor; {FROM_PEAK}, {peak.release.instant_s:.3f} s"
-        return peak._replace(reasons=(*reasons, Reason("warn", "hold_unseen", text)))
+        return peak._replace(reasons=(*reasons, Reason.of("hold_unseen", text)))
     held = held_angle(signal, hold, release.instant_s, limits)
     return Beginning(hold.start_s, release, held, release.instant_s + limits.finger_s, tuple(reasons))
 
@@ -139,7 +137,7 @@ def unseen(signal: Signal, gap: tuple[float, float], limits: RunLimits) -> Begin
     if not signal.flags[before].any() or heights.size < MIN_PEAKS or not falls:
         return None
     text = f"no hold is seen{names_of(signal.flags[before])}: {FROM_PEAK}, {begins.release.instant_s:.3f} s"
-    return begins._replace(reasons=(Reason("warn", "hold_unseen", text),))
+    return begins._replace(reasons=(Reason.of("hold_unseen", text),))
 
 
 def from_peak(signal: Signal, after_s: float, end_s: float, limits: RunLimits) -> Beginning | None:
@@ -187,15 +185,15 @@ def begun_by_hand(
     reasons: tuple[Reason, ...] = ()
     if override.hold_s:
         text = f"no hold is seen from {since_s:g} to {end_of_hold_s:g} s, where it was set by hand"
-        reasons = (Reason("fail", "by_hand", f"{text}: {HOLD_OF}"),)
+        reasons = (Reason.of("by_hand", f"{text}: {HOLD_OF}"),)
     peak = from_peak(signal, release_s, end_s, limits)
     if peak:
         text = f"no hold is seen before {release_s:g} s: {FROM_PEAK}, {peak.release.instant_s:.3f} s"
-        return peak._replace(reasons=(*reasons, Reason("warn", "hold_unseen", text)))
+        return peak._replace(reasons=(*reasons, Reason.of("hold_unseen", text)))
     text = f"neither a hold before {release_s:g} s nor a clean peak after it is seen: {HOLD_OF}"
     theta = signal.theta[signal.during(release_s, end_s)]
     angle = float(next(iter(theta[np.isfinite(theta)]), 0.0))
-    reasons = (*reasons, Reason("fail", "by_hand", text))
+    reasons = (*reasons, Reason.of("by_hand", text))
     return Beginning(
         release_s, release, HeldAngle(angle, abs(angle), 0.0), release_s + limits.finger_s, reasons
     )

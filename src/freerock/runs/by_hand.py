@@ -115,10 +115,8 @@ class ByHand:
         """Stretches left out that meet none of the runs, each from its hold to its end [s]."""
         lasts = ", ".join(f"{begin_s:.3f} s to {end_s:.3f} s" for begin_s, end_s in runs)
         return [
-            Reason(
-                "warn",
-                "by_hand",
-                f"exclude: {from_s:g} s to {to_s:g} s meets no run: they last from {lasts}",
+            Reason.of(
+                "by_hand", f"exclude: {from_s:g} s to {to_s:g} s meets no run: they last from {lasts}", "warn"
             )
             for from_s, to_s, _ in self.stretches
             if not any(from_s < end_s and to_s > begin_s for begin_s, end_s in runs)
@@ -133,11 +131,11 @@ class ByHand:
         for each in self._overrides:
             if each.release_s >= record_end_s:
                 text = f"override: run {each.run} is released at {each.release_s:g} s"
-                yield Reason("warn", "by_hand", f"{text}, the record ends at {record_end_s:.3f} s")
+                yield Reason.of("by_hand", f"{text}, the record ends at {record_end_s:.3f} s", "warn")
         for number, _ in sorted(self.exclusions):
             if not 1 <= number <= n_runs:
                 name = "name run 1, the only one" if n_runs == 1 else f"name one of runs 1 to {n_runs}"
-                yield Reason("warn", "by_hand", f"exclude: there is no run {number}: {name}")
+                yield Reason.of("by_hand", f"exclude: there is no run {number}: {name}", "warn")
 
 
 def _place(override: Override, found: Sequence[tuple[float, float]]) -> int | None:
@@ -154,14 +152,14 @@ def _reasons(override: Override, number: int, record_end_s: float) -> Iterator[R
     """What speaks against a run set by hand, whatever the others are."""
     if override.run != number:
         text = f"set by hand as run {override.run}, it is run {number} in the order of release"
-        yield Reason("warn", "renumbered", f"{text}: correct the number, and those in exclude")
+        yield Reason.of("renumbered", f"{text}: correct the number, and those in exclude")
     if override.end_s > record_end_s:
         text = f"set by hand to end at {override.end_s:g} s, the record ends at {record_end_s:.3f} s"
         yield _impossible(f"{text}: give an end within the record")
 
 
 def _impossible(text: str) -> Reason:
-    return Reason("fail", "by_hand", text)
+    return Reason.of("by_hand", text)
 
 
 NOTHING_BY_HAND = ByHand()

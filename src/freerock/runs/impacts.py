@@ -132,8 +132,7 @@ def reasons_of_impacts(impacts: Impacts, limits: ImpactLimits = IMPACT_LIMITS) -
         f"per-impact r is not meaningful here: no swing exceeds {limits.min_uplift_ratio:g} times the "
         f"{math.degrees(impacts.theta_uplift):.2f}° up to which the base stays in full contact"
     )
-    key = "processing.impacts.min_uplift_ratio"
-    return [Reason("warn", "no_restitution", text, None, limits.min_uplift_ratio, "1", key)]
+    return [Reason.beyond(limits, "no_restitution", text, None)]
 
 
 def restitution_from_peaks(

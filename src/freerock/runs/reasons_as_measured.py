@@ -14,12 +14,12 @@ from freerock.arrays import Floats
 from freerock.config.keys_of_processing import RunLimits
 from freerock.models.block import SQUAT, Block
 from freerock.noise.still import Phase, between_breaks
-from freerock.rotation.faults import FAULT_VERDICTS, Fault
+from freerock.rotation.faults import Fault
 from freerock.rotation.flags import BY_HAND
 from freerock.runs.beginning import Beginning
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import SMOOTH_S, Signal, invalid_in, names_of
-from freerock.runs.verdict import Level, Reason, Verdict
+from freerock.runs.verdict import Level, Reason, Verdict, known_reasons
 
 SWING = 10.0  # standard deviations a swing rises above zero
 SLOWER = 1.1  # by this factor may a swing last longer than the one before: soft bases even swings out
@@ -87,12 +87,6 @@ class Facts:
 Check = Callable[[Facts], Iterator[Reason]]
 
 
-def _beyond(limits: RunLimits, limit: str, value: float, level: Level, name: str, text: str) -> Reason:
-    """A number beyond one of the limits, which has a key of its own in the configuration."""
-    unit = "degree" if limit.endswith("_deg") else "1"
-    return Reason(level, name, text, value, float(getattr(limits, limit)), unit, f"processing.runs.{limit}")
-
-
 def verdict_on(run: Facts) -> Verdict:
     """The verdict of all checks."""
     return Verdict(tuple(reason for check in CHECKS for reason in check(run)))
@@ -101,7 +95,7 @@ def verdict_on(run: Facts) -> Verdict:
 def overridden(run: Facts) -> Iterator[Reason]:
     """Release and end set by hand: noted, and what of it can't be."""
     if run.override is not None:
-        yield Reason("ok", "overridden", f"overridden: {run.override}")
+        yield Reason.of("overridden", f"overridden: {run.override}")
     yield from run.reasons_by_hand
 
 
@@ -113,7 +107,7 @@ def begun(run: Facts) -> Iterator[Reason]:
 def release_timed(run: Facts) -> Iterator[Reason]:
     """The early motion gives the instant of release."""
     if not run.release.timed:
-        yield Reason("warn", "release_not_timed", "the release can't be timed from the early motion")
+        yield Reason.of("release_not_timed", "the release can't be timed from the early motion")
 
 
 def pushed(run: Facts) -> Iterator[Reason]:
@@ -122,7 +116,7 @@ def pushed(run: Facts) -> Iterator[Reason]:
     if abs(push) > run.limits.max_push_fraction:
         how = "pushed" if push > 0 else "held back"
         text = f"{how}: it moves as if released from an angle {push:+.1%} off θ0"
-        yield _beyond(run.limits, "max_push_fraction", push, "warn", how.replace(" ", "_"), text)
+        yield Reason.beyond(run.limits, how.replace(" ", "_"), text, push)
 
 
 def critical_angle(run: Facts) -> Iterator[Reason]:
@@ -131,7 +125,7 @@ def critical_angle(run: Facts) -> Iterator[Reason]:
         held, critical = math.degrees(run.held.theta0), math.degrees(run.block.theta_cr)
         remedy = "check the settings of the laser and the block's size"
         text = f"θ0 = {held:.2f}° is beyond θ_cr = {critical:.2f}°: {remedy}"
-        yield Reason("fail", "beyond_critical_angle", text, held, critical, "degree")
+        yield Reason.of("beyond_critical_angle", text, None, held, critical, "degree")
 
 
 def few_impacts(run: Facts) -> Iterator[Reason]:
@@ -142,7 +136,7 @@ def few_impacts(run: Facts) -> Iterator[Reason]:
         longer = "record longer, or " * (run.rest is None)
         told = f"; in its record, {lost}" if lost else f": {longer}release at a larger angle"
         text = f"{run.n_impacts} impacts, fewer than {fewest}{told}"
-        yield _beyond(run.limits, "min_impacts", run.n_impacts, "fail", "few_impacts", text)
+        yield Reason.beyond(run.limits, "few_impacts", text, run.n_impacts)
 
 
 def invalid_samples(run: Facts) -> Iterator[Reason]:
@@ -154,7 +148,7 @@ def invalid_samples(run: Facts) -> Iterator[Reason]:
     if share > 0:
         text = f"{share:.2%} of its samples are invalid{names_of(flags)}"
         level: Level = "fail" if share > run.limits.max_flagged_fraction else "warn"
-        yield _beyond(run.limits, "max_flagged_fraction", share, level, "invalid_samples", text)
+        yield Reason.beyond(run.limits, "invalid_samples", text, share, level)
 
 
 def bounced(run: Facts) -> Iterator[Reason]:
@@ -162,7 +156,7 @@ def bounced(run: Facts) -> Iterator[Reason]:
     if peak := peak_on_the_same_side(run):
         before, after = (f"{math.degrees(height):.2f}°" for height in peak)
         text = f"after {before} its next peak is {after}, on the same side: it bounces"
-        yield Reason("warn", "bounced", text)
+        yield Reason.of("bounced", text)
 
 
 def touched(run: Facts) -> Iterator[Reason]:
@@ -180,7 +174,7 @@ def hold_wanders(run: Facts) -> Iterator[Reason]:
     wander = math.degrees(run.held.wander)
     if wander > run.limits.max_hold_drift_deg:
         text = f"the held angle wanders by {wander:.3f}°"
-        yield _beyond(run.limits, "max_hold_drift_deg", wander, "warn", "hold_wanders", text)
+        yield Reason.beyond(run.limits, "hold_wanders", text, wander)
 
 
 def ends_at_rest(run: Facts) -> Iterator[Reason]:
@@ -188,16 +182,16 @@ def ends_at_rest(run: Facts) -> Iterator[Reason]:
     if run.rest is None and run.override is not None:
         return
     if run.rest is None:
-        yield Reason("warn", "cut_short", "the record ends before the block is at rest: record longer")
+        yield Reason.of("cut_short", "the record ends before the block is at rest: record longer")
     elif run.rest.kind != "rest":
         over = run.block is not None and abs(run.rest.level) >= run.block.theta_cr
         name, what = ("overturned", "it overturns and lies") if over else ("stopped", "it stops")
-        yield Reason("fail", name, f"{what} at {math.degrees(run.rest.level):.2f}° instead of at rest")
+        yield Reason.of(name, f"{what} at {math.degrees(run.rest.level):.2f}° instead of at rest")
     elif run.level_before is not None:
         shift = math.degrees(run.rest.level - run.level_before)
         if abs(shift) > run.limits.max_rest_shift_deg:
             text = f"the rest position has moved by {shift:+.3f}°"
-            yield _beyond(run.limits, "max_rest_shift_deg", shift, "warn", "rest_shift", text)
+            yield Reason.beyond(run.limits, "rest_shift", text, shift)
 
 
 def faults_met(run: Facts) -> Iterator[Reason]:
@@ -209,21 +203,21 @@ def faults_met(run: Facts) -> Iterator[Reason]:
         moved = abs(angle) > run.limits.max_rest_shift_deg
         laser, of_two, _ = fault.note.partition(": ")
         seen = f" (by the {laser})" if of_two else ""
-        if fault.name in FAULT_VERDICTS:
-            text = f"{fault.name.replace('_', ' ')}: {fault.note}"
-            yield Reason(FAULT_VERDICTS[fault.name], fault.name, text)
-        elif fault.name == "rest_shift" and moved:
+        if fault.name == "rest_shift" and moved:
             text = f"the rest position has moved by {angle:+.3f}°{seen}: the block may have slid or twisted"
-            yield _beyond(run.limits, "max_rest_shift_deg", angle, "warn", "rest_shift", text)
+            yield Reason.beyond(run.limits, "rest_shift", text, angle)
         elif fault.name == "drift" and moved:
             text = f"the zero drifts by {angle:+.3f}°{seen}"
-            yield _beyond(run.limits, "max_rest_shift_deg", angle, "warn", "drift", text)
+            yield Reason.beyond(run.limits, "drift", text, angle)
+        elif fault.name in known_reasons() and fault.name not in ("rest_shift", "drift"):
+            text = f"{fault.name.replace('_', ' ')}: {fault.note}"
+            yield Reason.of(fault.name, text)
 
 
 def excluded(run: Facts) -> Iterator[Reason]:
     """Left out by hand: noted."""
     if run.exclusion is not None:
-        yield Reason("ok", "excluded", f"excluded: {run.exclusion}")
+        yield Reason.of("excluded", f"excluded: {run.exclusion}")
 
 
 CHECKS: tuple[Check, ...] = (

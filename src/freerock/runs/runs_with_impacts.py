@@ -78,8 +78,7 @@ def _with_stretches_left_out(
     own = [each for each in by_hand.stretches if each[0] <= run.end_s and each[1] >= run.hold_start_s]
     hidden = sorted(each[:2] for each in own if each[1] > run.release_s and each[0] < run.end_s)
     notes = [
-        Reason("ok", "left_out", f"{from_s:.3f} s to {to_s:.3f} s left out: {why}")
-        for from_s, to_s, why in own
+        Reason.of("left_out", f"{from_s:.3f} s to {to_s:.3f} s left out: {why}") for from_s, to_s, why in own
     ]
     begins = np.maximum.accumulate([run.release_s, *(to_s for _, to_s in hidden)]).tolist()
     ends = [*(from_s for from_s, _ in hidden), run.end_s]

@@ -90,16 +90,16 @@ def reasons_of_unevenness(impacts: Impacts, block: Block, peak_stderr: float = 0
     if even is not EVEN[0]:
         text = f"restitution does not change smoothly from impact to impact, by {abs(found[0].size):.2g}"
         remedy = f"{ALTERNATES}; or {FALLS_OUT}"
-        return [Reason("warn", "uneven_restitution", f"{text}: {remedy}")]
+        return [Reason.of("uneven_restitution", f"{text}: {remedy}")]
     if worst.impact:
         side = "above" if worst.size > 0 else "below"
         text = (
             f"restitution of impact {worst.impact} is {abs(worst.size):.2g} {side} the value that "
             f"its neighbours predict"
         )
-        return [Reason("warn", "outlying_restitution", f"{text}: {FALLS_OUT}")]
+        return [Reason.of("outlying_restitution", f"{text}: {FALLS_OUT}")]
     text = f"restitution alternates by ±{abs(worst.size):.2g} from impact to impact"
-    return [Reason("warn", "alternating_restitution", f"{text}: {ALTERNATES}")]
+    return [Reason.of("alternating_restitution", f"{text}: {ALTERNATES}")]
 
 
 def unevennesses(number: Floats, r: Floats, covariance: Floats, even: Evenness) -> list[Unevenness]:

@@ -1,21 +1,66 @@
 """The verdict on a run or a record: how far it may be used, and why, one reason per check.
 
-Reasons are made in `reasons_as_measured`, those of a release that was pushed or badly timed among them; of a
-hold and a beginning in `beginning`; of r in `uneven_restitution` and `impacts`; of a
-signal in `reasons_as_measured.faults_met`; after the fits in `selection.reasons_after_fits`, of base, release
-and sensor in `selection.reasons_of_set_up`; of corrections in `by_hand`; of fits and
-records that failed in `products.verdict_with_fits` and the jobs. They are joined in `runs_with_impacts` and
-`products.verdict_with_fits`. Thresholds with a key are in `config.keys_of_processing`, levels of tests in
-`identification.significance_levels`, others beside their check. A user finds value, limit and key of each
-reason in `tables/reasons.csv`.
+`reasons.csv` has a row per reason: its verdicts, what was found, the limit and the key that sets it, which
+modules make it, and what to do. Code, the table of reasons and docs/verdicts.md read it;
+`python -m freerock.runs.verdict` prints the rows of the page. Reasons are joined in `runs_with_impacts` and
+`products.verdict_with_fits`.
 """
 
+import csv
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, cast
 
 Level = Literal["ok", "warn", "fail"]
 VERDICTS: tuple[Level, ...] = ("ok", "warn", "fail")  # from the best to the worst
+
+
+class KnownReason(NamedTuple):
+    """A row of `reasons.csv`.
+
+    Parameters
+    ----------
+    name : str
+    verdicts : tuple of str
+        Those that it may have, the usual one first.
+    found, limit : str
+        What was found and the threshold, in words.
+    key : str
+        The threshold's key in the configuration, "" of one that no key sets.
+    makers : tuple of str
+        The modules that make it.
+    remedy : str
+        What to do.
+    """
+
+    name: str
+    verdicts: tuple[Level, ...]
+    found: str
+    limit: str
+    key: str
+    makers: tuple[str, ...]
+    remedy: str
+
+
+@cache
+def known_reasons() -> dict[str, KnownReason]:
+    """All reasons that there are, by name."""
+    with open(Path(__file__).with_name("reasons.csv"), encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {
+        row["name"]: KnownReason(
+            row["name"],
+            tuple(cast(Level, each) for each in row["verdicts"].split()),
+            row["found"],
+            row["limit"],
+            row["key"],
+            tuple(row["maker"].split()),
+            row["remedy"],
+        )
+        for row in rows
+    }
 
 
 class Reason(NamedTuple):
@@ -44,6 +89,36 @@ class Reason(NamedTuple):
     limit: float | None = None
     unit: str = ""
     key: str = ""
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        text: str,
+        verdict: Level | None = None,
+        value: float | None = None,
+        limit: float | None = None,
+        unit: str = "",
+    ) -> "Reason":
+        """A known reason with its usual verdict, or another of its verdicts.
+
+        Raises
+        ------
+        KeyError
+            There is no such reason.
+        """
+        known = known_reasons()[name]
+        key = known.key if limit is not None else ""
+        return cls(verdict or known.verdicts[0], name, text, value, limit, unit, key)
+
+    @classmethod
+    def beyond(
+        cls, limits: Any, name: str, text: str, value: float | None, verdict: Level | None = None
+    ) -> "Reason":
+        """A known reason whose value is beyond the one of `limits` that its key sets."""
+        key = known_reasons()[name].key.rpartition(".")[2]
+        unit = "degree" if key.endswith("_deg") else "1"
+        return cls.of(name, text, verdict, value, float(getattr(limits, key)), unit)
 
 
 @dataclass(frozen=True)
@@ -76,3 +151,20 @@ def in_one_line(reasons: Iterable[Reason]) -> str:
     """Reasons as text for a reader, separated by "; "; within one of several it becomes ", "."""
     texts = [reason.text for reason in reasons]
     return texts[0] if len(texts) == 1 else "; ".join(text.replace("; ", ", ") for text in texts)
+
+
+def rows_of_page() -> str:
+    """The rows of docs/verdicts.md: a row per reason."""
+    return "\n".join(
+        f"| {', '.join(each.verdicts)} | `{each.name}` | {each.found} | {_limit(each)} | {each.remedy} |"
+        for each in known_reasons().values()
+    )
+
+
+def _limit(each: KnownReason) -> str:
+    """The limit of a reason in words, with its key."""
+    return " ".join([*([f"`{each.key.rpartition('.')[2]}`:"] if each.key else []), each.limit])
+
+
+if __name__ == "__main__":
+    print(rows_of_page())

@@ -1,6 +1,7 @@
 """Rows of the tidy tables: one per run, parameter, fit, candidate or impact, from datasets."""
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -16,7 +17,7 @@ from freerock.products.choices import choices_of, named_in
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of
 from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.rotation.u_total import OF_LAW
-from freerock.runs.verdict import Reason, in_one_line
+from freerock.runs.verdict import Reason, in_one_line, known_reasons
 from freerock.tables.candidates import candidates_table
 from freerock.tables.populations import budget_table, populations_table
 
@@ -89,15 +90,21 @@ def reasons_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
     pandas.DataFrame
         Columns of reasons.csv: verdict is what this reason alone would make of the run; value and limit
         are in unit, NaN of what is no number; key is the limit's in the configuration, empty where no key
-        sets it.
+        sets it; remedy says what to do.
     """
     rows = [
-        (*_identity(tree, number).values(), verdict, name, value, limit, unit, key, text)
+        (*_identity(tree, number).values(), verdict, name, value, limit, unit, key, text, _remedy(name))
         for tree, number, _, _, reasons in _judged(records, fits)
         for verdict, name, text, value, limit, unit, key in reasons
     ]
     frame = pd.DataFrame(rows, columns=columns_of("reasons"))
     return frame.astype({"run": "Int64", "value": float, "limit": float})
+
+
+def _remedy(name: str) -> str:
+    """What to do about a reason, without the links of a page."""
+    known = known_reasons().get(name)
+    return re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", known.remedy) if known else ""
 
 
 def _judged(
