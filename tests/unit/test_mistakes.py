@@ -18,7 +18,12 @@ def campaign(tmp_path, monkeypatch):
 
 YAML_MISTAKES = [  # what is replaced, by what; place and remedy
     ("5.84", "1e-320", "lab.yaml:7: blocks.tall.mass_kg", "give 0, or 1e-12 to"),
-    ("title: ", "records_per_job: true\ntitle: ", "lab.yaml:1: records_per_job", "give a number"),
+    (
+        "title: ",
+        "processing: {impacts: {min_samples: true}}\ntitle: ",
+        "lab.yaml:1: processing.impacts.min_samples",
+        "give a number",
+    ),
     ("5.84", "-8.67", "lab.yaml:7: blocks.tall.mass_kg", "give the mass in kilograms"),
     ("5.84", "584000", "lab.yaml:7: blocks.tall.mass_kg", "give height_m and width_m in"),
     (
@@ -141,7 +146,7 @@ YAML_MISTAKES = [  # what is replaced, by what; place and remedy
     ),
     ("    width_m", "\twidth_m", "lab.yaml:6", "indent with spaces, not tabs"),
     ("{}", "{", "lab.yaml:11", "indent with spaces, not tabs"),
-    ("Blocks", "!!python/object/apply:os.getcwd []", "lab.yaml:1", "give the value alone, in"),
+    ("Blocks", "!!python/object/apply:os.getcwd []", "lab.yaml:1", "correct the YAML"),
     ("position_m: 0.1", "position_m: 100", "lab.csv:2: laser", "give the beam's height above"),
     (YAML, "", "lab.yaml", "write lines of the form"),
     (YAML, "- tall\n", "lab.yaml", "write lines of the form"),
@@ -166,7 +171,7 @@ CSV_MISTAKES = [
     ("near,,,,", "near,,12.3:19.8,bad,", "lab.csv:2: override", "give run and seconds, as"),
     ("near,,,,", "near,,1@19.8:12.3,bad,", "lab.csv:2: override", "give the release first"),
     ("near,,,,", "near,,1@1:2;1@3:4,bad,", "lab.csv:2: override", "give each run once"),
-    ("near,,,,", "near,,1@3:4 hold 2:3.5,bad,", "lab.csv:2: override", "end the hold before the"),
+    ("near,,,,", "near,,1@3:4 hold 2:3.5,bad,", "lab.csv:2: override", "end the hold before"),
     ("near,,,,", "near,,1@1:3.5;2@3:4,bad,", "lab.csv:2: override", "end it before"),
     ("foundation,", "fundation,", "lab.csv:1: fundation", "did you mean 'foundation'?"),
     (CSV, "test,file,block,foundation\na,a.tdms,tall,marble\n", "lab.csv:1: laser", "add it: the name of"),

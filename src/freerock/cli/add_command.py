@@ -22,7 +22,7 @@ from freerock.config.csv_cells import rows_in
 from freerock.config.mistakes import refuse
 from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError, attempt
-from freerock.files import CHECKSUM_COLUMNS, MANIFEST, atomic, listed_checksums, sha256
+from freerock.files import CHECKSUM_COLUMNS, MANIFEST, atomic, listed_checksums, sha256, write_bytes
 from freerock.units import in_base_units
 
 CELLS = ("channel", "block", "foundation", "laser")  # the same for all files of a command
@@ -98,8 +98,7 @@ def add_records(
             with atomic(raw / row["file"]) as partial:
                 take(look, partial)
     _list_checksums(raw, looks, rows)
-    with atomic(table) as partial:
-        partial.write_bytes(content)
+    write_bytes(table, content)
     return looks, rows
 
 
@@ -112,8 +111,7 @@ def _list_checksums(raw: Path, looks: Sequence[RecordLook], rows: Sequence[Row])
         if row["file"] not in listed
     ]
     before = manifest.read_bytes() if manifest.exists() else (",".join(CHECKSUM_COLUMNS) + "\n").encode()
-    with atomic(manifest) as partial:
-        partial.write_bytes(_appended(before, manifest, new))
+    write_bytes(manifest, _appended(before, manifest, new))
 
 
 def _cells(source: Source, wanted: Mapping[str, str]) -> Row:

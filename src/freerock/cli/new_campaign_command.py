@@ -22,13 +22,12 @@ from dataclasses import dataclass
 from itertools import chain, count
 from pathlib import Path
 
-from freerock import bounds
 from freerock.cli.init_command import NO_CAMPAIGN
 from freerock.cli.inspect_command import ChannelLook, RecordLook, draw_looks, look_text, looks_to_take, take
 from freerock.config.campaign import RESERVED
 from freerock.config.mistakes import FILL_IN
 from freerock.config.record import Record
-from freerock.config.values import name_fault
+from freerock.config.values import LONGEST_NAME, name_fault
 from freerock.errors import FreerockError, printable
 from freerock.files import MANIFEST, atomic, write_manifest, write_text
 from freerock.records.read import READERS
@@ -213,7 +212,7 @@ def _in_words(channel: ChannelLook) -> str:
 
 def plain_name(stem: str) -> str:
     """Name of the test of a file, from that of the file without its suffix."""
-    return re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")[: bounds.NAME_CHARACTERS - 5] or "test"
+    return re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")[: LONGEST_NAME - 5] or "test"
 
 
 def _test_name(stem: str, taken: set[str]) -> str:

@@ -3,7 +3,6 @@
 All problems of all files are reported at once, one line each: file and line, key, what is wrong, what to do.
 """
 
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -191,12 +190,9 @@ def read_campaign(path: str | Path, table: bytes | None = None) -> Source:
     path = Path(path)
     data, lines, problems = read_yaml(path)
     file = validate(CampaignFile, data, lambda loc: place(path, lines, loc), problems)
-    if fault := values.name_fault(path.stem):  # no such file can be written either
-        problems = [*(problems if os.path.exists(path) else ()), FreerockError(path, *fault)]
     names = {column: (data or {}).get(f"{column}s") for column in ("block", "foundation", "laser")}
     csv = path.with_suffix(".csv")
-    there = os.path.exists(path)  # not, either, with a name that is too long
-    records = read_records(csv, names, path, problems, table) if there else []
+    records = read_records(csv, names, path, problems, table) if path.exists() else []
     for line, record in records if file else ():
         for what, remedy in _laser_faults(record, file):
             problems.append(FreerockError(f"{csv}:{line}: laser", what, remedy))

@@ -98,20 +98,15 @@ def read_overrides(cell: str) -> tuple[Override, ...]:
         It is not understood, or its runs contradict one another: what is known before a record is read.
     """
     runs = tuple(_read(item.strip()) for item in cell.split(";") if item.strip())
-    for each in runs:
-        _check(each)
     if len({each.run for each in runs}) < len(runs):
         raise Invalid("a run is overridden twice", "give each run once")
     for one, other in pairwise(sorted(runs)):
-        ends = f"run {one.run} ends at {one.end_s:g} s, run {other.run}"
+        what = f"run {one.run} lasts from {one.release_s:g} to {one.end_s:g} s"
         if other.release_s <= one.release_s:
-            what = f"run {one.run} is released at {one.release_s:g} s"
-            what += f", run {other.run} at {other.release_s:g} s"
+            what += f", run {other.run} is released at {other.release_s:g} s"
             raise Invalid(what, "number runs in the order of release")
-        if other.release_s < one.end_s:
-            raise Invalid(f"{ends} is released at {other.release_s:g} s", "end it before")
-        if other.hold_s and other.hold_s[0] < one.end_s:
-            raise Invalid(f"{ends} is held from {other.hold_s[0]:g} s", "begin the hold later")
+        if other.release_s < one.end_s or (other.hold_s and other.hold_s[0] < one.end_s):
+            raise Invalid(f"{what}, in which run {other.run} is held or released", "end it before")
     return runs
 
 
@@ -131,20 +126,16 @@ def _read(item: str) -> Override:
         raise Invalid(what, f"give run and seconds, as {AS}")
     release_s, end_s = float(match[2]), float(match[3])
     hold_s = (float(match[4]), float(match[5])) if match[4] else None
-    return Override(int(match[1]), release_s, end_s, hold_s=hold_s)
-
-
-def _check(each: Override) -> None:
-    """Refuse times of one run that are out of order."""
-    if each.run == 0:
-        raise Invalid("there is no run 0", "count from 1")
-    if each.release_s >= each.end_s:
-        raise Invalid(f"run {each.run} ends before it is released", "give the release first")
-    if each.hold_s and each.hold_s[0] >= each.hold_s[1]:
-        raise Invalid(f"the hold of run {each.run} ends before it begins", "give its begin first")
-    if each.hold_s and each.hold_s[1] > each.release_s:
-        what = f"run {each.run} is held until {each.hold_s[1]:g} s and released at {each.release_s:g} s"
-        raise Invalid(what, "end the hold before the release")
+    each = Override(int(match[1]), release_s, end_s, hold_s=hold_s)
+    for wrong, what, remedy in (
+        (each.run == 0, "there is no run 0", "count from 1"),
+        (release_s >= end_s, f"run {each.run} ends before it is released", "give the release first"),
+        (hold_s and hold_s[0] >= hold_s[1], f"the hold of run {each.run} ends first", "give its begin first"),
+        (hold_s and hold_s[1] > release_s, f"run {each.run} is held once released", "end the hold before"),
+    ):
+        if wrong:
+            raise Invalid(what, remedy)
+    return each
 
 
 def _seconds(time_s: float) -> str:

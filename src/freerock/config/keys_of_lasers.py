@@ -27,11 +27,7 @@ LASER = LaserKeys()
 class LaserSection(Section):
     """A displacement sensor: where its beam meets the block, and its output."""
 
-    units: Unit = key(
-        "the unit of the channel: of the output, the displacement or the rotation; by default as the file "
-        "states it",
-        "",
-    )
+    units: Unit = key("the unit of output, displacement or rotation; by default as the file states it", "")
     beam: Literal["horizontal", "vertical"] | None = key(
         "horizontal (meets a side face) or vertical (meets the top); compulsory unless units are those of a "
         "rotation",
@@ -45,9 +41,7 @@ class LaserSection(Section):
         validate_default=True,
     )
     range_m: Positive | None = key("the measuring range in metres", None)
-    sensitivity_per_mm: Positive | None = key(
-        "the output per millimetre in V or mA, in place of range_m", None
-    )
+    sensitivity_per_mm: Positive | None = key("the output per mm in V or mA, in place of range_m", None)
     calibration: str | None = key(
         "a CSV file in the raw folder, with output and distance headed as V,mm; in place of range_m", None
     )
@@ -58,7 +52,7 @@ class LaserSection(Section):
         LASER.release_side,
     )
     response_ms: Number = key(
-        "the time over which the sensor averages, or the time constant of its low pass, in milliseconds",
+        "the averaging time of the sensor, or the time constant of its low pass, in milliseconds",
         LASER.response_ms,
         ge=0,
         le=100,
@@ -68,27 +62,17 @@ class LaserSection(Section):
         LASER.response,
     )
     volts_at_start: Number = key("the volts at the start of the measuring range", LASER.volts_at_start)
-    volts_at_end: Number = key(
-        "the volts at the end of the measuring range", LASER.volts_at_end, validate_default=True
-    )
+    volts_at_end: Number = key("the volts at its end", LASER.volts_at_end, validate_default=True)
     valid_low_v: Number = key("the lowest valid output in volts", LASER.valid_low_v)
     valid_high_v: Number = key("the highest valid output in volts", LASER.valid_high_v)
     error_level_v: Number = key("the output in volts if the beam meets no target", LASER.error_level_v)
-    error_tolerance_v: NotNegative = key("the tolerance of the error level in volts", LASER.error_tolerance_v)
-    milliamps_at_start: Number = key(
-        "the milliamperes at the start of the measuring range", LASER.milliamps_at_start
-    )
-    milliamps_at_end: Number = key(
-        "the milliamperes at the end of the measuring range", LASER.milliamps_at_end, validate_default=True
-    )
+    error_tolerance_v: NotNegative = key("the tolerance of that level in volts", LASER.error_tolerance_v)
+    milliamps_at_start: Number = key("as volts_at_start, in milliamperes", LASER.milliamps_at_start)
+    milliamps_at_end: Number = key("as volts_at_end", LASER.milliamps_at_end, validate_default=True)
     valid_low_ma: Number = key("the lowest valid output in milliamperes", LASER.valid_low_ma)
     valid_high_ma: Number = key("the highest valid output in milliamperes", LASER.valid_high_ma)
-    error_level_ma: Number = key(
-        "the output in milliamperes if the beam meets no target", LASER.error_level_ma
-    )
-    error_tolerance_ma: NotNegative = key(
-        "the tolerance of the error level in milliamperes", LASER.error_tolerance_ma
-    )
+    error_level_ma: Number = key("the milliamperes if the beam meets no target", LASER.error_level_ma)
+    error_tolerance_ma: NotNegative = key("the tolerance of that level", LASER.error_tolerance_ma)
     uncertainty: LaserUncertainty = key("the standard uncertainties of its keys", LaserUncertainty())
 
     _of_what_is_given = stated_only_with("position_m", "remove it: the channel is the rotation")

@@ -2,9 +2,8 @@
 
 from typing import Annotated, Any, Self
 
-from pydantic import ValidationInfo, field_validator, model_validator
+from pydantic import field_validator, model_validator
 
-from freerock import bounds
 from freerock.config.values import (
     Candidate,
     Invalid,
@@ -56,14 +55,6 @@ class PlanSection(Section):
     release_angles_deg: dict[Name, tuple[Positive, ...]] = key(
         "block: list of release angles in degrees; by default release_angle_deg of the block", {}
     )
-
-    @field_validator("durations_s")
-    @classmethod
-    def _in_memory(cls, durations: Any, info: ValidationInfo) -> Any:
-        n = max(durations, default=0) * max(info.data.get("sampling_rates_hz", (0,)))
-        if n > bounds.RUN_SAMPLES:
-            raise Invalid(f"{n:.3g} samples are too many", f"plan for {bounds.RUN_SAMPLES} at most")
-        return durations
 
     @field_validator("expected")
     @classmethod

@@ -34,14 +34,9 @@ def response_u_ms(response_ms: float) -> float:
     return DEFAULTS["response_fraction"] * response_ms or DEFAULTS["response_ms"]
 
 
-def _known(of: str, by_default: str, lt: float | None = None, le: float | None = None) -> Any:
+def _known(of: str, by_default: str, **bounds: float) -> Any:
     """A field with an uncertainty of something, and its default in words."""
-    return key(f"the uncertainty of {of}; by default {by_default}", None, ge=0, lt=lt, le=le)
-
-
-def _default(name: str, instrument: str) -> str:
-    """A default and the instrument that it is of."""
-    return f"{DEFAULTS[name]:g} ({instrument})"
+    return key(f"the uncertainty of {of}; by default {by_default}", None, ge=0, **bounds)
 
 
 def stated_only_with(name: str, remedy: str) -> Any:
@@ -61,18 +56,14 @@ class BlockUncertainty(Section):
     height_m: Number | None = _known("its height in metres", RULE)
     width_m: Number | None = _known("its width in metres", RULE)
     contact_width_m: Number | None = _known("its contact width in metres, if stated", RULE)
-    mass_kg: Number | None = _known(
-        "its mass in kilograms", f"{100 * DEFAULTS['mass_fraction']:g} % of it (10 g of some kilograms)"
-    )
+    mass_kg: Number | None = _known("its mass in kilograms", "0.1 % of it (10 g of some kilograms)")
     com_height_m: Number | None = _known("the height of its centre of mass in metres", RULE)
     com_offset_m: Number | None = _known("its com_offset_m in metres", f"{RULE} if com_offset_m is stated")
     inertia_kg_m2: Number | None = _known(
-        "its moment of inertia in kg m²",
-        f"{100 * DEFAULTS['inertia_fraction']:g} % of it (some grams glued on)",
+        "its moment of inertia in kg m²", "0.5 % of it (some grams glued on)"
     )
     gravity_m_s2: Number | None = _known(
-        "gravity_m_s2 in m/s²",
-        f"{_default('gravity_m_s2', 'from latitude and altitude')} if gravity_m_s2 is stated",
+        "gravity_m_s2 in m/s²", "0.0005 (from latitude and altitude) if gravity_m_s2 is stated"
     )
 
 
@@ -80,19 +71,14 @@ class LaserUncertainty(Section):
     """Standard uncertainties (k = 1) of a sensor, common to all records that name it."""
 
     position_m: Number | None = _known(
-        "the position of the beam in metres", _default("position_m", "read to ±1 mm, over √3")
+        "the position of the beam in metres", "0.0006 (read to ±1 mm, over √3)"
     )
     scale_fraction: Number | None = _known(
-        "its scale, as a share", _default("scale_fraction", "linear to ±0.18 % of the range, over √3"), lt=1
+        "its scale, as a share", "0.001 (linear to ±0.18 % of the range, over √3)", lt=1
     )
     sampling_rate_fraction: Number | None = _known(
-        "the sampling rate, as a share",
-        _default("sampling_rate_fraction", "a quartz of ±100 ppm, over √3"),
-        lt=1,
+        "the sampling rate, as a share", "6e-05 (a quartz of ±100 ppm, over √3)", lt=1
     )
     response_ms: Number | None = _known(
-        "its response_ms",
-        f"{_default('response_ms', 'up to 5 ms, over √3')}, or "
-        f"{100 * DEFAULTS['response_fraction']:g} % of a stated one",
-        le=100,
+        "its response_ms", "2.9 (up to 5 ms, over √3), or 10 % of a stated one", le=100
     )

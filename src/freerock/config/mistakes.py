@@ -12,9 +12,6 @@ from freerock.config.values import NAME_PATTERN, Invalid, Section
 from freerock.config.yaml_lines import Key
 from freerock.errors import FreerockError
 
-FORMER = {  # keys that earlier versions had; of a renamed one the remedy is `use NEW_NAME`
-    "pooled": ("runs are no longer fitted jointly", "remove it: tables give the mean of the runs")
-}
 FILL_IN = "FILL_IN"  # what `freerock new-campaign` writes where only the user knows
 
 
@@ -96,14 +93,10 @@ def _explain(model: type[Section], loc: Key, fault: ErrorDetails) -> tuple[str, 
     if isinstance(context.get("error"), Invalid):
         return context["error"].what, context["error"].remedy
     if kind == "extra_forbidden":
-        if loc[-1] in FORMER:
-            return FORMER[loc[-1]]
         keys = _keys(model, loc[:-1])
         return "unknown key", values.did_you_mean(loc[-1], keys) or f"use one of {', '.join(keys)}"
     if context.get("pattern") == NAME_PATTERN and value:
         return values.name_fault(value) or ("", "")
-    if kind in ("string_too_long", "too_long") and isinstance(value, str):
-        return f"{values.shown(value)} has {len(value)} characters", f"use {context['max_length']} at most"
     field, _ = _walk(model, loc)
     give = f"give {field.description}" + (", in quotes" if kind == "string_type" else "")
     if kind == "missing":

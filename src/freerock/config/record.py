@@ -7,7 +7,6 @@ from typing import Any
 
 from pydantic import ValidationInfo, field_validator
 
-from freerock import bounds
 from freerock.config.csv_cells import rows_in, wrong_length
 from freerock.config.hand_corrections import EXCLUDED, WHOLE_RECORD, read_exclusions, read_overrides
 from freerock.config.mistakes import FILL_IN, validate
@@ -24,17 +23,15 @@ class Record(Section):
     channel: str = key(
         "the channel of the laser, or of two lasers as a;b; empty if the file has only one",
         "",
-        max_length=1000,
     )
     block: str = key("the name of a block")
     foundation: str = key("the name of a foundation")
     laser: str = key("the name of a laser, or of two lasers as a;b")
-    exclude: str = key(EXCLUDED, "", max_length=bounds.CELL_CHARACTERS)
+    exclude: str = key(EXCLUDED, "")
     override: str = key(
         "release and end of a run in seconds, and optionally its hold, as 2@12.310:19.800 hold "
         "10.000:12.200; several separated by ;",
         "",
-        max_length=bounds.CELL_CHARACTERS,
     )
     reason: Text = key("the reason of an exclusion or override; compulsory with either", "")
     note: Text = key("a remark", "")
@@ -109,38 +106,32 @@ def read_records(
     `content` counts in place of what the file holds.
     """
 
-    def fault(line: int, column: str, what: str, remedy: str) -> None:
-        problems.append(FreerockError(f"{path}:{line}: {column}", what, remedy))
-
     table = attempt(_read_table, path, content)
     if isinstance(table, FreerockError):
         problems.append(table)
         return []
     (header_line, header), *rows = table
-    if faults := list(_header_faults(header)):
-        for each in faults:
-            fault(header_line, *each)
-        return []
-
+    faults = [FreerockError(f"{path}:{header_line}: {at}", *why) for at, *why in _header_faults(header)]
+    problems += faults
     records: list[tuple[int, Record]] = []
     first_lines: dict[str, int] = {}
-    for line, row in rows:
+    for line, row in rows if not faults else ():
         if len(row) != len(header):
             problems.append(wrong_length(path, line, row, header))
             continue
         cells = dict(zip(header, row, strict=True))
-        place = partial(_in_line, f"{path}:{line}")
-        record = validate(Record, cells, place, problems)
+        record = validate(Record, cells, partial(_in_line, f"{path}:{line}"), problems)
         records += [(line, record)] if record else []
         for column, known in names.items():
             for cell in cells[column].split(";") if column == "laser" else [cells[column]]:
                 if isinstance(known, dict) and cell.strip() not in (*known, FILL_IN):
                     remedy = did_you_mean(cell, known) or f"use one of {', '.join(map(str, known))}"
-                    fault(line, column, f"{cell!r} is not a {column} of {yaml_path}", remedy)
-        test = cells["test"]
-        first = first_lines.setdefault(test.casefold(), line)
+                    what = f"{cell!r} is not a {column} of {yaml_path}"
+                    problems.append(FreerockError(f"{path}:{line}: {column}", what, remedy))
+        first = first_lines.setdefault(cells["test"].casefold(), line)
         if first != line:
-            fault(line, "test", f"{test!r} is on line {first} already", "give each record its own name")
+            what, remedy = f"{cells['test']!r} is on line {first} already", "give each record its own name"
+            problems.append(FreerockError(f"{path}:{line}: test", what, remedy))
     return records
 
 

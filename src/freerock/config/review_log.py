@@ -1,10 +1,9 @@
 """What a person changed in a campaign's CSV at the review desk, or looked at there: who, when, what and why.
 
 The log stands beside the CSV, `NAME.review.csv`: one line each, which is read by itself. A damaged one hides
-no other. Log and CSV are replaced together (`files.replace_together`): neither holds a change alone.
+no other.
 """
 
-import codecs
 import csv
 import getpass
 import io
@@ -14,7 +13,6 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from freerock.errors import FreerockError
 from freerock.files import read_bytes
 
 CELLS_BY_HAND = ("exclude", "override", "reason")  # cells that say which runs there are
@@ -70,31 +68,14 @@ def login() -> str:
 
 
 def read_changes(path: str | Path) -> list[Change]:
-    """The log, oldest first; empty where there is none. A damaged line is left out.
-
-    Raises
-    ------
-    FreerockError
-        It can't be read, or has other columns.
-    """
-    path = Path(path)
-    return changes_in(read_bytes(path), path) if path.exists() else []
+    """The log, oldest first; empty where there is none. A damaged line is left out."""
+    return changes_in(read_bytes(path)) if Path(path).exists() else []
 
 
-def changes_in(content: bytes, path: Path) -> list[Change]:
-    """The entries of a log by its bytes; raises as `read_changes`."""
-    first, *rows = [_cells(line) for line in content.removeprefix(codecs.BOM_UTF8).split(b"\n")]
-    if first and first != list(Change._fields):
-        raise FreerockError(path, "has other columns", f"write {','.join(Change._fields)} first")
+def changes_in(content: bytes) -> list[Change]:
+    """The entries of a log by its bytes."""
+    rows = csv.reader(content.decode("utf-8-sig", "replace").splitlines()[1:])
     return [Change(*row) for row in rows if len(row) == len(Change._fields)]
-
-
-def _cells(line: bytes) -> list[str]:
-    """The cells of a line; none where it is damaged."""
-    try:
-        return next(csv.reader([line.decode().rstrip("\r")], strict=True), [])
-    except (UnicodeDecodeError, csv.Error):
-        return []
 
 
 def appended(content: bytes, changes: Sequence[Change]) -> bytes:

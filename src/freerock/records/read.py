@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from freerock.errors import FreerockError
-from freerock.files import check_special
 from freerock.records.channels import COPY_AGAIN, Contents, Named, by_name
 from freerock.records.dataset import dataset
 
@@ -83,8 +82,6 @@ def list_channels(path: str | Path) -> Named:
 @contextmanager
 def _opened(path: Path) -> Iterator[Contents]:
     """What the reader of a file's format finds in it, while the file is open."""
-    if path.exists():
-        check_special(path, path.stat().st_mode)
     if path.is_dir():
         raise FreerockError(path, "is a folder", "name the files in it")
     if not path.is_file():

@@ -8,7 +8,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field
 
-from freerock import bounds
 from freerock.config.hand_corrections import (
     WHOLE_RECORD,
     Override,
@@ -48,13 +47,9 @@ class SentOverride(Sent):
 class Correction(Sent):
     """What is set by hand in a record."""
 
-    overrides: list[SentOverride] = key("runs set by hand", max_length=bounds.CORRECTED_RUNS)
-    exclude: Annotated[list[Run], Field(max_length=bounds.CORRECTED_RUNS)] | Literal["record"] = key(
-        '"record" or a list of runs'
-    )
-    stretches: Annotated[list[Stretch], Field(max_length=bounds.CORRECTED_RUNS)] = key(
-        "stretches left out, from when to when in seconds"
-    )
+    overrides: list[SentOverride] = key("runs set by hand")
+    exclude: list[Run] | Literal["record"] = key('"record" or a list of runs')
+    stretches: list[Stretch] = key("stretches left out, from when to when in seconds")
     reason: Text = key("why, as a text")
     note: Text = key("a text")
 

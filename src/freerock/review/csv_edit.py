@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from freerock.config.csv_cells import CsvCell, rows_in, wrong_length
 from freerock.errors import FreerockError
-from freerock.files import regular, replace_together
+from freerock.files import write_bytes
 
 KEY = "test"  # the column that names a record
 READ_AGAIN = "read the file again; what was not saved is kept"
@@ -151,7 +151,7 @@ def save_edits(
     back_to: bytes | None = None,
     beside: Callable[[bytes], Mapping[Path, bytes]] = lambda made: {},
 ) -> bytes:
-    """Change cells of a CSV file, and what is beside it, all or none; returns its new content.
+    """Change cells of a CSV file after what is beside it; returns its new content.
 
     Parameters
     ----------
@@ -175,7 +175,8 @@ def save_edits(
         if digest(content) != known:
             raise FreerockError(path, "was changed by someone else since it was read", READ_AGAIN)
         made = edited(content, edits, path) if back_to is None else back_to
-        replace_together({path: made, **beside(made)})
+        for each, content in {**beside(made), path: made}.items():
+            write_bytes(each, content)
     return made
 
 
@@ -193,8 +194,7 @@ def locked(path: Path) -> Iterator[bytes]:
             folder = os.open(path.parent, os.O_RDONLY)
             stack.callback(os.close, folder)
             fcntl.flock(folder, fcntl.LOCK_EX)
-            with open(path, "rb", opener=regular) as file:
-                content = file.read()
+            content = path.read_bytes()
         except OSError as error:
             remedy = "put it back, then read the file again"
             raise FreerockError(path, f"can't be read ({error.strerror})", remedy) from error

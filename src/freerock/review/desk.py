@@ -13,7 +13,7 @@ from freerock.config.record import Record
 from freerock.config.review_log import LOOKED_AT, Change, appended, changed, changes_in, log_of, looked_at
 from freerock.config.step_settings import geometry, labels
 from freerock.errors import FreerockError
-from freerock.files import listed_checksums, read_bytes, recover, replace_together
+from freerock.files import listed_checksums, read_bytes, write_bytes
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review.corrections import Correction, corrected, corrected_cells, correction_of
@@ -74,7 +74,7 @@ class Desk:
 
     def _take(self, table: bytes, campaign: Campaign, log: bytes) -> None:
         """Go on with what the campaign's files hold."""
-        changes = changes_in(log, self._files[1])
+        changes = changes_in(log)
         with self._held:
             self._digest, self.campaign, self.changes = digest(table), campaign, changes
             self._listed, self._then = listed_rows(self.results), analysed_lines(self.results)
@@ -263,8 +263,8 @@ class Desk:
             words = ("yes" if was else "", "yes" if seen else "")
             with locked(self.csv):
                 log = appended(self._log(), [changed(test, LOOKED_AT, *words, "", number)])
-                replace_together({self._files[1]: log})
-            self.changes = changes_in(log, self._files[1])
+                write_bytes(self._files[1], log)
+            self.changes = changes_in(log)
         return self.listing()
 
     def _write(self, lines: Sequence[Change], known: str, back_to: bytes | None = None) -> None:
@@ -285,8 +285,7 @@ class Desk:
             self._rows = rows
 
     def _log(self) -> bytes:
-        """What the log holds, after a save that was cut short has been finished or undone; under the lock."""
-        recover(self._files)
+        """What the log holds."""
         return read_bytes(self._files[1]) if self._files[1].exists() else b""
 
     def _line(self, test: str) -> Record:

@@ -2,10 +2,9 @@
 
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator
 from pydantic_core import from_json
 
-from freerock import bounds
 from freerock.config.mistakes import validate
 from freerock.config.values import Section, Text, key
 from freerock.errors import FreerockError
@@ -27,9 +26,7 @@ class Refit(Sent):
 class Keep(Sent):
     """Keep corrections."""
 
-    corrections: Annotated[dict[Test, Correction], Field(max_length=bounds.REQUEST_RECORDS)] = key(
-        "corrections, each by the name of its record"
-    )
+    corrections: dict[Test, Correction] = key("corrections, each by the name of its record")
     known: str = key("the digest of the CSV as it was listed", pattern="^[0-9a-f]{64}$")
     why: Text = key("why, as a text")
 

@@ -19,7 +19,6 @@ import tornado.httpserver
 import tornado.netutil
 import tornado.web
 
-from freerock import bounds
 from freerock.errors import FreerockError
 from freerock.figures.looks import on_screen, scripts_folder
 from freerock.review.desk import Desk
@@ -27,6 +26,7 @@ from freerock.review.reprocessing import Superseded
 from freerock.review.requests import DONE, REQUESTS, checked, read_request
 
 HOST = "127.0.0.1"
+MOST_BYTES = 1_000_000  # of a request
 HERE = Path(__file__).parent
 OWN = {"review.js": "text/javascript", "charts.js": "text/javascript", "review.css": "text/css"}
 BOKEH = {"bokeh.min.js": "text/javascript", "bokeh-api.min.js": "text/javascript"}
@@ -221,7 +221,7 @@ def serve(desk: Desk, port: int, ready: Callable[[str, str], None]) -> None:
 async def _serve(desk: Desk, listening: socket.socket, ready: Callable[[str, str], None]) -> None:
     token, once = secrets.token_urlsafe(24), secrets.token_urlsafe(24)
     served = application(desk, token, once)
-    server = tornado.httpserver.HTTPServer(served, max_buffer_size=bounds.REQUEST_BYTES)
+    server = tornado.httpserver.HTTPServer(served, max_buffer_size=MOST_BYTES)
     server.add_socket(listening)
     root = f"http://{HOST}:{listening.getsockname()[1]}"
     ready(f"{root}/{token}/", f"{root}/open/{once}")

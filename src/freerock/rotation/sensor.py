@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike
 from freerock.arrays import Floats
 from freerock.config.laser_defaults import LaserKeys
 from freerock.errors import FreerockError
-from freerock.files import regular
 from freerock.rotation.flags import Limits
 from freerock.units import CHANNEL_UNITS, understood
 
@@ -55,7 +54,7 @@ def read_calibration(path: str | Path) -> Calibration:
         No such table, other units, fewer than two lines, or a column that is not monotonic.
     """
     try:
-        with open(path, encoding="utf-8-sig", opener=regular) as file:
+        with open(path, encoding="utf-8-sig") as file:
             text = file.read()
     except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, "strerror", None) or "is not UTF-8 text"
