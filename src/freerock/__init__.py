@@ -61,6 +61,7 @@ _ROOMS = {  # module: the public names it holds
     "models.ground": ("GroundMotion", "accelerogram", "pulse"),
     "models.laws": ("Rules",),
     "models.simulate": ("Response", "Solver", "simulate"),
+    "noise.at_rest": ("quiet_stretches", "sensor_noise"),
     "products.estimates": ("parameters_in",),
     "products.netcdf": ("open_fits", "open_record"),
     "records.read": ("list_channels", "read_record"),
@@ -71,7 +72,6 @@ _ROOMS = {  # module: the public names it holds
     "runs.by_hand": ("ByHand",),
     "runs.impacts": ("Impacts", "find_impacts"),
     "runs.motion": ("Motion",),
-    "runs.quiet": ("quiet_stretches", "sensor_noise"),
     "runs.segment": ("Run", "find_runs"),
 }
 
