@@ -21,8 +21,7 @@ from freerock.arrays import Floats
 from freerock.identification.fit import fit_run
 from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.block import Block
-from freerock.populations.impact_energy import block_peaks, impact_energy
-from freerock.rotation.laboratory import Laboratory
+from freerock.populations.impact_energy import impact_energy
 from freerock_bench.analysed import Measured
 from freerock_bench.clean_records import RATE_HZ, CleanRecord, truth_of
 from freerock_bench.document import in_markdown
@@ -157,9 +156,6 @@ def _of_fit(truth: CleanRecord, found: Measured) -> Iterator[Number]:
         whole = impact_energy(fit, block, impacts.time_s - run.release_s, view=motion.view)
         time_s = whole.time_s + run.release_s
         yield from _against("by energy", truth, truth.energies, time_s, whole.restitution, whole.stderr)
-        own = block_peaks(fit, impacts, run.release_s, Laboratory(block, {"laser": truth.laser}))
-        energies = _rigid_energies(truth.block_peaks, block)
-        yield from _against("block", truth, energies, impacts.time_s, own.restitution, own.u_total)
 
 
 def _against(

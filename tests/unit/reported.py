@@ -11,11 +11,10 @@ from matplotlib.image import imsave
 from freerock.config.campaign import load_campaign
 from freerock.models.block import Block
 from freerock.populations.predict import PREDICTIONS
-from freerock.populations.shared_foundation import shared_foundation
 from freerock.products.estimates import estimates_of
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv, write_csv
-from freerock.tables.populations import budget_table, populations_table
+from freerock.tables.populations import budget_table, foundations_table, populations_table
 from freerock.tables.restitution_comparison import restitution_comparison
 from freerock.tables.summary import table1, table2, table3
 from freerock.tables.tidy_tables import CONTRIBUTIONS
@@ -93,7 +92,7 @@ def tables_of(folder, datasets, shapes=BLOCKS):
     tidy = tidy_tables(records, fitted)
     known = (tidy[name] for name in ("runs", "populations", "restitution"))
     frames = tidy | {"restitution_comparison": restitution_comparison(*known, shapes)}
-    frames["foundations"] = shared_foundation(estimates_of(fitted))
+    frames["foundations"] = foundations_table(frames["populations"])
     frames["predictions"] = predicted(estimates_of(fitted))
     frames |= {
         "table1": table1(records, shapes),

@@ -115,9 +115,9 @@ def test_a_larger_candidate_that_the_data_ask_for():
 
 
 def test_a_candidate_worse_than_a_block_at_rest_is_never_named():
-    alike = found("winkler", -50.0, 1.5), found("hunt_crossley", 0.0, epsilon_holdout_runs=0.2)
+    alike = found("winkler", -50.0, 1.5), found("hunt_crossley", 0.0)
     assert choose(alike).selected == "hunt_crossley"
-    runs = choose([found("winkler", -50.0, epsilon_holdout_runs=1.5), found("hunt_crossley", 0.0, **LOUD)])
+    runs = choose([found("winkler", -50.0, 1.5), found("hunt_crossley", 0.0, **LOUD)])
     assert runs.selected == "hunt_crossley"
     assert runs.judged[0].reason == "held-out ε_θ is worse than that of a block at rest: 150 %"
 

@@ -51,7 +51,7 @@ def test_a_campaign_with_failures(tmp_path):
         text["Predicted"],
     )
     assert "Not tested" not in text["Shared by blocks"]
-    assert "2 blocks" in text["Shared by blocks"]
+    assert "2 records" in text["Shared by blocks"]
     assert "simulated" in text["Not to be concluded"]
 
 
@@ -89,11 +89,11 @@ def test_every_record_failed(tmp_path):
 def test_blocks_that_do_not_share_a_foundation_have_each_its_own_parameters(tmp_path, monkeypatch):
     names = tables_of(tmp_path, campaign())
     frames = {name: read_csv(tmp_path / f"{name}.csv") for name in names}
-    frames["foundations"]["shared"] = [False] * len(frames["foundations"])
+    frames["foundations"]["transfers"] = [False] * len(frames["foundations"])
     text = {each.head: " ".join(map(plain, each.sentences)) for each in findings(frames, LABELS)}
     each = r"k = \(6\.[\d]+ ± [\d.]+\)·10⁶ N m⁻² \(Slender\) and \(6\.[\d]+ ± [\d.]+\)·10⁶ N m⁻² \(Squat\)"
     assert re.search(f"Marble: {each}", text["Parameters"]) and "2 records" in text["Parameters"]
-    assert "2 blocks do not share k and λ" in text["Shared by blocks"]
+    assert "does not transfer to another block" in text["Shared by blocks"]
     assert "That parameters found with one block hold for another" in text["Not to be concluded"]
     monkeypatch.setattr("freerock.report.findings.MOST", 1)
     text = {each.head: " ".join(map(plain, each.sentences)) for each in findings(frames, LABELS)}

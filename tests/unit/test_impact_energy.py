@@ -13,16 +13,12 @@ from plain_law import accelerations
 from scipy.integrate import solve_ivp
 
 from freerock.config.fit_settings import FitSettings
-from freerock.identification.fit import fit_record
+from freerock.identification.fit import ImpactEnergy, fit_record
 from freerock.jobs import make_fits
 from freerock.models.contact import Foundation, State, energy, static_depth
 from freerock.models.published import TABLE_2
-from freerock.models.simulate import simulate
-from freerock.populations.impact_energy import block_peaks, impact_energy
+from freerock.populations.impact_energy import impact_energy, of_measured
 from freerock.products.runs import runs_in
-from freerock.rotation.laboratory import Input, Laboratory
-from freerock.rotation.u_total import Contributions
-from freerock.rotation.view import view_of
 from freerock.runs.impacts import find_impacts
 from freerock.runs.motion import Motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS
@@ -107,46 +103,14 @@ def test_a_rigid_block_has_its_energies_from_its_heights():
         impact_energy(fit, BLOCK, [0.3])
 
 
-def under_a_beam(position_m=0.2, sigma=0.0):
-    """Laboratory, true motion of a block whose corner sinks, fit of what a beam shows, and its impacts."""
-    law = TABLE_2["aerstop"]["hunt_crossley"]
-    laser = replace(CONFIGURATIONS["config2"][2], position_m=position_m)
-    time_s, view = np.arange(0, 1.2, 1 / RATE_HZ), view_of([laser], BLOCK)
-    motion = simulate("hunt_crossley", BLOCK, law, time_s, theta0=THETA0)
-    seen = view.seen(motion.theta[None], motion.z_cb[None], BLOCK, Foundation.of(law))
-    noise, known = sigma * np.random.default_rng(4).standard_normal(len(seen)), sigma or SIGMA
-    run = Motion(time_s, seen + noise, known, float(seen[0]), known / 30, 2e-4, view=view)
-    fit = fit_record("hunt_crossley", BLOCK, [run], start=list(law.values()))
-    at = {"theta0": run.theta0, "theta0_stderr": sigma / 30}
-    impacts = find_impacts(time_s, run.theta, sigma, BLOCK, **at)
-    return Laboratory(BLOCK, {"laser": laser}), motion, fit, impacts
-
-
-@pytest.mark.parametrize("position_m", [0.2, 0.1])
-def test_peaks_of_the_block_itself(position_m):
-    """What a beam shows of a block whose corner sinks, turned back: r within its error, as r seen is not."""
-    laboratory, motion, fit, impacts = under_a_beam(position_m, SIGMA / 10)
-    found = block_peaks(fit, impacts, 0.0, laboratory)
-    true = find_impacts(motion.time, motion.theta, 0.0, BLOCK, theta0=THETA0)
-    assert found.peak_before[0] == pytest.approx(THETA0, abs=3e-6)
-    for i in range(2):
-        off = abs(found.restitution[i] - true.restitution[i])
-        assert off < 3 * found.u_total[i]
-        assert abs(impacts.restitution[i] - true.restitution[i]) > 3 * off
-        assert found.peak_after[i] == pytest.approx(true.peak_after_rad[i], abs=5e-5)
-
-
-def test_inputs_reach_the_restitution_of_the_block_itself():
-    """A beam 1 mm higher: by as much as reading the record anew with that beam."""
-    plain, _, fit, impacts = under_a_beam()
-    source = Input("laser", "position_m", 1e-3, True)
-    laboratory = replace(plain, inputs=(source,))
-    exact = replace(fit, stderr=np.zeros(len(fit.stderr)), discrepancy=np.zeros(len(fit.stderr)))
-    held = Contributions.held((source,), np.zeros((len(fit.value), 1)))
-    found = block_peaks(replace(exact, contributions=held), impacts, 0.0, laboratory)
-    higher = laboratory.moved(source, 1.0)
-    moved = block_peaks(exact, impacts, 0.0, higher, read_by=laboratory)
-    assert found.u_total[:2] == pytest.approx(abs(moved.restitution - found.restitution)[:2], rel=0.05)
+def test_measured_impacts_have_the_energies_of_the_nearest_of_the_law():
+    """An impact that the law lacks has none, nor has one that is not the nearest to that of the law."""
+    known = np.array([0.9, 0.8, 0.7])
+    law = ImpactEnergy(np.array([0.3, 0.7, 1.0]), known + 1, known, known / 10, known / 5)
+    found = of_measured(law, np.array([0.301, 0.69, 0.99, 1.4]))
+    np.testing.assert_array_equal(found.restitution, [0.9, 0.8, 0.7, np.nan])
+    np.testing.assert_array_equal(found.u_total, [*(known / 5), np.nan])
+    assert np.isnan(of_measured(law, np.array([0.3, 0.45])).restitution[1])
 
 
 @pytest.mark.parametrize(("model", "energies"), [("housner", None), ("hunt_crossley", "found")])

@@ -357,13 +357,10 @@ def test_neither_takes_up_a_blow():
         assert not found.explained and found.widened == ()
 
 
-def test_each_run_is_held_against_the_others_with_its_own_tilt_and_release():
+def test_each_run_has_its_own_tilt_and_release():
     motions = {1: run(tilt_deg=0.1), 2: run(seed=4, tilt_deg=0.1), 3: run(rate=-0.15)}
     found = identify_runs(BLOCK, motions, PLAIN)
     assert [each.widened for each in found.values()] == [("tilt",), ("tilt",), ("release",)]
-    for each in found.values():
-        fit = each.fits["hunt_crossley"]
-        assert fit.epsilon_holdout_runs < 3 * fit.epsilon_theta
 
 
 def test_a_joint_fit_has_one_tilt_for_all_its_runs():

@@ -116,8 +116,6 @@ class Fit:
         rocking at the minimum: the local one that keeps the phase); added_damping (of a law that a wider one
         extends: how many standard errors a number that it lacks would be above zero); profile (1 where the
         intervals are those of the profile likelihood).
-    epsilon_holdout_runs : float
-        ε_θ of the run under the parameters of the other runs of its record (`selection.holdout`).
     contributions : Contributions or None
         Of the inputs to the uncertainty of the parameters (`populations.sensitivity`).
     energies : ImpactEnergy or None
@@ -154,7 +152,6 @@ class Fit:
     message: str
     impacts: Impacts | None = None
     diagnostics: dict[str, float] = field(default_factory=dict)
-    epsilon_holdout_runs: float = float("nan")
     contributions: Contributions | None = None
     energies: ImpactEnergy | None = None
     parts: tuple[Part, ...] = ()

@@ -9,12 +9,12 @@ from typing import Any
 import lmfit
 
 from freerock.config.keys_of_processing import ImpactLimits
-from freerock.identification.fit import Fit
+from freerock.identification.fit import Fit, ImpactEnergy
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, law_of
 from freerock.noise.at_rest import Rests, noise_of_rests
 from freerock.noise.spectrum import Noise
-from freerock.populations.impact_energy import BlockPeaks, block_peaks, impact_energy
+from freerock.populations.impact_energy import impact_energy, of_measured
 from freerock.populations.sensitivity import with_contributions
 from freerock.products.groups import NotFitted, runs_of
 from freerock.products.netcdf import open_record, samples_in, write_fits
@@ -101,16 +101,13 @@ def make_fits(
     for number, own in reasons.items():
         for reason in own:
             log.info("run %d: %s", number, reason.text)
-    peaks = dict[int, BlockPeaks]()
+    energies = dict[int, ImpactEnergy]()
     for number, choice in choices.items():
         named = fits[number].get(choice.selected)
-        if choice.explained and named is not None and named.energies is not None:
-            at = _as_found(named, laboratory)
-            rule = hypotheses.settings(named.model).debonding
-            peaks[number] = block_peaks(
-                named, impacts[number], runs[number].release_s, at, read_by=laboratory, debonding=rule
-            )
-    write_fits(output, fits, attributes, choices, reasons, not passing, peaks)
+        if named is not None and named.energies is not None:
+            since_s = impacts[number].time_s - runs[number].release_s
+            energies[number] = of_measured(named.energies, since_s)
+    write_fits(output, fits, attributes, choices, reasons, not passing, energies)
 
 
 def _read(

@@ -12,13 +12,13 @@ from freerock.columns import columns_of
 from freerock.models.block import Block
 from freerock.populations.estimate import Estimate
 from freerock.populations.predict import predictions
-from freerock.populations.shared_foundation import shared_foundation
 from freerock.products.estimates import estimates_of
 from freerock.products.netcdf import open_fits, open_record, samples_in
 from freerock.products.runs import motions_in
 from freerock.runs.motion import Motion
 from freerock.tables.candidates import accepted_fits
 from freerock.tables.csvfile import write_csv
+from freerock.tables.populations import foundations_table
 from freerock.tables.restitution_comparison import restitution_comparison
 from freerock.tables.summary import table1, table2, table3
 from freerock.tables.tidy_tables import joined, rows_of
@@ -55,9 +55,7 @@ def make_tables(
     tables["predictions"] = predictions(
         _predicting(estimates, accepted_fits(tables["choice"])), motions, blocks, settings["debonding"]
     )
-    choice = tables["choice"][tables["choice"]["status"] == "rejected"]
-    rejected = set(choice[["test", "run", "model"]].itertuples(index=False, name=None))
-    tables["foundations"] = shared_foundation(estimates, rejected)
+    tables["foundations"] = foundations_table(tables["populations"])
     tables["restitution_comparison"] = restitution_comparison(
         tables["runs"], tables["populations"], tables["restitution"], blocks
     )

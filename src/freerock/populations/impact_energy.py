@@ -1,8 +1,7 @@
-"""Impacts under a fitted law: restitution as a ratio of true energies, and peaks of the block itself.
+"""Impacts under a fitted law: restitution as a ratio of true energies.
 
 On a compliant base a tilted block has sunk, moves up and down and has pressed the foundation: its height
-alone is not its energy, and the restitution from two peaks of a rigid block is not the ratio of energies. Nor
-is the rotation that a beam shows that of the block: `block_peaks` takes off what the corner sinks.
+alone is not its energy, and the restitution from two peaks of a rigid block is not the ratio of energies.
 """
 
 import math
@@ -23,9 +22,7 @@ from freerock.models.contact import Foundation, energy
 from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, Rules, law_of
 from freerock.models.simulate import Response, Solver, simulate
 from freerock.rotation.laboratory import Laboratory
-from freerock.rotation.view import View, view_of
-from freerock.runs.impacts import Impacts
-from freerock.runs.measured_total import restitution_of
+from freerock.rotation.view import View
 from freerock.runs.release import lowered
 
 
@@ -124,80 +121,24 @@ def impact_energy(
     return ImpactEnergy(*nominal[:3], np.sqrt(variance), np.sqrt(total))
 
 
-@dataclass(frozen=True)
-class BlockPeaks:
-    """Peaks of the block itself about each measured impact, under a law; NaN where the law has no such top.
+def of_measured(found: ImpactEnergy, time_s: Floats) -> ImpactEnergy:
+    """The energies at measured impacts: those of the nearest impact of the law; NaN where it has none.
 
     Parameters
     ----------
-    peak_before, peak_after : ndarray, shape (n_impacts,)
-        Signed, of the block about its corner, sunk or not [rad].
-    restitution, u_total : ndarray, shape (n_impacts,)
-        From these two (`runs.impacts.restitution_from_peaks`), and its total standard uncertainty.
+    found : ImpactEnergy
+        Of the law's own impacts.
+    time_s : ndarray, shape (n_impacts,)
+        Of the measured ones, since the release [s].
     """
-
-    peak_before: Floats
-    peak_after: Floats
-    restitution: Floats
-    u_total: Floats
-
-
-def block_peaks(
-    fit: Fit,
-    impacts: Impacts,
-    release_s: float,
-    laboratory: Laboratory,
-    *,
-    read_by: Laboratory | None = None,
-    debonding: str = GEOMETRIC.debonding,
-) -> BlockPeaks:
-    """Peaks and restitutions of a block whose corner sinks, from those that a beam shows.
-
-    To each peak comes what the law's own motion hides there: its rotation less the rotation seen (F32). How
-    that depends on numbers and inputs is taken from a block at rest at the peak.
-
-    Parameters
-    ----------
-    fit : Fit
-        Of the run, by a law of the foundation, to be used.
-    impacts : Impacts
-        Of the measured run.
-    release_s : float
-        On the clock of the impacts [s].
-    laboratory : Laboratory
-        With the inputs as the fit found them.
-    read_by : Laboratory, optional
-        With which the impacts were found, where it is another.
-    debonding : str
-        The rule of the fit.
-    """
-    read_by, n = read_by or laboratory, len(impacts.time_s)
-    seen = np.concatenate([impacts.peak_before_rad, impacts.peak_after_rad])
-    view = view_of([*laboratory.lasers.values()], laboratory.block)
-    law = _Law(fit.model, debonding, view, impacts.time_s - release_s, float(fit.theta_model[0]))
-    turned = read_by.reread(seen, laboratory) + law.hidden(laboratory.block, fit.values)
-
-    def numbers(there: Laboratory, values: Mapping[str, float]) -> Floats:
-        before, after = np.split(_at_rest(read_by.reread(seen, there), there, values), 2)
-        return restitution_of(before, after, there)
-
-    total = impacts.restitution_stderr**2
-    for name, stderr, law_s in zip(fit.parameters, fit.stderr, fit.discrepancy, strict=True):
-        if np.isfinite(stderr) and name in (*MODELS[fit.model], "width"):
-            step = ENERGY.relative * abs(fit.values[name])
-            up, down = (
-                numbers(laboratory, {**fit.values, name: fit.values[name] + by}) for by in (step, -step)
-            )
-            total = total + ((up - down) / (2 * step)) ** 2 * (stderr**2 + law_s**2)
-    if fit.contributions is not None:
-        for source, shift in zip(fit.contributions.inputs, fit.contributions.values.T, strict=True):
-            up, down = (
-                numbers(laboratory.moved(source, by), _shifted(fit, by * shift))
-                for by in (ENERGY.share, -ENERGY.share)
-            )
-            total = total + ((up - down) / (2 * ENERGY.share)) ** 2
-    before, after = np.split(turned, 2)
-    return BlockPeaks(before, after, restitution_of(before, after, laboratory), np.sqrt(total[:n]))
+    if not len(found.time_s) or not len(time_s):
+        nothing = np.full(len(time_s), np.nan)
+        return ImpactEnergy(time_s, nothing, nothing, nothing, nothing)
+    apart = np.abs(np.nan_to_num(found.time_s, nan=np.inf)[:, None] - time_s)
+    nearest = np.argmin(apart, axis=0)
+    own = np.argmin(apart, axis=1)[nearest] == np.arange(len(time_s))
+    numbers = found.speed_m_s, found.restitution, found.stderr, found.u_total
+    return ImpactEnergy(time_s, *(np.where(own, each[nearest], np.nan) for each in numbers))
 
 
 def _shifted(fit: Fit, shift: Floats) -> dict[str, float]:
@@ -207,17 +148,6 @@ def _shifted(fit: Fit, shift: Floats) -> dict[str, float]:
         name: max(value + by, ENERGY.least * value) if name in above else value + by
         for (name, value), by in zip(fit.values.items(), shift.tolist(), strict=True)
     }
-
-
-def _at_rest(seen: Floats, laboratory: Laboratory, values: Mapping[str, float]) -> Floats:
-    """Rotation of a block at rest on the foundation that is seen at some angles [rad]."""
-    view, block = view_of([*laboratory.lasers.values()], laboratory.block), laboratory.block.as_found(values)
-    if view is None:
-        return seen
-    foundation, turned = Foundation.of(values), seen.copy()
-    for i in np.flatnonzero(np.abs(seen) < laboratory.block.theta_cr):
-        turned[i] = view.released(float(seen[i]), block, foundation)
-    return turned
 
 
 def _taken(block: Block, theta0: float) -> float:
@@ -277,28 +207,6 @@ class _Law:
         before = nearest.astype(float)
         times = impacts[nearest] + values.get("t0", 0.0)
         return times, 2 * moved.block.b * speeds[nearest], restitution[nearest], before
-
-    def hidden(self, block: Block, values: Mapping[str, float]) -> Floats:
-        """Rotation less what the sensor shows of it [rad], shape (2 n_impacts,).
-
-        At the tops before the impacts requested, then at those after them.
-        """
-        known = np.isfinite(self.asked)  # not of an impact left out by hand
-        if self.view is None or not known.any():
-            return np.zeros(2 * self.asked.size)
-        if not known.all():
-            found = np.full((2, self.asked.size), np.nan)
-            found[:, known] = replace(self, asked=self.asked[known]).hidden(block, values).reshape(2, -1)
-            return found.ravel()
-        moved = self._moved(block, values)
-        motion, n_tops = moved.motion, len(moved.tops)
-        at = motion.time[moved.tops] + moved.share * ENERGY.step_s
-        beside = at + self.view.moments[0][:, None]
-        theta, z_cb = (np.interp(beside, motion.time, each) for each in (motion.theta, motion.z_cb))
-        seen = self.view.seen(theta, z_cb, moved.block, moved.foundation)
-        hidden = np.append(np.interp(at, motion.time, motion.theta) - seen, np.nan)
-        nearest = self._nearest(moved, values)
-        return np.asarray(hidden[np.minimum(np.concatenate([nearest, nearest + 1]), n_tops)])
 
     def _nearest(self, moved: "_Moved", values: Mapping[str, float]) -> NDArray[np.intp]:
         """The impact of the law nearest to each that is requested."""

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from freerock.selection.choice import Choice
 
 CHOICE_GROUP = "choice"  # in that of a run: no candidate has this name
-CHOICE_NUMBERS = ("epsilon_theta", "epsilon_holdout", "epsilon_holdout_runs", "bic")
+CHOICE_NUMBERS = ("epsilon_theta", "epsilon_holdout", "bic")
 TESTS = ("noise_p", "noise_ratio", "noise_low_hz", "noise_high_hz", "added_damping")
 
 

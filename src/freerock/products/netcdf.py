@@ -26,9 +26,8 @@ OF_PARAMETERS |= {"u_law": "discrepancy", "u_total": "u_total"}
 INPUTS_GROUP, PARTS_GROUP = "inputs", "parts"  # in that of a fit
 
 if TYPE_CHECKING:
-    from freerock.identification.fit import Fit
+    from freerock.identification.fit import Fit, ImpactEnergy
     from freerock.noise.spectrum import Noise
-    from freerock.populations.impact_energy import BlockPeaks
     from freerock.runs.impacts import Impacts
     from freerock.runs.measured_total import MeasuredTotal
     from freerock.runs.segment import Run
@@ -79,7 +78,7 @@ def write_record(
             {name: ((), getattr(run, field)) for field, name in RUN_VARIABLES.items()}
             | _impacts(found)
             | _totals(total),
-            _numbered(found),
+            _numbered(len(found.time_s)),
             {
                 "run": run.number,
                 "verdict": run.verdict.level,
@@ -130,7 +129,7 @@ def write_fits(
     choices: Mapping[int, "Choice"] | None = None,
     reasons: Mapping[int, Sequence[Reason]] | None = None,
     packed: bool = True,
-    peaks: "Mapping[int, BlockPeaks] | None" = None,
+    energies: "Mapping[int, ImpactEnergy] | None" = None,
 ) -> None:
     """Write identified models: a group per run, with a group per model in each.
 
@@ -148,7 +147,7 @@ def write_fits(
         What the fits of a run say against it, by run number.
     packed : bool
         Compress what runs over time.
-    peaks : mapping of int to BlockPeaks, optional
+    energies : mapping of int to ImpactEnergy, optional
         Of the measured impacts of a run, under the candidate named.
 
     Raises
@@ -163,8 +162,11 @@ def write_fits(
     for run, choice in (choices or {}).items():
         group = f"run_{run}"
         if group in groups:
-            of_block = _block_peaks(peaks[run]) if peaks and run in peaks else {}
-            groups[f"{group}/{CHOICE_GROUP}"] = choice_dataset(choice).assign(of_block)
+            dataset = choice_dataset(choice)
+            if energies and run in energies:
+                found = energies[run]
+                dataset = dataset.assign(_energies(found)).assign_coords(_numbered(len(found.time_s)))
+            groups[f"{group}/{CHOICE_GROUP}"] = dataset
     write_groups(path, groups, packed)
 
 
@@ -223,9 +225,9 @@ def _impacts(impacts: "Impacts") -> dict[str, Any]:
     }
 
 
-def _numbered(impacts: "Impacts") -> dict[str, Any]:
+def _numbered(n: int) -> dict[str, Any]:
     """The coordinate of impacts: their numbers, from 1."""
-    return {"impact": np.arange(1, len(impacts.time_s) + 1, dtype=np.int32)}
+    return {"impact": np.arange(1, n + 1, dtype=np.int32)}
 
 
 def _spectrum(noise: "Noise") -> dict[str, Any]:
@@ -234,13 +236,11 @@ def _spectrum(noise: "Noise") -> dict[str, Any]:
     return {"frequency": frequency, "noise_density": ("frequency", density)}
 
 
-def _block_peaks(peaks: "BlockPeaks") -> dict[str, Any]:
+def _energies(found: "ImpactEnergy") -> dict[str, Any]:
     return {
-        "impact": np.arange(1, len(peaks.restitution) + 1, dtype=np.int32),
-        "peak_before_block": ("impact", peaks.peak_before),
-        "peak_after_block": ("impact", peaks.peak_after),
-        "restitution_block": ("impact", peaks.restitution),
-        "restitution_block_u": ("impact", peaks.u_total),
+        "restitution_energy": ("impact", found.restitution),
+        "restitution_energy_u": ("impact", found.u_total),
+        "impact_speed": ("impact", found.speed_m_s),
     }
 
 
@@ -291,13 +291,9 @@ def _fit(model: str, fit: "Fit", time: Mapping[str, Any]) -> xr.Dataset:
     if fit.impacts is not None:
         own = _impacts(fit.impacts)
         arrays |= {name: own[name] for name in ("impact_time", "peak_before", "restitution")}
-        coordinates |= _numbered(fit.impacts)
+        coordinates |= _numbered(len(fit.impacts.time_s))
     if fit.energies is not None:
-        arrays |= {
-            "restitution_energy": ("impact", fit.energies.restitution),
-            "restitution_energy_u": ("impact", fit.energies.u_total),
-            "impact_speed": ("impact", fit.energies.speed_m_s),
-        }
+        arrays |= _energies(fit.energies)
     scalars = {
         "success": np.int8(fit.success),
         "message": fit.message,

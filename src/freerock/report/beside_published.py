@@ -154,7 +154,7 @@ def _reversed(known: Tables, block: str, foundations: tuple[str, str], labels: L
         *(labels.get(block, block), here, *lasts, there, there),
         *(keeps[0], here, keeps[1], there),
     )
-    if _simulated(known) and (known["foundations"]["shared"] == True).any():  # noqa: E712
+    if _simulated(known) and known["foundations"]["transfers"].any():
         told += (
             " The simulated blocks share k and damping. The published order is the reverse: possible causes "
             "are blocks that differ, or an effect outside these laws, such as sliding or bouncing.",

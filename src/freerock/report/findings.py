@@ -12,7 +12,7 @@ from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, law_of
 from freerock.report.limitations import limits
 from freerock.report.numbers import KNOWN, NOT, USABLE, Number, Sentence, Tables, Where, listed, said
 from freerock.tables.candidates import POSSIBLE, Answer, answers
-from freerock.tables.number_text import LEAST_P, MOST_P, printed_unit, quantity
+from freerock.tables.number_text import printed_unit, quantity
 from freerock.tables.printed_tables import U_NOTE, Labels
 
 TABLES = ("runs", "choice", "candidates", "populations", "foundations", "predictions", "table1", "table3")
@@ -260,8 +260,7 @@ def _best_known(known: Tables, foundation: str, model: str) -> Where:
     """Which rows of the populations tell a foundation's parameters: its own unless blocks differ."""
     of_foundation = {"foundation": foundation, "model": model}
     whole = of_foundation | {"level": "foundation"}
-    shared = known.rows("foundations", of_foundation)["shared"]
-    if len(known.rows("populations", whole)) and not _denied(shared).any():
+    if len(known.rows("populations", whole)) and known.rows("foundations", of_foundation)["transfers"].all():
         return whole
     return _explained_records(known, foundation, model)
 
@@ -354,50 +353,22 @@ def _shared(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Se
 
 
 def _agree(known: Tables, label: str, scene: Where) -> Sentence:
-    """Whether the blocks on a foundation differ in its parameters, and what difference would be seen."""
+    """Whether the mean of a foundation holds for another block, and by how much its records scatter."""
     rows = known.rows("foundations", scene)
-    names = list(rows["parameter"])
-    symbols = " and ".join(SYMBOLS[each] for each in names)
-
-    def percent(column: str, word: str) -> Sentence:
-        of = [known.value("foundations", column, {**scene, "parameter": each}, digits=2) for each in names]
-        known_of = zip(of, names, strict=True)
-        return listed([said("{} % in {}", value, SYMBOLS[each]) for value, each in known_of], word)
-
-    of_first = {**scene, "parameter": names[0]}
-    blocks, chance = known.value("foundations", "n_blocks", of_first), _chance(known, of_first)
-    apart = percent("between_blocks_percent", "and")
-    if _denied(rows["shared"]).any():
-        told = "{}: {} blocks do not share {}{}: they differ by {}."
-        return said(told, label, blocks, symbols, chance, apart)
-    if rows["shared"].isna().any():
-        return said("{}: too few runs to know whether {} blocks share {}.", label, blocks, symbols)
-    told = "{}: {} blocks are not shown to differ{}; a difference of {} would show in four of five campaigns."
-    return said(told, label, blocks, chance, percent("visible_percent", "or"))
-
-
-def _chance(known: Tables, where: Where) -> Sentence:
-    """The p-values of the scatter between blocks against that between runs, and of the test that allows for
-    the inputs, where they are not too small to matter."""
-    told, inputs = _p(known, "f_p", where), _p(known, "inputs_p", where)
-    if told and inputs:
-        told = (*told, "; by means and inputs, ", *inputs)
-    return (" (by scatter, ", *told, ")") if told else ()
-
-
-def _p(known: Tables, column: str, where: Where) -> Sentence:
-    """A p-value, a bound where it is close to one."""
-    p = known.rows("foundations", where).iloc[0][column]
-    if not p > LEAST_P:
-        return ()
-    if p > MOST_P:
-        return "p > ", Number(f"{MOST_P:g}", "foundations", (column,), where, "above")
-    return "p = ", known.value("foundations", column, where, digits=2)
-
-
-def _denied(shared: "pd.Series[bool]") -> "pd.Series[bool]":
-    """Where the answer is no, and not unknown."""
-    return shared.map(lambda each: pd.notna(each) and not each).astype(bool)
+    symbols = " and ".join(SYMBOLS[each] for each in rows["parameter"])
+    records = known.value("foundations", "n_records", {**scene, "parameter": rows["parameter"].iloc[0]})
+    apart = rows[~rows["transfers"].astype(bool)]
+    if apart.empty:
+        return said("{}: {} of {} records agree within their uncertainties.", label, symbols, records)
+    each = []
+    for name in apart["parameter"]:
+        where = {**scene, "parameter": name}
+        tau = known.value("foundations", "tau", where, digits=2)
+        chance = apart.loc[apart["parameter"] == name, "scatter_p"].item()
+        p = Number(quantity(chance, digits=2), "foundations", ("scatter_p",), where)
+        each.append(said("{} scatters by τ = {} (p = {})", SYMBOLS[name], tau, p))
+    told = "{}: over {} records {}: it does not transfer to another block."
+    return said(told, label, records, listed(each))
 
 
 def _names(known: Tables, kind: str, labels: Labels) -> Sentence:

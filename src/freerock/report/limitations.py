@@ -22,7 +22,7 @@ def limits(known: Tables, quoted: set[str]) -> list[Sentence]:
     """
     choice, found = known["choice"], answers(known["choice"])
     soft = {model for model in quoted if law_of(model).is_foundation}
-    shared = known["foundations"][known["foundations"]["model"].isin(soft)]["shared"]
+    transfers = known["foundations"][known["foundations"]["model"].isin(soft)]["transfers"]
     explained = [each for each in found if each.explained]
     simulated = "simulated" in set(known["runs"]["origin"])
     rigid_too = any(len({law_of(model).is_foundation for model in each.possible}) == 2 for each in explained)
@@ -43,7 +43,7 @@ def limits(known: Tables, quoted: set[str]) -> list[Sentence]:
             "that k is right if the base moves sideways in another way than assumed: that was not ruled out",
         ),
         (
-            any(pd.notna(each) and not each for each in shared),
+            not transfers.all(),
             "that parameters found with one block hold for another: on one foundation blocks differ",
         ),
         (bool(single.any()), "how much runs scatter, if a record has only one"),

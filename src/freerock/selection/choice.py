@@ -36,8 +36,8 @@ class Evidence:
         False where there is no fit.
     epsilon_theta : float
         ε_θ as a fraction; without a fit that of a quick one, where there was one.
-    epsilon_holdout, epsilon_holdout_runs : float
-        ε_θ of the second half of the run under the first, and of the run under the other runs of its record.
+    epsilon_holdout : float
+        ε_θ of the second half of the run under the first.
     bic : float
         Bayesian information criterion.
     charged : float
@@ -59,7 +59,6 @@ class Evidence:
     fitted: bool = True
     epsilon_theta: float = math.nan
     epsilon_holdout: float = math.nan
-    epsilon_holdout_runs: float = math.nan
     bic: float = math.nan
     charged: float = 0.0
     noise_p: float = math.nan
@@ -71,18 +70,13 @@ class Evidence:
     pulled: str = ""
 
     @property
-    def held_out(self) -> float:
-        """The larger held-out ε_θ of those that are known."""
-        known = [x for x in (self.epsilon_holdout, self.epsilon_holdout_runs) if math.isfinite(x)]
-        return max(known, default=math.nan)
-
-    @property
     def objection(self) -> str:
         """Why the candidate does not explain the run by itself; "" where it does."""
         if not self.fitted or not self.success:
             return self.message or "the fit may not be used"
-        if self.held_out > 1:
-            return f"held-out ε_θ is worse than that of a block at rest: {plainly(100 * self.held_out)} %"
+        if self.epsilon_holdout > 1:
+            held_out = plainly(100 * self.epsilon_holdout)
+            return f"held-out ε_θ is worse than that of a block at rest: {held_out} %"
         if not self.noise_p > RESIDUAL:
             where = f"{plainly(self.noise_low_hz)} to {plainly(self.noise_high_hz)} Hz"
             times = plainly(self.noise_ratio)
@@ -161,7 +155,6 @@ def evidence(fit: Fit) -> Evidence:
         message=fit.message,
         epsilon_theta=fit.epsilon_theta,
         epsilon_holdout=fit.epsilon_holdout,
-        epsilon_holdout_runs=fit.epsilon_holdout_runs,
         bic=fit.bic,
         pulled=fit.pulled,
         **of_residual,
@@ -228,9 +221,9 @@ def _judged(each: Evidence, chosen: Evidence, left: Sequence[Evidence], best: fl
 
 def _least_bad(evidence: Sequence[Evidence], near: float = 1.1) -> Choice:
     """The best of candidates none of which explains the run; up to `near` times the least ε_θ by the BIC."""
-    usable = [each for each in evidence if each.fitted and each.success and not each.held_out > 1]
-    known = [each.held_out for each in usable if math.isfinite(each.held_out)]
-    close = [each for each in usable if known and each.held_out <= near * min(known)] or usable
+    usable = [each for each in evidence if each.fitted and each.success and not each.epsilon_holdout > 1]
+    known = [each.epsilon_holdout for each in usable if math.isfinite(each.epsilon_holdout)]
+    close = [each for each in usable if known and each.epsilon_holdout <= near * min(known)] or usable
     chosen = min(close, key=lambda each: each.bic, default=None)
     judged = tuple(
         Judged(each, "not_fitted" if not each.fitted else "selected" if each is chosen else "rejected", why)
@@ -243,7 +236,7 @@ def _least_bad(evidence: Sequence[Evidence], near: float = 1.1) -> Choice:
         return Choice("", False, why, judged)
     reason = "no candidate explains the run; "
     if known:
-        reason += f"held-out ε_θ = {plainly(100 * chosen.held_out)} %, the lowest"
+        reason += f"held-out ε_θ = {plainly(100 * chosen.epsilon_holdout)} %, the lowest"
         reason += f" BIC of {len(close)} within a tenth of the best" if len(close) > 1 else ""
     else:
         reason += "the lowest BIC"

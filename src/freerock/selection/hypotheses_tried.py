@@ -36,7 +36,6 @@ from freerock.selection.added_uncertainty import (
 from freerock.selection.allowed_hypotheses import NOT_TRIED, Hypotheses, Hypothesis
 from freerock.selection.causes import Cause, ranked, required_effect
 from freerock.selection.choice import Choice, Evidence, choose, evidence, plainly
-from freerock.selection.holdout import of_other_runs
 from freerock.selection.quick import (
     Screening,
     asked_later,
@@ -208,21 +207,11 @@ def identify_runs(
     hypotheses: Hypotheses,
     alone: Callable[[Block, Motion, Hypotheses], Identified] = identify_run,
 ) -> dict[int, Identified]:
-    """The hypotheses that each run of a record requires, held against its other runs.
+    """The hypotheses that each run of a record requires.
 
     `motions` are the runs by number; `alone` identifies a run by itself; all else as in `identify_run`.
     """
-    singly = {number: alone(block, motion, hypotheses) for number, motion in motions.items()}
-    found = {number: each.copied() for number, each in singly.items()}
-    for model in CANDIDATES:
-        fits = {number: each.fits[model] for number, each in found.items() if _contends(model, each)}
-        settings = {number: hypotheses.settings(model, found[number].widened) for number in fits}
-        for number, epsilon in of_other_runs(model, block, motions, fits, settings).items():
-            found[number].fits[model] = replace(fits[number], epsilon_holdout_runs=epsilon)
-    for number, each in found.items():
-        if singly[number].explained and not each.explained:
-            take_up_causes(each, block, motions[number], hypotheses)
-    return found
+    return {number: alone(block, motion, hypotheses) for number, motion in motions.items()}
 
 
 def take_up_causes(found: Identified, block: Block, motion: Motion, hypotheses: Hypotheses) -> None:

@@ -20,6 +20,7 @@ COMMON = ["campaign", "foundation", "model", "parameter", "unit"]  # of the reco
 # Column of an end of an interval, and its name in `Population`.
 ENDS = {"ci95_low": "low", "ci95_high": "high", "total95_low": "total_low", "total95_high": "total_high"}
 ENDS |= {"next_low": "next_low", "next_high": "next_high"}
+SIGNIFICANT = 0.05  # chance of the scatter between blocks, below which they differ
 RECORD = ["campaign", "test", "block", "foundation", "model", "parameter"]
 
 
@@ -80,6 +81,26 @@ def populations_table(
     return pd.DataFrame(rows, columns=columns_of("populations")).astype(
         {"n_runs": "Int64", "n_records": "Int64"}
     )
+
+
+def foundations_table(populations: pd.DataFrame) -> pd.DataFrame:
+    """The laws of each foundation, and whether they transfer to another block.
+
+    Parameters
+    ----------
+    populations : pandas.DataFrame
+        From `populations_table`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns of foundations.csv, a row per foundation with several records, law and parameter: the mean
+        over its records with its total uncertainty, which holds the scatter tau between them; next_low and
+        next_high, where another block lies with 95 %. transfers is False where the records scatter by more
+        than noise, their runs and inputs explain (scatter_p below 5 %).
+    """
+    rows = populations[populations["level"] == "foundation"]
+    return rows.assign(transfers=~(rows["scatter_p"] < SIGNIFICANT))[columns_of("foundations")]
 
 
 def budget_table(

@@ -42,7 +42,7 @@ def restitution_comparison(
         fitted = of_records[(of_records["test"] == test) & (of_records["model"] == "housner")]
         first = impacts[impacts["impact"] == 1]
         scene = impacts[["campaign", "test", "block", "foundation"]].iloc[0].to_dict()
-        released = first["peak_before_block_deg"].fillna(first["peak_before_deg"])
+        released = first["peak_before_deg"]
         rigid = _rigid_s(blocks[scene["block"]], released)
         rows.append(
             {

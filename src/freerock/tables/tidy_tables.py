@@ -12,7 +12,7 @@ import xarray as xr
 from freerock.arrays import Floats
 from freerock.columns import columns_of
 from freerock.models.free_parameters import unit_of
-from freerock.models.laws import MODELS
+from freerock.models.laws import MODELS, law_of
 from freerock.products.choices import choices_of, named_in
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of
 from freerock.products.verdict_with_fits import verdict_of_run
@@ -22,10 +22,10 @@ from freerock.tables.candidates import candidates_table
 from freerock.tables.populations import budget_table, populations_table
 
 # Of impacts: columns, and their variables in the datasets, which not all of them have.
-KINDS_OF_R = ("", "_stderr", "_u", "_block", "_block_u", "_energy", "_energy_u")
+KINDS_OF_R = ("", "_stderr", "_u", "_energy", "_energy_u")
 OF_IMPACTS = {f"r{kind}": f"restitution{kind}" for kind in KINDS_OF_R} | {"impact_speed_m_s": "impact_speed"}
-PEAKS = {f"{name}_deg": name for name in ("peak_before", "peak_before_u", "peak_before_block")}
-BLOCK = ("restitution_block", "restitution_block_u", "peak_before_block")
+PEAKS = {f"{name}_deg": name for name in ("peak_before", "peak_before_u")}
+ENERGIES = ("restitution_energy", "restitution_energy_u", "impact_speed")
 NUMBERS_OF_FIT = ("value", "stderr", "ci95_low", "ci95_high", "u_law", "u_total")
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
 INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
@@ -336,19 +336,16 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
     pandas.DataFrame
         Columns of restitution.csv; source is "experiment" or a model, impact counts from 1, time_s is
         since the release [s], r the restitution from the peaks before and after the impact, peak_before_deg
-        the peak |θ| before it; of those measured r_u and peak_before_u_deg are the total uncertainties. Of a
-        foundation's law r_energy is the root of the ratio of its true energies, r_energy_u its total
-        uncertainty, impact_speed_m_s that of the corner that comes down. r and peaks are of the rotation
-        seen; those of a measured run named r_block and peak_before_block_deg are of the block itself, whose
-        corner sinks under the law that explains the run.
+        the peak |θ| before it, both of the rotation seen; of those measured r_u and peak_before_u_deg are the
+        total uncertainties. r_energy is the root of the ratio of true energies, of a measured impact under
+        the selected law, r_energy_u its total uncertainty, impact_speed_m_s that of the corner that comes
+        down.
     """
     fits, parts = list(fits), list[tuple[xr.DataTree, int, str, xr.Dataset, float]]()
     choices = {(tree.attrs["test"], run): choice for tree in fits for run, choice in choices_of(tree)}
     for tree in records:
         for number, group in runs_of(tree).items():
-            measured = group.dataset
-            choice = choices.get((tree.attrs["test"], number), xr.Dataset())
-            measured = measured.assign({name: choice[name] for name in BLOCK if name in choice})
+            measured = _with_energies(group.dataset, choices.get((tree.attrs["test"], number), xr.Dataset()))
             parts.append((tree, number, "experiment", measured, measured["release"].item()))
     for tree in fits:
         parts += [(tree, run, model, fit, 0.0) for run, model, fit in fits_of(tree)]
@@ -375,6 +372,15 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
         key=lambda column: column.map(ranks[column.name].index) if column.name in ranks else column,
     )
     return order[columns_of("restitution")].reset_index(drop=True)
+
+
+def _with_energies(measured: xr.Dataset, choice: xr.Dataset) -> xr.Dataset:
+    """Measured impacts with their energies under the selected law; a rigid block's are those of its peaks."""
+    selected = choice.attrs.get("selected")
+    if selected and not law_of(selected).is_foundation and "restitution_u" in measured:
+        own = {"restitution_energy": "restitution", "restitution_energy_u": "restitution_u"}
+        return measured.assign({name: measured[of_peaks] for name, of_peaks in own.items()})
+    return measured.assign({name: choice[name] for name in ENERGIES if name in choice})
 
 
 def rows_of(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict[str, pd.DataFrame]:
