@@ -29,9 +29,9 @@ FOUNDATIONS = {name: models["hunt_crossley"] for name, models in TABLE_2.items()
 
 
 def palermo_releases(
-    angle: float, parameters: Mapping[str, float], generator: Any, *, number: int = 3, scatter: float = 0.03
+    angle: float, parameters: Mapping[str, float], generator: Any, *, number: int = 3
 ) -> list[VirtualRelease]:
-    """Releases as an operator does them: angles within ±0.3°, parameters within ±`scatter`, both uniform.
+    """Releases as an operator does them: angles within ±0.3°, parameters within ±3 %, both uniform.
 
     Holds and pauses last 1.5 to 2.5 s, tilts 1.2 to 2 s, the finger fades over 5 to 20 ms, and a hand gets
     into the beam up to twice a tilt.
@@ -47,7 +47,7 @@ def palermo_releases(
             VirtualRelease(
                 theta0=round(angle + draw(-math.radians(0.3), math.radians(0.3), 6), 6),
                 parameters={
-                    name: float(f"{value * (1 + draw(-scatter, scatter, 6)):.6g}")
+                    name: float(f"{value * (1 + draw(-0.03, 0.03, 6)):.6g}")
                     for name, value in parameters.items()
                 },
                 tilt_s=tilt,

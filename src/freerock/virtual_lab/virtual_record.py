@@ -79,8 +79,6 @@ class Recording:
     zero_v : float
         Sensor output at rest [V].
     noise : AddedNoise
-    corner_sinks : bool
-        Whether the beam sees that the corner sinks into the foundation, as that of a real laser does.
     """
 
     rate_hz: float = 2000.0
@@ -88,7 +86,6 @@ class Recording:
     longest_s: float = 20.0
     zero_v: float = 5.0
     noise: AddedNoise = field(default_factory=AddedNoise)
-    corner_sinks: bool = True
 
 
 @dataclass(frozen=True)
@@ -145,7 +142,7 @@ def simulate_record(
     runs, parts = [], [np.zeros((2, math.ceil(clock * rate_hz)))]
     for number, release in enumerate(releases, 1):
         part, truth, clock = _release(model, block, rules, release, clock, recording)
-        if laser.beam == "vertical" and recording.corner_sinks and LAWS[model].is_foundation:
+        if laser.beam == "vertical" and LAWS[model].is_foundation:
             part[1] -= static_depth(block, Foundation.of(release.parameters), 0.0)  # where its zero is
         parts.append(part)
         runs.append({"run": number} | truth)
@@ -209,7 +206,7 @@ def _release(
     motion = simulate(model, block, release.parameters, since, theta0=begin, rules=rules, solver=EXACT)
     theta[rocking] = motion.theta
     depth = np.zeros(grid.size)
-    if recording.corner_sinks and soil:
+    if soil:
         depth[~rocking] = [static_depth(block, soil, each) for each in theta[~rocking]]
         depth[rocking] = motion.z_cb
         depth += block.b * np.abs(np.sin(theta))
