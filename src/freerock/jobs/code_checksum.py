@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from freerock.errors import FreerockError
 from freerock.files import write_text
 from freerock.jobs.home import PACKAGE
 
@@ -114,11 +115,11 @@ def _notes() -> dict[str, list[Any]]:
     notes: dict[str, list[Any]] = {}
     with suppress(OSError, ValueError):
         notes = json.loads(NOTES.read_text(encoding="utf-8"))
-    before = dict(notes)
-    atexit.register(lambda: notes == before or _write(notes))
+    atexit.register(_write, notes, dict(notes))
     return notes
 
 
-def _write(notes: dict[str, list[Any]]) -> None:
-    with suppress(Exception):  # a folder that may not be written: the next start reads all files again
-        write_text(NOTES, json.dumps(notes))
+def _write(notes: dict[str, list[Any]], before: dict[str, list[Any]]) -> None:
+    if notes != before:
+        with suppress(FreerockError):  # not writable: the next start reads all files again
+            write_text(NOTES, json.dumps(notes))
