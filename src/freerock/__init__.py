@@ -10,9 +10,9 @@ if TYPE_CHECKING:
     from freerock.config.campaign import load_campaign as load_campaign
     from freerock.config.campaign import load_config as load_config
     from freerock.config.fit_settings import FitSettings as FitSettings
-    from freerock.config.keys_of_processing import ImpactLimits as ImpactLimits
-    from freerock.config.keys_of_processing import RotationOptions as RotationOptions
-    from freerock.config.keys_of_processing import RunLimits as RunLimits
+    from freerock.config.processing import ImpactLimits as ImpactLimits
+    from freerock.config.processing import RotationOptions as RotationOptions
+    from freerock.config.processing import RunLimits as RunLimits
     from freerock.errors import FreerockError as FreerockError
     from freerock.identification.epsilon_theta import epsilon_theta as epsilon_theta
     from freerock.identification.fit import Fit as Fit
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 _ROOMS = {  # module: the public names it holds
     "config.campaign": ("load_campaign", "load_config"),
     "config.fit_settings": ("FitSettings",),
-    "config.keys_of_processing": ("ImpactLimits", "RotationOptions", "RunLimits"),
+    "config.processing": ("ImpactLimits", "RotationOptions", "RunLimits"),
     "errors": ("FreerockError",),
     "identification.epsilon_theta": ("epsilon_theta",),
     "identification.fit": ("Fit", "fit_record", "fit_run"),

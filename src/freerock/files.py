@@ -28,7 +28,7 @@ def read_bytes(path: str | Path) -> bytes:
     try:
         return Path(path).read_bytes()
     except OSError as error:
-        raise FreerockError(path, f"cannot be read ({error.strerror})", "put it back, or correct its name") from None
+        raise FreerockError(path, f"cannot be read ({error.strerror})", "put it back") from None
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from freerock.config.figure_names import FIGURES
+from freerock.config.campaign_file import FIGURES
 from freerock.errors import FreerockError
 from freerock.figures.declared import declared
 

@@ -24,7 +24,7 @@ import pandas as pd
 from ruamel.yaml import YAML
 
 from freerock.arrays import Floats
-from freerock.config.keys_of_uncertainty import DEFAULTS
+from freerock.config.uncertainty import DEFAULTS
 from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
 from freerock.rotation.laboratory import Input, Laboratory

@@ -8,7 +8,7 @@ import yaml
 from jsonschema import Draft202012Validator
 
 from freerock.config.campaign import ConfigFile
-from freerock.config.keys_of_campaign import CampaignFile
+from freerock.config.campaign_file import CampaignFile
 from freerock.config.reference import MARK, files, json_schema
 
 ROOT = Path(__file__).parents[2]

@@ -13,7 +13,7 @@ from overlaps import assert_nothing_overlaps
 
 from freerock import figures
 from freerock.arrays import extremes
-from freerock.config.figure_names import FIGURES
+from freerock.config.campaign_file import FIGURES
 from freerock.figures import (
     comparison,
     foundation_effect,

@@ -13,8 +13,7 @@ from fabricated import RATE_HZ, campaign, fits, record, tidy_tables
 from matplotlib.path import Path as MplPath
 from test_figures import BLOCKS, LABELS, texts
 
-from freerock.config.figure_names import FIGURES
-from freerock.config.keys_of_campaign import CampaignFile
+from freerock.config.campaign_file import FIGURES, CampaignFile
 from freerock.figures import declared, parameters, residuals, restitution
 from freerock.jobs.make_figure import make_figure
 from freerock.tables.csvfile import write_csv

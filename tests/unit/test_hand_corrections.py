@@ -13,7 +13,7 @@ from freerock.config.hand_corrections import (
     read_overrides,
     written_overrides,
 )
-from freerock.config.keys_of_processing import RunLimits
+from freerock.config.processing import RunLimits
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.flags import BY_HAND
 from freerock.runs.beginning import begun_by_hand

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from freerock.config.keys_of_processing import ImpactLimits
+from freerock.config.processing import ImpactLimits
 from freerock.models.block import Block
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.runs.impacts import Impacts, find_impacts

@@ -8,7 +8,7 @@ import pytest
 from fabricated import campaign, tidy_tables
 from matplotlib.image import imsave
 
-from freerock.config.figure_names import FIGURES
+from freerock.config.campaign_file import FIGURES
 from freerock.figures.declared import declared
 from freerock.models.block import Block
 from freerock.tables.candidates import candidates_table

@@ -7,8 +7,8 @@ import pytest
 from planned import campaign
 from scipy.stats import chi2
 
+from freerock.config.campaign_file import SensorSection
 from freerock.config.fit_settings import FitSettings
-from freerock.config.keys_of_plan import SensorSection
 from freerock.config.mistakes import ConfigError
 from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.config.keys_of_processing import RotationOptions
+from freerock.config.processing import RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.beam import displacement_from_rotation

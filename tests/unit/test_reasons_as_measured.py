@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from freerock.config.keys_of_processing import ImpactLimits, RotationOptions, RunLimits
+from freerock.config.processing import ImpactLimits, RotationOptions, RunLimits
 from freerock.models.block import Block
 from freerock.noise.still import Phase
 from freerock.rotation.faults import Fault

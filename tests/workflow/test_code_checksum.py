@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from small_campaign import ROOT
 
-from freerock.config.figure_names import FIGURES
+from freerock.config.campaign_file import FIGURES
 from freerock.jobs import code_checksum as checksums
 from freerock.jobs.code_checksum import code_checksum, code_files
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from freerock.config import step_settings as settings
 from freerock.config.campaign import check_options, load_config
-from freerock.config.figure_names import FIGURES
+from freerock.config.campaign_file import FIGURES
 from freerock.config.review_log import log_of
 from freerock.errors import FreerockError
 from freerock.figures.declared import declared

@@ -18,8 +18,8 @@ from pathlib import Path
 from freerock.cli.inspect_command import RecordLook, look_text, looks_to_take, take
 from freerock.cli.new_campaign_command import plain_name
 from freerock.config.campaign import Source, campaign_paths, read_campaign
-from freerock.config.csv_cells import rows_in
 from freerock.config.mistakes import refuse
+from freerock.config.record import rows_in
 from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError, attempt
 from freerock.files import CHECKSUM_COLUMNS, MANIFEST, atomic, listed_checksums, sha256, write_bytes

@@ -15,9 +15,9 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from freerock.config.blocks import BlockSection, density_if_square
 from freerock.config.campaign import Campaign, Source, campaign_paths, read_campaign
-from freerock.config.keys_of_blocks import BlockSection, density_if_square
-from freerock.config.keys_of_lasers import LaserSection
+from freerock.config.lasers import LaserSection
 from freerock.config.mistakes import refuse
 from freerock.config.record import Record
 from freerock.config.step_settings import section_values

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from freerock.config import values
-from freerock.config.keys_of_campaign import CampaignFile
-from freerock.config.keys_of_lasers import LaserSection
+from freerock.config.campaign_file import CampaignFile
+from freerock.config.lasers import LaserSection
 from freerock.config.mistakes import ConfigError, refuse, validate
 from freerock.config.record import Record, read_records
 from freerock.config.values import Name, Section, key

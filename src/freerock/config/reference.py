@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from freerock.config.campaign import ConfigFile
-from freerock.config.keys_of_campaign import CampaignFile
+from freerock.config.campaign_file import CampaignFile
 from freerock.config.record import Record
 from freerock.config.values import Section
 

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from freerock.config.campaign import Campaign
-from freerock.config.keys_of_uncertainty import DEFAULTS, response_u_ms
 from freerock.config.record import Record
+from freerock.config.uncertainty import DEFAULTS, response_u_ms
 from freerock.config.values import Section
 
 Settings = dict[str, Any]

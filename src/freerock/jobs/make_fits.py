@@ -8,7 +8,7 @@ from typing import Any
 
 import lmfit
 
-from freerock.config.keys_of_processing import ImpactLimits
+from freerock.config.processing import ImpactLimits
 from freerock.identification.fit import Fit, ImpactEnergy
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, law_of

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from freerock.config.keys_of_processing import ImpactLimits, RotationOptions, RunLimits
+from freerock.config.processing import ImpactLimits, RotationOptions, RunLimits
 from freerock.errors import FreerockError
 from freerock.files import check_file
 from freerock.jobs.log import of_the_machine

@@ -12,7 +12,7 @@ import pandas as pd
 from freerock.arrays import Floats
 from freerock.columns import columns_of
 from freerock.config.campaign import Campaign
-from freerock.config.keys_of_plan import SensorSection
+from freerock.config.campaign_file import SensorSection
 from freerock.config.step_settings import laboratory
 from freerock.errors import FreerockError
 from freerock.identification.settings import freed

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from freerock.arrays import Floats
-from freerock.config.keys_of_processing import RUN_LIMITS
+from freerock.config.processing import RUN_LIMITS
 from freerock.identification.fit import Fit, ImpactEnergy
 from freerock.identification.model_discrepancy import model_discrepancy
 from freerock.models.block import Block

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from freerock.config.keys_of_uncertainty import DEFAULTS
+from freerock.config.uncertainty import DEFAULTS
 from freerock.identification.significance_levels import REJECTS, TELLS, TRACE
 from freerock.models.block import GRAVITY
 from freerock.models.laws import LAWS

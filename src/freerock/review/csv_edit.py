@@ -15,7 +15,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
-from freerock.config.csv_cells import CsvCell, rows_in, wrong_length
+from freerock.config.record import CsvCell, rows_in, wrong_length
 from freerock.errors import FreerockError
 from freerock.files import write_bytes
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Flags, Floats
-from freerock.config.keys_of_processing import RotationOptions
+from freerock.config.processing import RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.noise.converter import lattice_step

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
-from freerock.config.keys_of_processing import ROTATION_OPTIONS, RotationOptions
+from freerock.config.processing import ROTATION_OPTIONS, RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.channel import READ_AT_ONCE, Reading, Rotation, read_channel

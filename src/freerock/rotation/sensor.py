@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
-from freerock.config.laser_defaults import LaserKeys
+from freerock.config.lasers import LaserKeys
 from freerock.errors import FreerockError
 from freerock.rotation.flags import Limits
 from freerock.units import CHANNEL_UNITS, understood

@@ -8,7 +8,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.config.hand_corrections import Override
-from freerock.config.keys_of_processing import RunLimits
+from freerock.config.processing import RunLimits
 from freerock.noise.still import MIN_PEAKS, UNSTEADY, Phase
 from freerock.runs.holds import find_stop
 from freerock.runs.release import (

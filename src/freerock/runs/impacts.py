@@ -14,7 +14,7 @@ from scipy.fft import next_fast_len
 from scipy.special import ellipkinc
 
 from freerock.arrays import Floats
-from freerock.config.keys_of_processing import IMPACT_LIMITS, ImpactLimits
+from freerock.config.processing import IMPACT_LIMITS, ImpactLimits
 from freerock.models.block import Block
 from freerock.noise.in_motion import in_motion
 from freerock.noise.spectrum import Noise

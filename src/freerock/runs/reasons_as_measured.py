@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.keys_of_processing import RunLimits
+from freerock.config.processing import RunLimits
 from freerock.models.block import SQUAT, Block
 from freerock.noise.still import Phase, between_breaks
 from freerock.rotation.faults import Fault

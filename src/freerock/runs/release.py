@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats, Indices, Mask
-from freerock.config.keys_of_processing import RunLimits
+from freerock.config.processing import RunLimits
 from freerock.noise.in_motion import HIGH_SWING, in_motion, swings_of
 from freerock.noise.spectrum import Noise
 from freerock.noise.still import BLOCKS_PER_WINDOW, Phase

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.keys_of_processing import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, RunLimits
+from freerock.config.processing import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, RunLimits
 from freerock.models.block import Block
 from freerock.noise.at_rest import sensor_noise
 from freerock.noise.converter import scatter

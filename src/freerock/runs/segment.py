@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.config.hand_corrections import Override
-from freerock.config.keys_of_processing import RUN_LIMITS, RunLimits
+from freerock.config.processing import RUN_LIMITS, RunLimits
 from freerock.models.block import Block
 from freerock.noise.at_rest import sensor_noise
 from freerock.noise.spectrum import Noise

@@ -1,4 +1,4 @@
-"""The keys of `blocks`, with their defaults."""
+"""What blocks and foundations are: the keys of `blocks` and `foundations`."""
 
 import math
 from dataclasses import fields
@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import ValidationInfo, field_validator
 
-from freerock.config.keys_of_uncertainty import BlockUncertainty, stated_only_with
+from freerock.config.uncertainty import BlockUncertainty, stated_only_with
 from freerock.config.values import Invalid, Label, Length, Number, Place, Positive, Section, key
 from freerock.models.block import GRAVITY, Block
 
@@ -92,3 +92,16 @@ class BlockSection(Section):
                     "correct the release angle, the height or the width",
                 )
         return angle
+
+
+class FoundationSection(Section):
+    """What the blocks stand on."""
+
+    label: Label = key("the name printed in tables and figures; by default the key", "")
+    levelled_deg: Number | None = key(
+        "the largest tilt of its base in the plane of rocking, in degrees; without it, tilt adds nothing to "
+        "`u_total`, and `freerock check` reports a doubt for measured records",
+        None,
+        ge=0,
+        le=10,
+    )

@@ -1,4 +1,4 @@
-"""The keys of `fits`, with their defaults; those that `FitSettings` holds are in `fit_settings`."""
+"""How models are fitted: the keys of `fits`; those that `FitSettings` holds are in `fit_settings`."""
 
 from typing import Annotated, Any, Literal
 

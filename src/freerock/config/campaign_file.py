@@ -1,23 +1,108 @@
-"""The keys of a campaign's YAML file outside its groups, with their defaults.
-
-The keys of each group, as `fits`, are in the module of its name, as `keys_of_fits`.
-"""
+"""The keys of a campaign's YAML file, with those of `published` and `plan`."""
 
 import math
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias
 
-from pydantic import ValidationInfo, field_validator
+from pydantic import ValidationInfo, field_validator, model_validator
 
 from freerock.config import values
-from freerock.config.figure_names import FIGURES, Figure
-from freerock.config.keys_of_blocks import BlockSection
-from freerock.config.keys_of_fits import FitsSection
-from freerock.config.keys_of_foundations import FoundationSection
-from freerock.config.keys_of_lasers import LaserSection
-from freerock.config.keys_of_plan import PlanSection
-from freerock.config.keys_of_processing import ProcessingSection
-from freerock.config.keys_of_published import PublishedSection
-from freerock.config.values import Folder, Invalid, Name, Once, Section, Text, key
+from freerock.config.blocks import BlockSection, FoundationSection
+from freerock.config.fits import FitsSection
+from freerock.config.lasers import LaserSection
+from freerock.config.processing import ProcessingSection
+from freerock.config.values import (
+    Candidate,
+    Folder,
+    Invalid,
+    Model,
+    Name,
+    Number,
+    Once,
+    OneOrMore,
+    Positive,
+    Section,
+    Text,
+    check_names,
+    check_parameters,
+    key,
+)
+from freerock.models.laws import CANDIDATES, MODELS
+
+FIGURES: tuple[str, ...] = ("set_up", "foundation_effect", "comparison", "restitution", "parameters")
+FIGURES += ("predictions", "residuals", "backbone")
+if TYPE_CHECKING:  # words known only at run time
+    Figure: TypeAlias = str
+else:
+    Figure = Literal[*FIGURES]
+"""Figures of a campaign."""
+
+
+class PublishedSection(Section):
+    """Values of a publication, printed beside the identified ones."""
+
+    doi: str = key("the DOI of the publication, as 10.…/…", pattern=r"^10\.\d{4,9}/\S+$", max_length=200)
+    values: dict[Name, dict[Name, dict[Model, dict[str, Number]]]] = key(
+        "block: foundation: model: parameter: value, in SI units; epsilon_theta as a fraction counts as a "
+        "parameter"
+    )
+    longest: dict[Name, Name] = key("block: the foundation on which it rocks longest in the publication", {})
+
+    @field_validator("values")
+    @classmethod
+    def _known_parameters(cls, values: Any) -> Any:
+        for foundations in values.values():
+            for models in foundations.values():
+                for model, parameters in models.items():
+                    check_names(parameters, (*MODELS[model], "epsilon_theta"), f"a parameter of {model}")
+        return values
+
+
+class SensorSection(Section):
+    """A planned sensor: its white noise in volts, metres or degrees, and its range."""
+
+    noise_v: Positive | None = key("the standard deviation of its noise in volts", None)
+    noise_m: Positive | None = key("the standard deviation of its noise in metres", None)
+    noise_deg: Positive | None = key("the standard deviation of the noise of θ itself in degrees", None)
+    range_m: Positive | None = key(
+        "its measuring range in metres; by default as for the record's laser", None
+    )
+
+    @model_validator(mode="after")
+    def _one_noise(self) -> Self:
+        given = [name for name in ("noise_v", "noise_m", "noise_deg") if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise Invalid(
+                f"has {' and '.join(given) or 'no noise'}", "give one of noise_v, noise_m, noise_deg"
+            )
+        return self
+
+
+class PlanSection(Section):
+    """Tests for which `freerock plan` predicts how well one run tells each parameter."""
+
+    expected: dict[Name, dict[Candidate, dict[str, Positive]]] = key(
+        "foundation: model: parameter: expected value (SI). Models …_width also need width_fraction, the "
+        "contact width over the width of the block",
+        min_length=1,
+    )
+    sensors: dict[Name, SensorSection] = key("one or more sensors, each by its name", min_length=1)
+    sampling_rates_hz: Annotated[tuple[Positive, ...], OneOrMore] = key(
+        "the sampling rates in hertz, one or more", (2000.0,)
+    )
+    durations_s: Annotated[tuple[Positive, ...], OneOrMore] = key(
+        "the durations of a run in seconds, one or more", (8.0,)
+    )
+    release_angles_deg: dict[Name, tuple[Positive, ...]] = key(
+        "block: list of release angles in degrees; by default release_angle_deg of the block", {}
+    )
+
+    @field_validator("expected")
+    @classmethod
+    def _complete(cls, expected: Any) -> Any:
+        for foundation, models in expected.items():
+            for model, parameters in models.items():
+                check_parameters(model, parameters, f" on {foundation}", CANDIDATES[model].width)
+        return expected
 
 
 class CampaignFile(Section):

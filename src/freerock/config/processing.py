@@ -1,4 +1,4 @@
-"""The keys of `processing`: the settings of the steps from volts to impacts, and their defaults."""
+"""The steps from volts to impacts: the keys of `processing`."""
 
 from freerock.config.values import NotNegative, Number, Positive, Section, Whole, key
 
