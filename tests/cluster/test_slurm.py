@@ -17,9 +17,9 @@ from freerock.virtual_lab.write_tdms import write_records
 if missing():
     pytest.skip(f"not installed: {', '.join(missing())}", allow_module_level=True)
 
-PROFILE = ["--profile", "profiles/slurm", "--slurm-init-seconds-before-status-checks", "2"]
-PROFILE += ["--group-components", "test=1"]  # a record a job, so that each node has one
-TESTS = ["one", "two", "three"]
+PROFILE = ["--group-components", "test=1"]  # a record a job, so that each node has one
+PROFILE += ["--profile", "profiles/slurm", "--slurm-init-seconds-before-status-checks", "2"]
+TESTS = ["one", "two"]
 
 
 @pytest.fixture(scope="module")

@@ -12,12 +12,13 @@ from freerock.config.review_log import log_of, read_changes
 from freerock.errors import FreerockError
 from freerock.jobs.log import make_or_give_up
 from freerock.jobs.make_fits import give_up_fits, make_fits
-from freerock.jobs.make_record import make_record, rotation_of
+from freerock.jobs.make_record import make_record
 from freerock.products.groups import fits_of
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review.corrections import Correction, corrected, corrected_cells
 from freerock.review.desk import Desk
 from freerock.review.signals import signals_of
+from freerock.rotation.of_record import rotation_of
 from freerock.tables.number_text import quantity
 from freerock.tables.populations import populations_table
 from freerock.tables.printed_tables import table2_text

@@ -5,24 +5,19 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
-from freerock.config.processing import ImpactLimits, RotationOptions, RunLimits
+from freerock.config.processing import ImpactLimits, RunLimits
 from freerock.errors import FreerockError
-from freerock.files import check_file
 from freerock.jobs.log import of_the_machine
 from freerock.models.block import Block
 from freerock.noise.at_rest import sensor_noise, usual_of
 from freerock.noise.spectrum import Noise
 from freerock.products.netcdf import write_failure, write_record
 from freerock.products.provenance import provenance
-from freerock.records.read import read_record
 from freerock.rotation.faults import listed_faults, signal_quality
-from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.rotation.laboratory import Laboratory
-from freerock.rotation.rotation import find_rotation
-from freerock.rotation.sensor import laser_of
+from freerock.rotation.of_record import READERS_NOTES, rotation_of
 from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import Impacts
 from freerock.runs.measured_total import MeasuredTotal, measured_total
@@ -32,7 +27,6 @@ from freerock.runs.verdict import Reason
 
 log = logging.getLogger("freerock")
 
-READERS_NOTES = ("reading", "time_base", "start_time")  # attributes in which a reader says what it found out
 Settings = Mapping[str, Any]
 
 
@@ -72,7 +66,7 @@ def make_record(
             write_failure(output, excluded, attributes)
             return
         by_hand = ByHand(settings["overrides"], settings["exclusions"], settings.get("stretches", ()))
-        record = _used((rotate or rotation_of)(settings), by_hand)
+        record = by_hand.without_hidden((rotate or rotation_of)(settings))
         judged, totals = _judged(settings, record, by_hand)
     except FreerockError as error:
         if of_the_machine(error):
@@ -124,53 +118,3 @@ def _at_rest(record: xr.Dataset) -> Noise | None:
     time_s, theta, sigma = (record[name].values for name in ("time", "theta", "sigma_theta"))
     noise = sensor_noise(time_s, theta, sigma, signal_quality(record).converter_step)
     return noise and noise.scaled(usual_of(sigma))
-
-
-def _used(record: xr.Dataset, by_hand: ByHand) -> xr.Dataset:
-    """θ(t) without the stretches left out by hand."""
-    hidden = by_hand.hidden(record["time"].values)
-    if not hidden.any():
-        return record
-    flags = record["flags"].values | np.where(hidden, BY_HAND["left_out"], 0).astype(np.uint8)
-    known = FLAGS | BY_HAND
-    masks = {"flag_masks": np.array([*known.values()], np.uint8), "flag_meanings": " ".join(known)}
-    unseen: dict[str, Any] = {name: record[name].where(~hidden) for name in ("theta", "sigma_theta")}
-    return record.assign(unseen | {"flags": ("time", flags, masks)})
-
-
-def rotation_of(settings: Settings) -> xr.Dataset:
-    """θ(t) of a record, with what its reader found out.
-
-    Parameters
-    ----------
-    settings : mapping
-        As for `make_record`, without what is set by hand.
-
-    Raises
-    ------
-    FreerockError
-        The file is not the one listed, can't be read, or its signal can't become a rotation.
-    """
-    path = Path(settings["raw"], settings["file"])
-    if settings["sha256"]:
-        check_file(settings["raw"], settings["file"], settings["sha256"])
-    lasers = [laser_of(section, settings["raw"]) for section in settings["lasers"]]
-    channels = [_channel(path, name) for name in settings["channels"]]
-    time_s = channels[0]["time"].values
-    if not all(np.array_equal(channel["time"].values, time_s) for channel in channels):
-        raise FreerockError(path, "the two channels have different time bases", "name two of one group")
-    signals, units = [each.values for each in channels], [each.attrs["units"] for each in channels]
-    block, options = Block(**settings["block"]), RotationOptions(**settings["rotation"])
-    record = find_rotation(time_s, signals, lasers, block, units, options)
-    found_out = channels[0].attrs
-    return record.assign_attrs({key: found_out[key] for key in READERS_NOTES if key in found_out})
-
-
-def _channel(path: Path, name: str) -> xr.DataArray:
-    """A channel by its name, "" for the only one, with the attributes of its file."""
-    read = read_record(path, name or None)
-    if len(read.data_vars) > 1:
-        several = f"has the channels {', '.join(map(str, read.data_vars))}"
-        raise FreerockError(path, several, "name one in the channel column of the campaign's CSV")
-    (signal,) = read.data_vars.values()
-    return signal.assign_attrs(read.attrs)

@@ -163,7 +163,7 @@ class Bench:
         return open_record(file, samples=False)
 
     def _rotation(self, settings: Mapping[str, Any]) -> xr.Dataset:
-        from freerock.jobs.make_record import rotation_of
+        from freerock.rotation.of_record import rotation_of
 
         own = {
             key: value

@@ -10,6 +10,7 @@ __all__ = [
     "faults",
     "flags",
     "laboratory",
+    "of_record",
     "rotation",
     "sensor",
     "u_total",

@@ -1,19 +1,22 @@
 """Corrections of runs by hand, and how they are combined with the runs found.
 
-They come from the campaign's CSV: `config.hand_corrections` states their way to the fit. `jobs.make_record`
-masks samples that are left out.
+They come from the campaign's CSV: `config.hand_corrections` states their way to the fit.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from freerock.arrays import Floats, Mask
 from freerock.config.hand_corrections import Override
+from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.runs.verdict import Reason
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SHARED = 0.5  # of the time of the shorter of two runs: then they are one
 
@@ -65,6 +68,17 @@ class ByHand:
         for from_s, to_s, _ in self.stretches:
             found[slice(*np.searchsorted(time_s, (from_s, to_s)))] = True
         return found
+
+    def without_hidden(self, record: "xr.Dataset") -> "xr.Dataset":
+        """θ(t) of a record without the samples that are not used; they are flagged."""
+        hidden = self.hidden(record["time"].values)
+        if not hidden.any():
+            return record
+        flags = record["flags"].values | np.where(hidden, BY_HAND["left_out"], 0).astype(np.uint8)
+        known = FLAGS | BY_HAND
+        masks = {"flag_masks": np.array([*known.values()], np.uint8), "flag_meanings": " ".join(known)}
+        unseen: dict[str, Any] = {name: record[name].where(~hidden) for name in ("theta", "sigma_theta")}
+        return record.assign(unseen | {"flags": ("time", flags, masks)})
 
     def merged(self, found: Sequence[tuple[float, float]], record_end_s: float) -> list[Planned]:
         """The runs of a record in the order of release.
