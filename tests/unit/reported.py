@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from fabricated import fits, record, tidy_tables
+from fabricated import tidy_tables
 from matplotlib.image import imsave
 
 from freerock.config.campaign import load_campaign
@@ -14,11 +14,9 @@ from freerock.populations.predict import PREDICTIONS
 from freerock.products.estimates import estimates_of
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv, write_csv
-from freerock.tables.populations import budget_table, foundations_table, populations_table
-from freerock.tables.restitution_comparison import restitution_comparison
-from freerock.tables.summary import table1, table2, table3
-from freerock.tables.tidy_tables import CONTRIBUTIONS
+from freerock.tables.paper import summary_table, table1, table2, table3
 
+PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
 VOID = {"img", "meta", "br", "hr", "link", "input"}
 SHIPPED = Path(__file__).parents[2] / "config/campaigns/palermo_virtual.yaml"
@@ -76,57 +74,43 @@ def settings(trees, **changes):
     return config | changes
 
 
-def predicted(estimates):
-    """Discrepancies as predictions would have them, of made-up size: of other runs, and of another block."""
-    rows = [
-        [each.campaign, each.test, each.run, each.block, each.foundation, each.model, basis, 1, epsilon]
-        for i, each in enumerate(estimates)
-        for basis, epsilon in (("other runs", 0.001 * (1 + i)), ("b2", 0.01 * (1 + i)))
-    ]
-    return pd.DataFrame(rows, columns=PREDICTIONS)
-
-
 def tables_of(folder, datasets, shapes=BLOCKS):
-    """Write the tables of made-up records into a folder; their names."""
+    """Write the tables of made-up records into a folder; the frames by name."""
     records, fitted = datasets
-    tidy = tidy_tables(records, fitted)
-    known = (tidy[name] for name in ("runs", "populations", "restitution"))
-    frames = tidy | {"restitution_comparison": restitution_comparison(*known, shapes)}
-    frames["foundations"] = foundations_table(frames["populations"])
-    frames["predictions"] = predicted(estimates_of(fitted))
+    frames = tidy_tables(records, fitted)
+    frames["predictions"] = pd.DataFrame(
+        [
+            [
+                each.campaign,
+                each.test,
+                each.run,
+                each.block,
+                each.foundation,
+                each.model,
+                "other runs",
+                1,
+                0.03,
+            ]
+            for each in estimates_of(fitted)
+        ],
+        columns=PREDICTIONS,
+    )
+    frames["summary"] = summary_table(frames)
     frames |= {
-        "table1": table1(records, shapes),
-        "table2": table2(tidy["populations"], tidy["parameters"], choice=tidy["choice"]),
+        "table1": table1(records, shapes, {"b1": 10.0}),
+        "table2": table2(frames["populations"], frames["paper"], PUBLISHED),
+        "table3": table3(frames["paper"], PUBLISHED),
     }
-    frames["table3"] = table3(tidy["epsilon"], choice=tidy["choice"])
     for name, frame in frames.items():
         write_csv(frame, folder / f"{name}.csv")
-    return list(frames)
-
-
-def half_explained(folder):
-    """Tables of two blocks on marble: the law that explains the runs of one is rejected for the other."""
-    trees = [record("b1_marble"), record("b2_marble", "b2", n_runs=1)]
-    names = tables_of(folder, (trees, [fits(tree) for tree in trees]))
-    frames = {name: read_csv(folder / f"{name}.csv") for name in names}
-    choice, parameters = frames["choice"], frames["parameters"]
-    of_b2 = choice["block"] == "b2"
-    choice.loc[of_b2, ["status", "explains"]] = "rejected", False
-    choice.loc[of_b2 & (choice["model"] == "winkler"), "status"] = "selected"  # the nearest
-    nothing = pd.DataFrame(columns=CONTRIBUTIONS)
-    frames["populations"] = populations_table(parameters, nothing, choice)
-    frames["budget"] = budget_table(parameters, nothing, choice)
-    for name in ("choice", "populations", "budget"):
-        write_csv(frames[name], folder / f"{name}.csv")
-    return {name: read_csv(folder / f"{name}.csv") for name in names}
+    return {name: read_csv(folder / f"{name}.csv") for name in frames}
 
 
 def make(folder, datasets, *, shapes=BLOCKS, figures=None, by_hand=(), **changes):
-    records, fitted = datasets
-    pairs = {pair[0].attrs["test"]: pair for pair in zip(records, fitted, strict=True)}
+    """The report of made-up records, taken apart."""
+    records, _ = datasets
     image = folder / "image.png"
     imsave(image, np.zeros((24, 30, 3)))
-    frames = tables_of(folder, datasets, shapes)
     write_report(
         folder / "report.html",
         provenance={
@@ -135,9 +119,8 @@ def make(folder, datasets, *, shapes=BLOCKS, figures=None, by_hand=(), **changes
             "software": {"numpy": "2.0"},
             "git": "abc-dirty",
         },
-        tables={name: read_csv(folder / f"{name}.csv") for name in frames},
-        blocks=shapes,
-        opened=lambda test, samples: pairs[test],
+        tables=tables_of(folder, datasets, shapes),
+        rates_hz=[950.0],
         figures=[("Rotation", image)] if figures is None else figures,
         pages={records[0].attrs["test"]: folder / "figures/qc.png"},
         changes=by_hand,

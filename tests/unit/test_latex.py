@@ -7,24 +7,15 @@ import pandas as pd
 import pytest
 from fabricated import campaign, tidy_tables
 from matplotlib.image import imsave
+from reported import tables_of
 
 from freerock.config.campaign_file import FIGURES
 from freerock.figures.declared import declared
 from freerock.models.block import Block
-from freerock.tables.candidates import candidates_table
 from freerock.tables.latex import figures_tex, latex, numbers_tex
+from freerock.tables.paper import recovered_table, table1
 from freerock.tables.populations import populations_table
-from freerock.tables.printed_tables import (
-    printed_candidates,
-    printed_recovered,
-    table1_text,
-    table2_text,
-    table3_text,
-)
-from freerock.tables.summary import recovered_table, table1, table2, table3
-from freerock.tables.tidy_tables import choice_table, epsilon_table, parameters_table
-
-PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}
+from freerock.tables.printed import printed_recovered, printed_tables
 
 
 @pytest.fixture(scope="module")
@@ -89,9 +80,9 @@ def test_numbers_are_macros_of_letters_alone(datasets):
     assert r"\newcommand{\frBOneMarbleWinklerEpsilon}{2.00 \%}" in lines
     assert r"\newcommand{\frBOneMarbleRunTwoWinklerEpsilon}{3.00 \%}" in lines
     assert r"\newcommand{\frBOneMarbleRunTwoWinklerFinalTime}{4.00 s}" in lines
-    candidates = tidy["candidates"]
-    one = candidates.index[(candidates["model"] == "winkler") & (candidates["foundation"] == "marble")][0]
-    candidates.loc[one, "n_also_possible"] = 1
+    choice = tidy["choice"]
+    one = choice.index[(choice["model"] == "winkler") & (choice["foundation"] == "marble")][0]
+    choice.loc[one, "status"] = "also_possible"
     means = [line for line in numbers_tex(tidy).splitlines() if r"{\frmean" in line and "Winkler" in line]
     assert [re.search(r"frmean(\w+)", line)[1] for line in means] == ["MarbleWinklerK", "MarbleWinklerC"]
 
@@ -99,27 +90,15 @@ def test_numbers_are_macros_of_letters_alone(datasets):
 @pytest.mark.skipif(not has_latex(), reason="needs pdflatex with booktabs and siunitx")
 @pytest.mark.parametrize("name", ["Configuration #2", "A block of a longer name than others"])
 def test_tables_fit_the_columns_of_a_journal(tmp_path, datasets, name):
-    records, fitted = datasets
-    parameters = parameters_table(fitted)
-    truth = {
-        ("b1_marble", 1, "hunt_crossley", "k"): 6.88e6,
-        ("b1_marble", 1, "hunt_crossley", "lambda"): 1.25e8,
-    }
-    recovered = recovered_table(parameters, truth)
-    blocks = {f"b{i}": Block(0.28, 0.07, 5.84) for i in range(1, 7)}
-    populations = populations_table(parameters)
-    choice = choice_table(fitted)
-    second = table2(populations, parameters, PUBLISHED, choice)
-    third = table3(epsilon_table(fitted), PUBLISHED, choice)
+    truth = {("b1_marble", 1, "hunt_crossley", "k"): 6.88e6}
+    shapes = {f"b{i}": Block(0.28, 0.07, 5.84) for i in range(1, 7)}
+    frames = tables_of(tmp_path, datasets)
     labels = {"b1": name, "mat": "Mat 100 % & more"}
-    tables = {
-        "table1": table1_text(table1(records, dict([*blocks.items()][:2])), labels),
-        "blocks": table1_text(table1(records, blocks), labels),
-        "table2": table2_text(second, labels),
-        "table3": table3_text(third, labels),
-        "recovered": printed_recovered(recovered).text,
-        "candidates": printed_candidates(candidates_table(choice, parameters), "simulated", labels).text,
-        "empty": table2_text(second[:0]),
+    printed = printed_tables(frames, "simulated", doi="10.1/2", labels=labels)
+    wide = frames | {"table1": table1(datasets[0], shapes)}
+    tables = {each: table.text for each, table in printed.items()} | {
+        "blocks": printed_tables(wide, "simulated", labels=labels)["table1"].text,
+        "recovered": printed_recovered(recovered_table(frames["parameters"], truth)).text,
         "long": pd.DataFrame(
             [[f"block {i // 9}", *[""] * 3] if i % 9 == 0 else ["3.14"] * 4 for i in range(95)]
         ),

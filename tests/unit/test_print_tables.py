@@ -1,33 +1,29 @@
 """Tables printed from the CSV files say what the datasets say: ten digits are enough."""
 
 import pytest
-from fabricated import campaign, tidy_tables
+from fabricated import campaign
+from reported import tables_of
 
 from freerock.jobs.print_tables import print_recovered, print_tables
-from freerock.models.block import Block
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.latex import numbers_tex
 from freerock.tables.markdown import markdown
-from freerock.tables.printed_tables import printed_recovered, printed_tables
-from freerock.tables.summary import recovered_table, table1, table2, table3
+from freerock.tables.paper import recovered_table
+from freerock.tables.printed import printed_recovered, printed_tables
 
 LABELS = {"b1": "Slender", "mat": "Soft mat"}
 
 
 @pytest.fixture(scope="module")
-def tables():
-    records, fits = campaign()
-    blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
-    tidy = tidy_tables(records, fits)
-    frames = {"table1": table1(records, blocks), "table2": table2(tidy["populations"], tidy["parameters"])}
-    return tidy | frames | {"table3": table3(tidy["epsilon"])}
+def tables(tmp_path_factory):
+    return tables_of(tmp_path_factory.mktemp("tables"), campaign())
 
 
 def test_printed_tables_are_those_of_the_datasets(tables, tmp_path):
-    for name, frame in tables.items():
-        write_csv(frame, tmp_path / f"{name}.csv")
-    names = ("runs", "parameters", "epsilon", "candidates", "populations", "table1", "table2", "table3")
-    files = {name: tmp_path / f"{name}.csv" for name in names}
+    names = ("runs", "parameters", "epsilon", "choice", "populations", "restitution")
+    files = {name: tmp_path / f"{name}.csv" for name in (*names, "table1", "table2", "table3")}
+    for name, file in files.items():
+        write_csv(tables[name], file)
     print_tables(files, tmp_path, origin="simulated", doi="10.1/2", labels=LABELS)
     for name, table in printed_tables(tables, "simulated", doi="10.1/2", labels=LABELS).items():
         expected = markdown(table.text, table.caption, table.notes)

@@ -1,8 +1,8 @@
 import pytest
 from fabricated import campaign
 
-from freerock.tables.printed_tables import printed_recovered
-from freerock.tables.summary import recovered_table
+from freerock.tables.paper import recovered_table
+from freerock.tables.printed import printed_recovered
 from freerock.tables.tidy_tables import parameters_table
 
 

@@ -7,8 +7,6 @@ from fabricated import campaign, failed_record, fits, record, tidy_tables
 
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 from freerock.tables import tidy_tables as tables
-from freerock.tables.populations import populations_table
-from freerock.tables.summary import table2
 from freerock.tables.tidy_tables import (
     epsilon_table,
     parameters_table,
@@ -72,7 +70,6 @@ def test_parameters_per_run(datasets):
     assert own["parameter"].tolist()[-3:] == ["k", "lambda", "theta0"]
     assert own["unit"].tolist()[-3:] == ["N m-2", "N s m-3", "rad"]
     assert own["value"].tolist()[:2] == [6.88e6, 1.30e8]
-    assert set(table2(populations_table(table), table)["parameter"]) == {"r", "k", "c", "lambda"}
 
 
 def test_epsilon_selects_the_lowest_bic_of_the_successful_fits(datasets):

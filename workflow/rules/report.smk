@@ -1,7 +1,6 @@
 """The report of a campaign with the checksums of all products, and the end of the campaign."""
 
-REPORTED = ["runs", "choice", "candidates", "populations", "foundations", "restitution_comparison", "budget"]
-REPORTED += ["epsilon", "predictions", *PRINTED]
+REPORTED = ["runs", "choice", "populations", "restitution", "summary", *PRINTED]
 
 
 rule report:
@@ -41,7 +40,6 @@ rule report:
     params:
         code=code("report"),
         campaign=of_campaign(settings.section_values),
-        blocks=of_campaign(settings.geometries),
     message:
         "{wildcards.campaign}: report"
     script:

@@ -7,10 +7,9 @@ TIDY = [
     "epsilon",
     "choice",
     "restitution",
-    "restitution_comparison",
     "parts",
 ]
-TIDY += ["pulls", "candidates", "predictions", "foundations", "populations", "budget"]
+TIDY += ["pulls", "paper", "predictions", "foundations", "populations", "budget", "summary"]
 PRINTED = {"table1": "1, block configurations", "table2": "2, parameters", "table3": "3, ε_θ"}
 
 
@@ -41,11 +40,11 @@ rule tables:
 
 rule printed_tables:
     input:
-        tables=csv_tables("runs", "parameters", "epsilon", "candidates", "populations", *PRINTED),
+        tables=csv_tables("runs", "parameters", "epsilon", "choice", "populations", "restitution", *PRINTED),
     output:
         printed=[
             printed_table(name, suffix, title)
-            for name, title in {**PRINTED, "candidates": "Candidates"}.items()
+            for name, title in {**PRINTED, "restitution": "Restitution of each impact"}.items()
             for suffix in ("md", "tex")
         ],
         numbers="results/{campaign}/tables/numbers.tex",

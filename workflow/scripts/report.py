@@ -8,7 +8,7 @@ from freerock.jobs.make_report import make_report
 log_to(snakemake.log[0])
 inputs, params = snakemake.input, snakemake.params
 make_report(
-    {"campaign": params.campaign, "blocks": params.blocks},
+    {"campaign": params.campaign},
     {Path(pair[0]).stem: pair for pair in zip(inputs.records, inputs.fits, strict=True)},
     {Path(path).stem: path for path in inputs.tables},
     list(zip(inputs.captions, inputs.figures, strict=True)),

@@ -12,7 +12,7 @@ from freerock.figures.style import Axes, Drawing, Labels, styled
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.groups import runs_of
 from freerock.products.paper_fits import paper_fits, selected_fit
-from freerock.tables.number_text import quantity
+from freerock.tables.number_text import percent
 
 OF_FITS = ("time", "theta", "theta_model", "residual", "epsilon_theta")  # shown
 COLUMNS = ["test", "run", "block", "foundation", "source", "time_s", "theta_deg"]
@@ -20,7 +20,6 @@ COLUMNS += ["residual_over_theta0", "residual_over_sigma"]
 HEIGHT_IN, RATIOS = 2.75, (2.0, 0.85, 0.85)  # of a block's row, and of its panels
 THIN = 0.8  # width of a law's line [points]
 HEADROOM = 0.4  # above the curves, for the legend
-LEAST_PERCENT = 0.01  # ε_θ that is printed
 
 
 @styled()
@@ -114,9 +113,10 @@ def _legend(motion: Axes, run: xr.DataTree) -> None:
     """ε_θ of each law, and what stands for it where its fit failed."""
     handles = []
     for law, fit in paper_fits(run).items():
-        percent = 100 * fit["epsilon_theta"].item()
-        epsilon = f"= {quantity(percent, digits=2)} %" if percent >= LEAST_PERCENT else f"< {LEAST_PERCENT} %"
-        told = f"$ε_θ$ {epsilon}" if fit.attrs["success"] else "failed fit"
+        epsilon = percent(fit["epsilon_theta"].item())
+        told = (
+            f"$ε_θ$ {'' if epsilon[0] == '<' else '= '}{epsilon} %" if fit.attrs["success"] else "failed fit"
+        )
         look = looks.MODEL_STYLES[law] | {"linewidth": THIN, "label": f"{MODEL_LABELS[law]}, {told}"}
         handles.append(Line2D([], [], **look))
     if handles:

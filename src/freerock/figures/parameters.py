@@ -12,7 +12,7 @@ from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, styled
 from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, MODELS, law_of
-from freerock.tables.candidates import named_by
+from freerock.tables.choices import named_by
 
 MOST_RECORDS = 12  # of a foundation: with more, as many of them evenly, without rows of their runs
 ROW_IN, FRAME_IN, LEAST_ROWS = (

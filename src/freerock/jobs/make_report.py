@@ -4,14 +4,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
 from freerock.config.review_log import read_changes
 from freerock.files import sha256, write_json, write_text
-from freerock.models.block import Block
-from freerock.products.netcdf import open_fits, open_record
+from freerock.products.netcdf import sampling_rate_of
 from freerock.products.provenance import made_by, other_software, provenance
-from freerock.report.page import SHOWN_OF_FITS, SHOWN_OF_RECORD, write_report
+from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv
 from freerock.tables.latex import figures_tex
 
@@ -32,7 +29,7 @@ def make_report(
     Parameters
     ----------
     settings : mapping
-        campaign, its section of the configuration as plain values, and blocks.
+        campaign, its section of the configuration as plain values.
     datasets : mapping of str to (path, path)
         Record and fit dataset of each test.
     tables : mapping of str to path
@@ -49,10 +46,6 @@ def make_report(
         Log of what was changed at the review desk.
     """
 
-    def opened(test: str, samples: bool) -> tuple[xr.DataTree, xr.DataTree]:
-        record, fits = datasets[test]
-        return open_record(record, only=SHOWN_OF_RECORD), open_fits(fits, samples, SHOWN_OF_FITS)
-
     raw: dict[str, str] = {}
     known: dict[str, dict[str, Any]] = {}
     for test, (record, fits) in datasets.items():
@@ -66,8 +59,7 @@ def make_report(
         output["html"],
         provenance=own,
         tables={name: read_csv(path) for name, path in tables.items()},
-        blocks={name: Block(**block) for name, block in settings["blocks"].items()},
-        opened=opened,
+        rates_hz=[rate for record, _ in datasets.values() if (rate := sampling_rate_of(record))],
         figures=[("\n".join(captions[Path(png).stem]), png) for _, png in figures],
         pages=pages,
         changes=read_changes(changes) if changes else (),

@@ -16,11 +16,10 @@ from freerock.products.estimates import estimates_of
 from freerock.products.netcdf import open_fits, open_record, samples_in
 from freerock.products.runs import motions_in
 from freerock.runs.motion import Motion
-from freerock.tables.candidates import accepted_fits
+from freerock.tables.choices import accepted_fits
 from freerock.tables.csvfile import write_csv
+from freerock.tables.paper import summary_table, table1, table2, table3
 from freerock.tables.populations import foundations_table
-from freerock.tables.restitution_comparison import restitution_comparison
-from freerock.tables.summary import table1, table2, table3
 from freerock.tables.tidy_tables import joined, rows_of
 
 AT_ONCE = 40  # records whose fits are in memory together
@@ -56,15 +55,13 @@ def make_tables(
         _predicting(estimates, accepted_fits(tables["choice"])), motions, blocks, settings["debonding"]
     )
     tables["foundations"] = foundations_table(tables["populations"])
-    tables["restitution_comparison"] = restitution_comparison(
-        tables["runs"], tables["populations"], tables["restitution"], blocks
-    )
+    tables["summary"] = summary_table(tables)
     origin = ", ".join(tables["runs"]["origin"].unique())
     published = settings["published"]
     printed = {
         "table1": table1(records, blocks, settings["release_angles_deg"]),
-        "table2": table2(tables["populations"], tables["parameters"], published, tables["choice"]),
-        "table3": table3(tables["epsilon"], published, tables["choice"]),
+        "table2": table2(tables["populations"], tables["paper"], published),
+        "table3": table3(tables["paper"], published),
     }
     tables |= {name: frame.assign(origin=origin) for name, frame in printed.items()}
     for name, frame in tables.items():

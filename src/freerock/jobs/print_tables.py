@@ -7,8 +7,8 @@ from freerock.files import write_text
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.latex import latex, numbers_tex
 from freerock.tables.markdown import markdown
-from freerock.tables.printed_tables import Printed, printed_candidates, printed_recovered, printed_tables
-from freerock.tables.summary import recovered_table
+from freerock.tables.paper import recovered_table
+from freerock.tables.printed import Printed, printed_recovered, printed_tables
 
 
 def print_tables(
@@ -19,21 +19,21 @@ def print_tables(
     doi: str = "",
     labels: Mapping[str, str] | None = None,
 ) -> None:
-    """Write tables 1 to 3 and the candidates as Markdown and LaTeX, and numbers.tex.
+    """Write tables 1 to 3 and r of each impact as Markdown and LaTeX, and numbers.tex.
 
     Parameters
     ----------
     files : mapping of str to path
-        CSV files of the tables runs, parameters, epsilon, candidates, populations and table1 to table3.
+        CSV files of the tables runs, parameters, epsilon, choice, populations, restitution and table1 to
+        table3.
     folder : path
         Where they are written.
     origin, doi, labels
-        As of `freerock.tables.printed_tables.printed_tables`.
+        As of `freerock.tables.printed.printed_tables`.
     """
     tables = {name: read_csv(path) for name, path in files.items()}
     for name, table in printed_tables(tables, origin, doi=doi, labels=labels).items():
         _write(Path(folder, name), table)
-    _write(Path(folder, "candidates"), printed_candidates(tables["candidates"], origin, labels))
     write_text(Path(folder, "numbers.tex"), numbers_tex(tables))
 
 

@@ -198,6 +198,11 @@ def start_of(path: str | Path) -> str:
     return root_text(path, "time_coverage_start", "")
 
 
+def sampling_rate_of(path: str | Path) -> float:
+    """Sampling rate of a record [Hz]; 0 where it is not known; raises as `open_record`."""
+    return float(root_text(path, "sampling_rate_hz", 0.0))
+
+
 def verdict_of(path: str | Path) -> tuple[Level, tuple[Reason, ...]]:
     """Verdict and reasons of a record or of its fits, without reading more; raises as `open_record`."""
     found: Any = root_text(path, "verdict")

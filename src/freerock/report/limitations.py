@@ -1,80 +1,41 @@
-"""What the data of a campaign do not bear."""
+"""What the data of a campaign do not bear, in sentences."""
 
 import pandas as pd
 
-from freerock.models.laws import CANDIDATES, law_of
-from freerock.report.numbers import Sentence, Tables
-from freerock.report.scene_choices import tried
-from freerock.tables.candidates import answers
+from freerock.models.laws import law_of
+from freerock.tables.choices import laws_of_foundations
 
-MOST = 3  # the weightiest come first
+MOST = 4  # the weightiest come first
 
 
-def limits(known: Tables, quoted: set[str]) -> list[Sentence]:
+def limits(runs: pd.DataFrame, choice: pd.DataFrame) -> list[str]:
     """What must not be concluded, the weightiest first.
 
     Parameters
     ----------
-    known : Tables
-        runs, choice and foundations.
-    quoted : set of str
-        Candidates whose parameters are given.
+    runs, choice : pandas.DataFrame
+        Tidy tables.
     """
-    choice, found = known["choice"], answers(known["choice"])
-    soft = {model for model in quoted if law_of(model).is_foundation}
-    transfers = known["foundations"][known["foundations"]["model"].isin(soft)]["transfers"]
-    explained = [each for each in found if each.explained]
-    simulated = "simulated" in set(known["runs"]["origin"])
-    rigid_too = any(len({law_of(model).is_foundation for model in each.possible}) == 2 for each in explained)
-    housner = choice[(choice["model"] == "housner") & (choice["status"] != "not_fitted")]
-    single = choice.groupby("test")["run"].nunique() == 1
+    if choice.empty:
+        return ["No run was fitted: nothing is known of the foundations."]
+    laws = [law for law in laws_of_foundations(choice).values() if law]
+    soft = any(law_of(law).is_foundation for law in laws)
+    selected = choice[choice["status"] == "selected"]
+    single = (choice.groupby("test")["run"].nunique() == 1).any()
+    blocks = runs.groupby("foundation")["block"].nunique()
+    housner = (
+        "that r of the fitted Housner law is the restitution of an impact: it also makes up for a soft base"
+    )
     told = [
-        (simulated, "that blocks in a laboratory behave like this: the records are simulated"),
+        ("simulated" in set(runs["origin"]), "that real blocks behave like this: the records are simulated"),
         (
-            len(explained) < len(found),
-            "that parameters of runs which no law explains are those of block or foundation",
+            not selected["explains"].astype(bool).all(),
+            "that a law is right within a swing where its residual exceeds the noise",
         ),
-        (
-            rigid_too,
-            "that the foundation yields: a rigid block with other corners explains some of the runs as well",
-        ),
-        (
-            any(_sideways_open(choice, model) for model in soft),
-            "that k is right if the base moves sideways in another way than assumed: that was not ruled out",
-        ),
-        (
-            not transfers.all(),
-            "that parameters found with one block hold for another: on one foundation blocks differ",
-        ),
-        (bool(single.any()), "how much runs scatter, if a record has only one"),
-        (
-            not housner["explains"].all(),
-            "that r of the fitted Housner law is the restitution of an impact"
-            + " where that law is rejected" * ("housner" in quoted)
-            + ": the fit also compensates for a base that yields",
-        ),
-        (bool(found), "that the same holds for releases at other angles"),
+        (soft, housner),
+        (soft, "that k holds for a block that moves sideways otherwise than assumed"),
+        (bool((blocks == 1).any()), "that the parameters hold for another block on the same foundation"),
+        (bool(single), "how much runs differ, where a record has only one"),
+        (True, "that the same holds for releases at other angles"),
     ]
-    weighty = [text for holds, text in told if holds][:MOST]
-    return [(f"{text[0].upper()}{text[1:]}.",) for text in weighty] or [("Anything: no run was fitted.",)]
-
-
-def _sideways_open(choice: pd.DataFrame, model: str) -> bool:
-    """Whether the same law with another motion of the base sideways is left open in a run that it explains.
-
-    It is ruled out where it was rejected, or where a quick fit was not worth a full one.
-    """
-    mine = CANDIDATES[model]
-    twins = [
-        name
-        for name, each in CANDIDATES.items()
-        if (each.law, each.width) == (mine.law, mine.width) and each.kinematics != mine.kinematics
-    ]
-    of_run = choice.set_index(["test", "run"])
-    named = of_run[(of_run["model"] == model) & (of_run["status"] == "selected") & of_run["explains"]]
-    for twin in twins:
-        beside = of_run[of_run["model"] == twin].reindex(named.index)
-        screened = (beside["status"] == "not_fitted") & tried(beside)
-        if not ((beside["status"] == "rejected") | screened).all():
-            return True
-    return False
+    return [text for holds, text in told if holds][:MOST]

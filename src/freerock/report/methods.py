@@ -9,14 +9,12 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from freerock.config.uncertainty import DEFAULTS
-from freerock.identification.significance_levels import REJECTS, TELLS, TRACE
 from freerock.models.block import GRAVITY
 from freerock.models.laws import LAWS
-from freerock.report.facts import Pairs
 from freerock.tables.markdown import SIGNS
 
 PAGE_FILES = Path(__file__).parent
-_ENTRY = re.compile(r"^Cited as (.+)\n(@(?:article|book)\{(\w+),\n(?:  .+\n)+\}\n)", re.M)
+_ENTRY = re.compile(r"^Cited as (.+)\n(@(?:article|book|misc)\{(\w+),\n(?:  .+\n)+\}\n)", re.M)
 
 
 class Reference(NamedTuple):
@@ -55,12 +53,7 @@ class Paragraph(NamedTuple):
 
 
 def methods(
-    config: Mapping[str, Any],
-    facts: Mapping[str, Any],
-    tested: str,
-    free: Pairs,
-    software: Mapping[str, str],
-    git: str,
+    config: Mapping[str, Any], rates_hz: Sequence[float], software: Mapping[str, str], git: str
 ) -> list[Paragraph]:
     """The methods of a campaign, with its settings.
 
@@ -68,24 +61,20 @@ def methods(
     ----------
     config : mapping
         The campaign's section.
-    facts : mapping
-        Numbers as text (`freerock.report.facts.facts`).
-    tested : str
-        What was tested, in words.
-    free : sequence of (str, str)
-        Models, and what was freed besides their parameters.
+    rates_hz : sequence of float
+        Sampling rates of the records.
     software : mapping of str to str
         Versions by name.
     git : str
         State of the code.
     """
+    rates = sorted(set(rates_hz))
     text = _TEMPLATES.get_template("methods.j2").render(
-        {"config": config, "facts": facts, "tested": tested, "free": free, "software": software, "git": git},
+        {"config": config, "software": software, "git": git},
+        rates_hz=" to ".join(dict.fromkeys(f"{rate:.6g}" for rate in (*rates[:1], *rates[-1:]))),
         laws={model: LAWS[model] for model in config["fits"]["models"]},
-        scenes={(line["foundation"], line["block"]) for line in config["records"]},
         gravity=_gravity(config["blocks"]),
         assumed=ASSUMED,
-        limits={"rejects": REJECTS, "trace": TRACE, "tells": TELLS},
     )
     _, *parts = _HEAD.split(text)
     told = {

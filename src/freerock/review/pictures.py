@@ -15,7 +15,7 @@ from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.review.listing import lines_of_runs
 from freerock.review.reprocessing import Analysed
 from freerock.review.signals import Json, screen_digits, thinned
-from freerock.tables.candidates import STATUS_WORDS
+from freerock.tables.choices import STATUS_WORDS
 from freerock.tables.number_text import quantity, unit_text
 
 

@@ -1,16 +1,15 @@
 """Tables of a campaign: tidy CSV, the numbers of the paper's tables, and these as printed text and LaTeX."""
 
 __all__ = [
-    "candidates",
+    "choices",
     "csvfile",
     "latex",
     "markdown",
     "number_text",
+    "paper",
     "plan_text",
     "populations",
-    "printed_tables",
-    "restitution_comparison",
-    "summary",
+    "printed",
     "swings",
     "tidy_tables",
 ]

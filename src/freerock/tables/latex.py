@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from freerock.tables.candidates import COUNTS
+from freerock.tables.choices import POSSIBLE
 from freerock.tables.number_text import SEEN_NOTE, SIMULATED_NOTE, fixed, quantity, value_text
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
@@ -163,7 +163,7 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     Parameters
     ----------
     tidy : mapping of str to pandas.DataFrame
-        The tidy tables runs, parameters, epsilon, candidates and populations.
+        The tidy tables runs, parameters, epsilon, choice and populations.
 
     Returns
     -------
@@ -182,9 +182,8 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
 
     macro(["Records"], runs["test"].nunique())
     macro(["Runs"], runs["run"].notna().sum())
-    of_law = tidy["candidates"].groupby(["foundation", "model"])[[*COUNTS]].sum()
-    possible = of_law["n_selected"] + of_law["n_also_possible"] > 0
-    rejected = {*of_law.index[(of_law["n_rejected"] > 0) & ~possible]}
+    statuses = tidy["choice"].groupby(["foundation", "model"])["status"].agg(set)
+    rejected = {law for law, found in statuses.items() if "rejected" in found and not found & {*POSSIBLE}}
     populations = tidy["populations"]
     for row in populations[populations["level"] != "campaign"].itertuples():
         if row.level == "foundation" and (row.foundation, row.model) in rejected:
@@ -218,18 +217,18 @@ def figures_tex(captions: Mapping[str, tuple[str, str]]) -> str:
     Returns
     -------
     str
-        A figure environment for each, labelled `fig:NAME`; the document needs graphicx, and
+        A figure across both columns for each, labelled `fig:NAME`; the document needs graphicx, and
         `\graphicspath` where the figures lie elsewhere.
     """
     lines = list[str]()
     for name, (title, text) in captions.items():
         lines += [
-            r"\begin{figure}",
+            r"\begin{figure*}",
             r"\centering",
             rf"\includegraphics[width=\linewidth]{{{name}}}",
             rf"\caption{{\textbf{{{_tex(title)}}} {_tex(text)}}}",
             rf"\label{{fig:{name}}}",
-            r"\end{figure}",
+            r"\end{figure*}",
             "",
         ]
     return "\n".join(lines)

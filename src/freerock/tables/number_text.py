@@ -8,8 +8,7 @@ from freerock.rotation.u_total import OF_LAW
 
 SEEN_NOTE = "θ₀: as the sensor shows it, a sinking corner included."
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
-CLOSE = 1e-9  # relative difference of two values that are one
-LEAST_P, MOST_P = 1e-9, 0.99  # beyond them a chance is told as a bound
+LEAST_PERCENT = 0.01  # of an ε_θ that is told
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 INPUT_LABELS = {
     "runs": "runs",
@@ -66,28 +65,9 @@ def quantity(value: float, stderr: float = math.nan, digits: int = 3) -> str:
     return text
 
 
-def chance(p: float) -> str:
-    """A p-value as "p = 0.29", or as a bound: "p < 10⁻⁹", "p > 0.99"."""
-    if p > MOST_P:
-        return f"p > {MOST_P:g}"
-    return f"p = {quantity(p, digits=2)}" if p > LEAST_P else "p < 10⁻⁹"
-
-
-def between(low: float, high: float, digits: int = 3, apart: bool = True) -> str:
-    """Two values of a kind with one power of ten: "(6.71 … 7.05)·10⁶"; "–" for NaN.
-
-    Both have as many decimals as the larger needs for `digits`, and more where they are close and to be kept
-    apart.
-    """
-    if not (math.isfinite(low) and math.isfinite(high)):
-        return "–"
-    magnitude = _exponent(max(abs(low), abs(high)), digits)
-    power = magnitude if not -3 <= magnitude < 4 else 0
-    differ = apart and high - low > CLOSE * abs(high)
-    more = 1 - _exponent(high - low, 2) + power if differ else 0
-    decimals = max(0, digits - 1 - magnitude + power, more)
-    text = " … ".join(fixed(value / 10.0**power, decimals) for value in (low, high))
-    return f"({text})·10{str(power).translate(SUPERSCRIPTS)}" if power else text
+def percent(fraction: float, digits: int = 2) -> str:
+    """A share in per cent, a bound where it is too small to matter: "15", "< 0.01"; "–" for NaN."""
+    return f"< {LEAST_PERCENT}" if 100 * fraction < LEAST_PERCENT else quantity(100 * fraction, digits=digits)
 
 
 def fixed(value: float, decimals: int) -> str:

@@ -13,7 +13,7 @@ from freerock.models.free_parameters import OF_RECORD
 from freerock.models.laws import MODELS, law_of
 from freerock.populations.means import Key, Mean, over_records, over_runs, spread_of_runs
 from freerock.populations.random_effects import Population
-from freerock.tables.candidates import accepted_fits
+from freerock.tables.choices import accepted_fits
 
 INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
 COMMON = ["campaign", "foundation", "model", "parameter", "unit"]  # of the records of a foundation

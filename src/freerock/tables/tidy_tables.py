@@ -15,10 +15,10 @@ from freerock.models.free_parameters import unit_of
 from freerock.models.laws import MODELS, law_of
 from freerock.products.choices import choices_of, named_in
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of
+from freerock.products.paper_fits import paper_fits_of
 from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.rotation.u_total import OF_LAW
 from freerock.runs.verdict import Reason, in_one_line, known_reasons
-from freerock.tables.candidates import candidates_table
 from freerock.tables.populations import budget_table, populations_table
 
 # Of impacts: columns, and their variables in the datasets, which not all of them have.
@@ -293,6 +293,32 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
     return frame.astype({"n_parameters": "Int64", "selected": bool, "success": bool})
 
 
+def paper_table(fits: Trees) -> pd.DataFrame:
+    """One row per run, law and parameter of the fits by the paper's own procedure.
+
+    Parameters
+    ----------
+    fits : iterable of xarray.DataTree
+        Fit datasets.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns of paper.csv, SI units; epsilon_theta is a fraction up to final_time_s [s].
+    """
+    rows = []
+    for tree in fits:
+        for run, law, fit in paper_fits_of(tree):
+            values = dict(zip(fit["parameter"].values.astype(str), fit["value"].values, strict=True))
+            told = {"epsilon_theta": fit["epsilon_theta"].item(), "final_time_s": fit.attrs["final_time_s"]}
+            told |= {**_identity(tree, run), "model": law, "success": bool(fit.attrs["success"])}
+            rows += [
+                told | {"parameter": name, "unit": unit_of(name), "value": values[name]}
+                for name in MODELS[law]
+            ]
+    return pd.DataFrame(rows, columns=columns_of("paper")).astype({"success": bool})
+
+
 def choice_table(fits: Trees) -> pd.DataFrame:
     """One row per run and candidate of fit datasets: what the choice made of it, and why.
 
@@ -394,7 +420,8 @@ def rows_of(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict
     Returns
     -------
     dict of str to pandas.DataFrame
-        runs, reasons, parameters, parts, contributions, pulls, epsilon, choice and restitution.
+        runs, reasons, parameters, parts, contributions, pulls, epsilon, paper, choice and
+        restitution.
     """
     return {
         "runs": runs_table(records, fits),
@@ -404,6 +431,7 @@ def rows_of(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict
         "contributions": contributions_table(fits),
         "pulls": pulls_table(fits),
         "epsilon": epsilon_table(fits),
+        "paper": paper_table(fits),
         "choice": choice_table(fits),
         "restitution": restitution_table(records, fits),
     }
@@ -423,7 +451,6 @@ def joined(parts: Sequence[Mapping[str, pd.DataFrame]]) -> dict[str, pd.DataFram
         tables[name] = pd.concat(filled, ignore_index=True) if filled else first
     contributions = tables.pop("contributions")
     parameters = tables["parameters"]
-    tables["candidates"] = candidates_table(tables["choice"], parameters)
     tables["populations"] = populations_table(parameters, contributions, tables["choice"])
     tables["budget"] = budget_table(parameters, contributions, tables["choice"])
     return tables

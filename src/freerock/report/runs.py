@@ -1,0 +1,115 @@
+"""The runs of a campaign as the report lists them: verdicts, laws and why, changes by hand."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from freerock.config.review_log import LOOKED_AT, Change, looked_at
+from freerock.models.laws import MODEL_LABELS
+from freerock.runs.verdict import VERDICTS
+from freerock.tables.choices import STATUS_WORDS
+from freerock.tables.number_text import fixed, quantity
+from freerock.tables.printed import Labels, Printed
+
+MOST_LISTED = 120  # runs in the page; all stand in the tables
+
+
+def listed(runs: pd.DataFrame) -> pd.DataFrame:
+    """The runs that the page lists: all, or those with the worst verdicts; an excluded run needs no look."""
+    need = runs["verdict"].map(VERDICTS.index).where(~runs["excluded"].astype(bool), 0)
+    worst = need.sort_values(ascending=False, kind="stable").index[:MOST_LISTED]
+    return runs.loc[sorted(worst)]
+
+
+def printed_runs(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels, n_runs: int) -> Printed:
+    """Every listed run with its verdict and the law selected for it."""
+    selected = choice[choice["status"] == "selected"]
+    law = {(row.test, str(row.run)): row.model for row in selected.itertuples()}
+    rows = [
+        {
+            "Record": row.test,
+            "Run": "–" if pd.isna(row.run) else str(row.run),
+            "Block": labels.get(row.block, row.block),
+            "Foundation": labels.get(row.foundation, row.foundation),
+            "Verdict": row.verdict + ", excluded" * bool(row.excluded),
+            "θ₀ / °": quantity(row.theta0_deg, row.theta0_u_deg),
+            "Duration / s": fixed(row.duration_s, 2),
+            "Impacts": f"{row.n_impacts} ({row.n_restitution} with r)",
+            "σ / °": quantity(row.sigma_theta_deg, digits=2),
+            "Law": MODEL_LABELS.get(law.get((row.test, str(row.run)), ""), "–"),
+        }
+        for row in runs.itertuples()
+    ]
+    notes = ["θ₀: release angle as the sensor shows it. σ: standard deviation of the noise of θ at rest."]
+    if len(runs) < n_runs:
+        notes.append(f"Listed: {len(runs)} of {n_runs} runs, those that most need a look; all: runs.csv.")
+    return Printed(pd.DataFrame(rows), "Runs and verdicts", notes)
+
+
+def printed_choices(choice: pd.DataFrame, runs: pd.DataFrame) -> Printed:
+    """Which law each record has, and why, in the words of the choice."""
+    shown = choice[(choice["status"] == "selected") & choice["test"].isin(runs["test"])]
+    rows = [
+        {"Record": row.test, "Law": MODEL_LABELS[row.model], "Why": row.reason}
+        for row in shown.drop_duplicates(["test", "model", "reason"]).itertuples()
+    ]
+    return Printed(pd.DataFrame(rows), "Which law, and why")
+
+
+def printed_tests(choice: pd.DataFrame, runs: pd.DataFrame) -> Printed:
+    """The candidates of each run with their p-values."""
+    numbers = {"noise_ratio": "Residual / noise", "noise_p": "p (noise at rest)"}
+    numbers |= {"residual_over_noise": "Residual / noise", "p_prediction": "p (prediction)"}
+    shown = choice[choice["test"].isin(runs["test"]) & (choice["status"] != "not_fitted")].head(
+        3 * MOST_LISTED
+    )
+    rows = [
+        {
+            "Record": row["test"],
+            "Run": str(row["run"]),
+            "Candidate": MODEL_LABELS[row["model"]],
+            "Status": STATUS_WORDS[row["status"]],
+            **{head: _number(row[name]) for name, head in numbers.items() if name in row},
+        }
+        for row in shown.to_dict("records")
+    ]
+    return Printed(pd.DataFrame(rows), "Candidates and tests", ["All: tables/choice.csv."])
+
+
+def by_hand(changes: Sequence[Change], config: Mapping[str, Any]) -> Printed | None:
+    """What was changed at the review desk, newest first; None where nothing was.
+
+    Parameters
+    ----------
+    changes : sequence of Change
+    config : mapping
+        The campaign's section: a line whose cell holds something else by now is marked.
+    """
+    now = {line["test"]: line for line in config["records"]}
+    cells = [each for each in changes if each.cell != LOOKED_AT]
+    last = {(each.test, each.cell): each for each in cells}
+    rows = []
+    for each in reversed(cells):
+        held = now.get(each.test, {}).get(each.cell, "")
+        other = last[each.test, each.cell] is each and " ".join(each.after.split()) != held
+        why = each.why + " (the CSV holds something else by now)" * other
+        texts = (each.test, each.time, each.login, each.cell, each.before or "–", each.after or "–", why)
+        rows.append(dict(zip(("Record", "When", "Who", "Cell", "From", "To", "Why"), texts, strict=True)))
+    return Printed(pd.DataFrame(rows), "Changes at the review desk, newest first") if rows else None
+
+
+def changes_seen(changes: Sequence[Change], runs: pd.DataFrame) -> str:
+    """How many runs were looked at since they were last corrected, and by whom; empty where nobody did."""
+    looked = looked_at(changes)
+    known = {(row.test, "" if pd.isna(row.run) else str(row.run)) for row in runs.itertuples()}
+    mine = [each for key, each in looked.items() if key in known]
+    people = ", ".join(sorted({each.login for each in mine}))
+    return f"Looked at: {len(mine)} of {len(known)} runs, by {people}." if mine else ""
+
+
+def _number(value: Any) -> str:
+    return (
+        quantity(float(value), digits=2) if isinstance(value, int | float) and math.isfinite(value) else "–"
+    )

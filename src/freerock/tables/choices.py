@@ -1,0 +1,34 @@
+"""What the table of choices says: which fits may be the law of a run, and how many runs name one."""
+
+import pandas as pd
+
+POSSIBLE = ("selected", "also_possible")
+RUN_AND_MODEL = ["test", "run", "model"]
+STATUS_WORDS = {
+    "selected": "selected",
+    "also_possible": "possible",
+    "rejected": "rejected",
+    "not_fitted": "not fitted",
+}
+
+
+def accepted_fits(choice: pd.DataFrame) -> set[tuple[str, str, str]]:
+    """Test, run and candidate of the fits that explain their run and may be its law, from the tidy table."""
+    known = choice[choice["status"].isin(POSSIBLE) & choice["explains"].astype(bool)]
+    return set(known[RUN_AND_MODEL].astype(str).itertuples(index=False, name=None))
+
+
+def named_by(model: str, choice: pd.DataFrame) -> str:
+    """For how many of the runs of the tidy table choice a candidate is selected: "12 of 18 runs"."""
+    n = len(choice[["test", "run"]].astype(str).drop_duplicates())
+    own = choice[(choice["model"] == model) & (choice["status"] == "selected")]
+    return f"{len(own)} of {n} run{'' if n == 1 else 's'}"
+
+
+def laws_of_foundations(choice: pd.DataFrame) -> dict[str, str]:
+    """By foundation the candidate that is selected for most of its runs; "" where none is for any."""
+    found = {}
+    for foundation, own in choice.groupby("foundation", sort=False):
+        named = own[own["status"] == "selected"]["model"].value_counts()
+        found[str(foundation)] = str(named.index[0]) if len(named) else ""
+    return found

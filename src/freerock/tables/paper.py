@@ -1,0 +1,238 @@
+"""Tables 1 to 3 of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024), and each foundation, as numbers."""
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from freerock.columns import columns_of
+from freerock.identification.significance_levels import NORMAL_95
+from freerock.models.block import Block
+from freerock.models.laws import LAWS, PAPER_MODELS, law_of
+from freerock.products.groups import usable_runs
+from freerock.tables.choices import laws_of_foundations
+
+Published = Mapping[str, Any] | None  # values by block, foundation, model and quantity
+QUOTED = ("r", "k", "c", "lambda", "sigma_r")  # parameters of a foundation, and the scatter of its impacts
+
+
+def table1(
+    records: Iterable[xr.DataTree],
+    blocks: Mapping[str, Block],
+    release_angles_deg: Mapping[str, float] | None = None,
+) -> pd.DataFrame:
+    """Block configurations with the release angle as measured.
+
+    Parameters
+    ----------
+    records : iterable of xarray.DataTree
+        Record datasets.
+    blocks : mapping of str to freerock.models.block.Block
+        The campaign's blocks by name.
+    release_angles_deg : mapping of str to float, optional
+        Nominal release angle of each block [degree].
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns of table1.csv but origin; a row per block.
+    """
+    held: dict[str, list[float]] = {name: [] for name in blocks}
+    for tree in records:
+        angles = (run["theta0"].item() for run in usable_runs(tree).values())
+        held[tree.attrs["block"]] += [abs(math.degrees(angle)) for angle in angles]
+    rows = [
+        {
+            "block": name,
+            "height_m": block.height_m,
+            "width_m": block.width_m,
+            "slenderness": block.height_m / block.width_m,
+            "mass_kg": block.mass_kg,
+            "alpha_nominal_deg": (release_angles_deg or {}).get(name, math.nan),
+            "alpha_deg": np.mean(held[name]) if held[name] else math.nan,
+            "alpha_std_deg": np.std(held[name], ddof=1) if len(held[name]) > 1 else math.nan,
+            "n_runs": len(held[name]),
+            "theta_cr_deg": math.degrees(block.theta_cr),
+            "R_m": block.R,
+            "p_rad_s": block.p,
+            "r_housner": block.restitution_housner,
+        }
+        for name, block in blocks.items()
+    ]
+    return pd.DataFrame(rows)
+
+
+def table2(populations: pd.DataFrame, paper: pd.DataFrame, published: Published = None) -> pd.DataFrame:
+    """Parameters of the paper's laws on each foundation: means with u, and by the paper's own procedure.
+
+    r belongs to a block on a foundation, k and damping to the foundation.
+
+    Parameters
+    ----------
+    populations, paper : pandas.DataFrame
+        Tidy tables.
+    published : mapping, optional
+        Published values by block, foundation, model and quantity.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns of table2.csv but origin: block is empty where it is several.
+    """
+    rows = []
+    for law in PAPER_MODELS:
+        for parameter in LAWS[law].parameters:
+            of = (populations["model"] == law) & (populations["parameter"] == parameter)
+            own = paper[(paper["model"] == law) & (paper["parameter"] == parameter)]
+            alone = not law_of(law).is_foundation
+            for key, each in own.groupby(["foundation", "block"] if alone else ["foundation"], sort=False):
+                foundation, block = (*key, "")[:2]
+                means = populations[of & (populations["foundation"] == foundation)]
+                if alone:
+                    means = means[means["block"] == block]
+                usable = each[each["success"].astype(bool)]
+                rows.append(
+                    {"block": block, "foundation": foundation, "model": law, "parameter": parameter}
+                    | {"unit": each["unit"].iloc[0], "n_records": each["test"].nunique()}
+                    | {"n_runs": len(each), **_mean(means), "paper": usable["value"].median()}
+                    | {"published": _published(published, each["block"].unique(), foundation, law, parameter)}
+                )
+    return pd.DataFrame(rows, columns=[name for name in columns_of("table2") if name != "origin"])
+
+
+def table3(paper: pd.DataFrame, published: Published = None) -> pd.DataFrame:
+    """ε_θ of each law by the paper's own procedure, on each foundation, for each block.
+
+    Parameters
+    ----------
+    paper : pandas.DataFrame
+        Tidy table.
+    published : mapping, optional
+        Published values by block, foundation, model and quantity.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns of table3.csv but origin: median and range over the runs, NaN where no fit may be used.
+    """
+    of_fits = paper.drop_duplicates(["test", "run", "model"])
+    rows = []
+    for (block, foundation, law), each in of_fits.groupby(["block", "foundation", "model"], sort=False):
+        epsilon = each[each["success"].astype(bool)]["epsilon_theta"]
+        rows.append(
+            {"block": block, "foundation": foundation, "model": law, "n_runs": len(epsilon)}
+            | {"epsilon_theta": epsilon.median(), "epsilon_low": epsilon.min(), "epsilon_high": epsilon.max()}
+            | {"final_time_s": each["final_time_s"].max()}
+            | {"published": _published(published, [block], foundation, law, "epsilon_theta")}
+        )
+    return pd.DataFrame(rows, columns=[name for name in columns_of("table3") if name != "origin"])
+
+
+def summary_table(tidy: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """What was found of each foundation, a row each.
+
+    Parameters
+    ----------
+    tidy : mapping of str to pandas.DataFrame
+        The tidy tables runs, choice, parameters, populations, restitution, paper and predictions.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns of summary.csv.
+    """
+    runs = tidy["runs"]
+    usable = runs[(runs["verdict"] != "fail") & ~runs["excluded"].astype(bool) & runs["run"].notna()]
+    of_fits = tidy["paper"].drop_duplicates(["test", "run", "model"])
+    of_fits = of_fits[of_fits["success"].astype(bool)]
+    impacts = tidy["restitution"]
+    first = impacts[(impacts["source"] == "experiment") & (impacts["impact"] == 1)]
+    first = first.astype({"run": str}).merge(usable[["test", "run"]].astype(str))
+    longest = usable.groupby(["block", "foundation"])["duration_s"].mean()
+    rows = []
+    for foundation, law in laws_of_foundations(tidy["choice"]).items():
+        here = {
+            name: own[own["foundation"] == foundation] for name, own in tidy.items() if "foundation" in own
+        }
+        blocks = [block for block, own in longest.groupby("block") if own.idxmax()[1] == foundation]
+        several = [block for block in blocks if len(longest[block]) > 1]
+        selected = (here["choice"]["status"] == "selected") & (here["choice"]["model"] == law)
+        epsilon = of_fits[of_fits["foundation"] == foundation].groupby("model")["epsilon_theta"].median()
+        rows.append(
+            {"campaign": runs["campaign"].iloc[0], "foundation": foundation, "longest": " ".join(several)}
+            | {"model": law, "n_selected": int(selected.sum())}
+            | {"n_runs": len(here["choice"][["test", "run"]].drop_duplicates())}
+            | _quoted(here["populations"], here["parameters"], law)
+            | {"r_first": first[first["foundation"] == foundation]["r"].median()}
+            | {f"epsilon_{name}": epsilon.get(name, math.nan) for name in PAPER_MODELS}
+            | _foretold(here["predictions"], law)
+        )
+    return pd.DataFrame(rows, columns=columns_of("summary"))
+
+
+def _quoted(populations: pd.DataFrame, parameters: pd.DataFrame, law: str) -> dict[str, float]:
+    """Parameters of the selected law on a foundation with u, and the scatter of its impacts."""
+    told = {}
+    for name in QUOTED:
+        own = populations[(populations["model"] == law) & (populations["parameter"] == name)]
+        mean = _mean(own)
+        told |= {name: mean["mean"], f"{name}_u": mean["u_total"]}
+    return told
+
+
+def _foretold(predictions: pd.DataFrame, law: str) -> dict[str, float]:
+    """How well the next run of a record is foretold by its other runs: the median ε_θ."""
+    own = predictions[(predictions["model"] == law) & (predictions["basis"] == "other runs")]
+    return {"epsilon_next": own["epsilon_theta"].median()}
+
+
+def _mean(populations: pd.DataFrame) -> dict[str, float]:
+    """Mean and u of a parameter over the records of a foundation, else the median of those of records."""
+    over = populations[populations["level"] == "foundation"]
+    own = over if len(over) else populations[populations["level"] == "record"]
+    return {name: float(own[name].median()) if len(own) else math.nan for name in ("mean", "u_total")}
+
+
+def recovered_table(
+    parameters: pd.DataFrame, truth: Mapping[tuple[str, int, str, str], float]
+) -> pd.DataFrame:
+    """Values identified in a simulated campaign beside those it was simulated with.
+
+    Parameters
+    ----------
+    parameters : pandas.DataFrame
+        Tidy table.
+    truth : mapping of (str, int, str, str) to float
+        True value by test, run, model and parameter, SI units; other models are left out.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns of recovered.csv but origin.
+    """
+    keys = parameters[["test", "run", "model", "parameter"]].astype(str).itertuples(index=False, name=None)
+    known = {(test, str(run), model, name): value for (test, run, model, name), value in truth.items()}
+    true = pd.Series([known.get(key, math.nan) for key in keys], parameters.index, float)
+    frame = parameters[true.notna()].assign(
+        truth=true,
+        error_percent=100 * (parameters["value"] / true - 1),
+        inside=(parameters["ci95_low"] <= true) & (true <= parameters["ci95_high"]),
+        inside_total=(parameters["value"] - true).abs() <= NORMAL_95 * parameters["u_total"],
+    )
+    return frame[[name for name in columns_of("recovered") if name != "origin"]].reset_index(drop=True)
+
+
+def _published(
+    published: Published, blocks: Iterable[str], foundation: str, law: str, quantity: str
+) -> float:
+    """The published value of the first of some blocks that has one."""
+    for block in blocks:
+        found: Any = published
+        for key in (block, foundation, law, quantity):
+            found = (found or {}).get(key)
+        if found is not None:
+            return float(found)
+    return math.nan

@@ -1,0 +1,254 @@
+"""The tables as a reader sees them: text of each cell, caption and notes."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from freerock.models.free_parameters import SYMBOLS
+from freerock.models.laws import MODEL_LABELS, PAPER_MODELS
+from freerock.tables.number_text import SIMULATED_NOTE, fixed, percent, quantity, unit_text, with_unit
+
+Labels = Mapping[str, str]
+PROCEDURE = "by the paper's own procedure: one motion over the whole run, no input or impact free"
+MOST_IMPACTS = 8  # of a run in the table of restitution
+MOST_BESIDE = 4  # blocks that have a column each
+# Operators miss a nominal angle by some tenths of a degree, 5 % in the virtual campaign.
+NOMINAL_DIFFERS = 0.25
+
+
+class Printed(NamedTuple):
+    """A printed table: cells as text below their heads, caption and notes.
+
+    A row with nothing but its first cell is a heading across the table.
+    """
+
+    text: pd.DataFrame
+    caption: str
+    notes: Sequence[str] = ()
+
+
+def printed_tables(
+    frames: Mapping[str, pd.DataFrame], origin: str, *, doi: str = "", labels: Labels | None = None
+) -> dict[str, Printed]:
+    """Tables 1 to 3 in the layout of Spanos et al. 2017, and r of each impact beside the laws.
+
+    Parameters
+    ----------
+    frames : mapping of str to pandas.DataFrame
+        table1 to table3, restitution and epsilon, by name.
+    origin : str
+        Of the records, "measured" or "simulated".
+    doi : str, optional
+        Of the publication whose values stand beside; empty without one.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+    """
+    labels, simulated = labels or {}, [SIMULATED_NOTE] if "simulated" in origin else []
+    published = [f"Published: doi:{doi}."] if doi else []
+    return {
+        "table1": _table1(frames["table1"], labels, simulated),
+        "table2": _table2(frames["table2"], labels, [*published, *simulated]),
+        "table3": _table3(frames["table3"], labels, [*published, *simulated]),
+        "restitution": _restitution(frames["restitution"], labels, simulated),
+    }
+
+
+def _table1(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
+    """A column per block; a row each of many."""
+    rows: dict[str, Any] = {
+        "2h / m": lambda row: _stated(row.height_m),
+        "2b / m": lambda row: _stated(row.width_m),
+        "h/b": lambda row: _stated(row.slenderness),
+        "m / kg": lambda row: _stated(row.mass_kg),
+        "α / °": lambda row: _stated(row.alpha_nominal_deg),
+        "α recorded / °": lambda row: quantity(row.alpha_deg, row.alpha_std_deg),
+        "θ_cr / °": lambda row: quantity(row.theta_cr_deg, digits=4),
+        "R / m": lambda row: quantity(row.R_m, digits=4),
+        "p / (rad s⁻¹)": lambda row: quantity(row.p_rad_s, digits=4),
+        "r (Housner)": lambda row: quantity(row.r_housner, digits=4),
+    }
+    blocks = list(frame.itertuples())
+    cells = {head: [cell(row) for row in blocks] for head, cell in rows.items()}
+    cells = {head: own for head, own in cells.items() if set(own) != {"–"}}
+    names = [labels.get(row.block, row.block) for row in blocks]
+    text = pd.DataFrame(list(cells.values()), index=list(cells), columns=names)
+    beside = len(names) <= MOST_BESIDE
+    text = text.reset_index(names="") if beside else text.T.reset_index(names="Block")
+    off = [
+        f"{labels.get(row.block, row.block)} was released at {row.alpha_deg:.3g}°, not at the nominal "
+        f"{row.alpha_nominal_deg:.3g}°: is release_angle_deg right, and in degrees?"
+        for row in blocks
+        if abs(row.alpha_deg / row.alpha_nominal_deg - 1) > NOMINAL_DIFFERS
+    ]
+    about = "α: release angle; recorded: mean of the runs ± their standard deviation. θ_cr: critical angle."
+    return Printed(text, "Block configurations", [about, *off, *notes])
+
+
+def _table2(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
+    """Laws by foundations: identified, by the paper's own procedure, and as published."""
+    foundations = list(dict.fromkeys(frame["foundation"]))
+    heads = ["", *(labels.get(each, each) for each in foundations)]
+    kinds = {
+        "Identified": lambda row: identified(row.mean, row.u_total),
+        "Paper's procedure": lambda row: quantity(row.paper),
+        "Published": lambda row: quantity(row.published),
+    }
+    blocks = {*frame["block"].dropna()} - {""}
+    lines: list[list[str]] = []
+    for kind, cell in kinds.items():
+        own: dict[str, dict[str, str]] = {}
+        for row in frame.itertuples():
+            name = f"{MODEL_LABELS[row.model]}, {with_unit(SYMBOLS[row.parameter], row.unit)}"
+            name += f", {labels.get(row.block, row.block)}" * (row.block in blocks and len(blocks) > 1)
+            own.setdefault(name, {})[row.foundation] = cell(row)
+        told = [
+            [name, *(cells.get(each, "–") for each in foundations)]
+            for name, cells in own.items()
+            if set(cells.values()) != {"–"}
+        ]
+        lines += [[kind, *[""] * len(foundations)], *told] if told else []
+    about = (
+        "Identified: mean of the records ± total standard uncertainty, inputs and impacts free. Paper's "
+        "procedure: median of the runs, one motion over the whole run, no input or impact free."
+    )
+    return Printed(pd.DataFrame(lines, columns=heads), "Identified parameters", [about, *notes])
+
+
+def _table3(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
+    """ε_θ of the laws by foundations, below each block."""
+    foundations = list(dict.fromkeys(frame["foundation"]))
+    heads = ["ε_θ / %", *(labels.get(each, each) for each in foundations)]
+    lines: list[list[str]] = []
+    for block, of_block in frame.groupby("block", sort=False):
+        lines.append([labels.get(str(block), str(block)), *[""] * len(foundations)])
+        for law in PAPER_MODELS:
+            own = {row.foundation: row for row in of_block[of_block["model"] == law].itertuples()}
+            if own:
+                lines.append([MODEL_LABELS[law], *(_epsilon(own.get(each)) for each in foundations)])
+    about = f"Median of the runs, {PROCEDURE}."
+    beside = " In brackets: published." if frame["published"].notna().any() else ""
+    caption = "ε_θ between recorded and modelled rotation"
+    return Printed(pd.DataFrame(lines, columns=heads), caption, [about + beside, *notes])
+
+
+def _epsilon(row: Any) -> str:
+    if row is None:
+        return "–"
+    text = percent(row.epsilon_theta, 3) if row.n_runs else "failed fit"
+    return text + (f" [{fixed(100 * row.published, 2)}]" if math.isfinite(row.published) else "")
+
+
+def _restitution(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
+    """r of the first impacts of the first run of each record, experiment beside the three laws."""
+    heads = ["Impact", "|θ| / °", "Experiment", *(MODEL_LABELS[law] for law in PAPER_MODELS)]
+    lines: list[list[str]] = []
+    for (block, foundation), scene in frame.groupby(["block", "foundation"], sort=False):
+        seen = scene[(scene["source"] == "experiment") & scene["r"].notna()]
+        if seen.empty:
+            continue
+        test, run = seen.iloc[0][["test", "run"]]
+        own = scene[(scene["test"] == test) & (scene["run"].astype(str) == str(run))]
+        of_law = {(row.source, row.impact): row.r for row in own.itertuples()}
+        name = f"{labels.get(str(block), block)}, {labels.get(str(foundation), foundation)}"
+        lines.append([f"{name} ({test}, run {run})", *[""] * (len(heads) - 1)])
+        for row in seen[seen["run"].astype(str) == str(run)].head(MOST_IMPACTS).itertuples():
+            modelled = [of_law.get((law, row.impact), math.nan) for law in PAPER_MODELS]
+            told = [str(row.impact), fixed(row.peak_before_deg, 2), quantity(row.r, row.r_u)]
+            lines.append([*told, *(fixed(each, 3) for each in modelled)])
+    about = f"r of impacts from the peaks before and after. Laws {PROCEDURE}."
+    caption = "Restitution of each impact, experiment and laws"
+    return Printed(pd.DataFrame(lines, columns=heads), caption, [about, *notes])
+
+
+def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
+    """What was found of each foundation: the first table of the report.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        The table summary.
+    labels : mapping of str to str
+        Printed names of blocks and foundations.
+    """
+    rows = []
+    for row in frame.to_dict("records"):
+        parameters = [
+            f"{SYMBOLS[name]} = {identified(row[name], row[f'{name}_u'])} {unit_text(unit)}".rstrip().replace(
+                " ", "\N{NO-BREAK SPACE}"
+            )
+            for name, unit in (("r", "1"), ("k", "N m-2"), ("c", "N s m-2"), ("lambda", "N s m-3"))
+            if pd.notna(row[name])
+        ]
+        longest = [labels.get(block, block) for block in str(row["longest"] or "").split() if block != "nan"]
+        epsilon = [percent(row[f"epsilon_{name}"]) for name in PAPER_MODELS]
+        law = MODEL_LABELS.get(row["model"], "none")
+        rows.append(
+            {
+                "Foundation": labels.get(row["foundation"], row["foundation"]),
+                "Selected law": f"{law}, {row['n_selected']} of {row['n_runs']} runs",
+                "Parameters": "; ".join(parameters) or "–",
+                "Scatter of impacts σ_r": quantity(row["sigma_r"], row["sigma_r_u"]),
+                "r of first impacts": fixed(row["r_first"], 3),
+                "ε_θ / %: Housner; Winkler; Hunt–Crossley": "; ".join(epsilon),
+                "ε_θ of the next run / %": percent(row["epsilon_next"]),
+                "Rocks longest here": ", ".join(longest) or "–",
+            }
+        )
+    text = pd.DataFrame(rows)
+    text = text.loc[:, [name for name in text if set(text[name]) != {"–"}]]
+    about = (
+        "±: total standard uncertainty. r of first impacts: median of all runs, from peaks. ε_θ of the laws: "
+        f"median, {PROCEDURE}. Next run: median, with the parameters of the other runs of its record."
+    )
+    return Printed(text, "Each foundation", [about])
+
+
+def printed_records(populations: pd.DataFrame, laws: Mapping[str, str], labels: Labels) -> Printed:
+    """Parameters of each record under the candidate selected for its foundation, from the tidy table."""
+    own = populations[populations["level"] == "record"]
+    own = own[own["model"] == own["foundation"].map(laws)]
+    rows = [
+        {
+            "Record": row.test,
+            "Block": labels.get(row.block, row.block),
+            "Foundation": labels.get(row.foundation, row.foundation),
+            "Law": MODEL_LABELS[row.model],
+            "Parameter": with_unit(SYMBOLS[row.parameter], row.unit),
+            "Mean": identified(row.mean, row.u_total),
+            "τ / %": quantity(100 * row.tau / row.mean, digits=2) if row.tau > 0 else "–",
+            "Runs": str(row.n_runs),
+        }
+        for row in own.itertuples()
+    ]
+    about = "Law: selected for most runs of the foundation. τ: spread between runs beyond their noise."
+    return Printed(pd.DataFrame(rows), "Parameters of each record", [about])
+
+
+def printed_recovered(frame: pd.DataFrame) -> Printed:
+    """Cells of `paper.recovered_table`, with caption and notes."""
+    rows = [
+        {
+            "Record": row.test,
+            "Run": str(row.run),
+            "Parameter": with_unit(SYMBOLS[row.parameter], row.unit),
+            "Truth": quantity(row.truth, digits=5),
+            "Identified": quantity(row.value, row.u_total),
+            "Error / %": fixed(row.error_percent, 3),
+            "In 1.96 u": "yes" if row.inside_total else "no",
+        }
+        for row in frame.itertuples()
+    ]
+    inside = f"±: total standard uncertainty u. {frame['inside_total'].sum()} of {len(frame)} inside 1.96 u."
+    caption = "Identified values and those the records were simulated with"
+    return Printed(pd.DataFrame(rows), caption, [inside, SIMULATED_NOTE])
+
+
+def identified(mean: float, u: float) -> str:
+    """A mean with its total standard uncertainty; in words where that exceeds it."""
+    return "not determined" if u > abs(mean) else quantity(mean, u)
+
+
+def _stated(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else "–"

@@ -1,0 +1,134 @@
+"""The report: its first screen, tables as in the CSV, reasons, methods; nothing from outside."""
+
+import json
+import re
+
+import pytest
+from fabricated import campaign, fits, record
+from reported import PUBLISHED, make, tables_of
+
+from freerock.config.review_log import Change
+from freerock.report.methods import REFERENCES
+from freerock.tables.number_text import percent, quantity
+from freerock.tables.printed import printed_summary, printed_tables
+
+HOSTILE = "<script>alert(1)</script>&\"'"
+LABELS = {"b1": "Slender", "b2": "Squat", "marble": "Marble", "mat": "Soft mat"}
+ENTRY = re.compile(r"@(?:article|book|misc)\{(\w+),\n(?:  \w+ = \{.+\},\n)+\}\n")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("report")
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    return make(folder, campaign())
+
+
+@pytest.fixture(scope="module")
+def tables(folder, page):
+    return tables_of(folder, campaign())
+
+
+def test_the_first_screen_has_each_foundation_with_law_parameters_and_epsilon(page, tables):
+    summary = tables["summary"].set_index("foundation").loc["marble"]
+    first = page.text.partition("Table 1.")[0]
+    assert (
+        page.text.index("Do not conclude")
+        < page.text.index("Table 1.")
+        < page.text.index("Runs and verdicts")
+    )
+    assert "Hunt–Crossley, 4 of 4 runs" in first
+    assert f"k = {quantity(summary['k'], summary['k_u'])} N m⁻²" in first.replace("\N{NO-BREAK SPACE}", " ")
+    epsilon = [percent(summary[f"epsilon_{law}"]) for law in ("housner", "winkler", "hunt_crossley")]
+    printed = printed_summary(tables["summary"], LABELS).text
+    assert "; ".join(epsilon) in printed.loc[0].tolist() and "; ".join(epsilon) in page.text
+    assert summary["longest"] == "b1 b2" and "Slender, Squat" in printed.loc[0].tolist()
+    assert "the records are simulated" in first
+
+
+def test_no_run_needs_a_look_only_where_that_is_so(tmp_path, page):
+    assert re.search("\\d needs? a look", page.text) and "No run needs a look" not in page.text
+    tree = record(n_runs=1)
+    assert "No run needs a look" in make(tmp_path, ([tree], [fits(tree)])).text
+
+
+def test_printed_numbers_are_those_of_the_tables(tables):
+    printed = printed_tables(tables, "simulated", doi="10.1/2", labels=LABELS)
+    third, second = printed["table3"].text, printed["table2"].text
+    row = tables["table3"].query("block == 'b1' and foundation == 'marble' and model == 'housner'").iloc[0]
+    (cell,) = third[third.iloc[:, 0] == "Housner"]["Marble"].head(1)
+    assert cell == f"{quantity(100 * row['epsilon_theta'])} [15.25]"
+    k = tables["table2"].query("foundation == 'mat' and model == 'winkler' and parameter == 'k'").iloc[0]
+    of_k = second[second.iloc[:, 0] == "Winkler, k / (N m⁻²)"]["Soft mat"].tolist()
+    assert of_k == [quantity(k["mean"], k["u_total"]), quantity(k["paper"])]
+    assert second.iloc[-1].tolist() == ["Housner, r, Slender", "0.958", "–"]
+    impacts = printed["restitution"].text
+    first = tables["restitution"].query("test == 'b1_marble' and run == '1' and impact == 1")
+    seen, hunt = (first[first["source"] == each].iloc[0] for each in ("experiment", "hunt_crossley"))
+    told = impacts.iloc[1]
+    assert told["Experiment"] == quantity(seen["r"], seen["r_u"])
+    assert told["Hunt–Crossley"] == f"{hunt['r']:.3f}"
+    assert printed["table1"].text.set_index("").loc["α / °", "Slender"] == "10"
+    assert printed["table1"].text.set_index("").loc["θ_cr / °", "Slender"] == "14.04"
+
+
+def test_table_2_has_k_of_the_foundation_and_r_of_each_block(tables):
+    table = tables["table2"]
+    assert set(table.query("parameter == 'r'")["block"]) == {"b1", "b2"}
+    assert table.query("parameter != 'r'")["block"].isna().all()
+    over = tables["populations"].query(
+        "level == 'foundation' and foundation == 'mat' and model == 'winkler' and parameter == 'c'"
+    )
+    own = table.query("foundation == 'mat' and parameter == 'c'")
+    assert own["mean"].tolist() == over["mean"].tolist() and own["n_records"].tolist() == [2]
+    assert PUBLISHED["b1"]["marble"]["housner"]["r"] in table["published"].tolist()
+
+
+def test_every_run_stands_with_its_verdict_and_reasons(page):
+    assert "the block slid & turned <1°" in page.text
+    assert "the file is truncated; record it again" in page.text
+    assert "1 record could not be processed" in page.text
+    assert '<span class="excluded">b1_marble, run 3' in page.html
+
+
+def test_the_report_needs_nothing_from_outside_and_runs_nothing(page):
+    assert not [tag for tag, _ in page.tags if tag in ("link", "iframe", "script")]
+    sources = [attrs[key] for _, attrs in page.tags for key in ("src", "href") if key in attrs]
+    assert sources and all(
+        re.match(r"#|data:image/png;base64,|figures/qc\.png$|image\.pdf$", source) for source in sources
+    )
+    (policy,) = [attrs["content"] for _, attrs in page.tags if attrs.get("http-equiv")]
+    assert policy.startswith("default-src 'none'")
+    assert len(page.text.split()) < 5000
+
+
+def test_whatever_files_and_notes_hold_is_escaped(tmp_path):
+    tree = record("b1_marble")
+    tree["run_1"].attrs["reasons"] = json.dumps([["ok", "hostile", HOSTILE]])
+    line = dict.fromkeys(("file", "laser", "note", "reason"), HOSTILE)
+    line |= {"test": "b1_marble", "block": "b1", "foundation": "marble"}
+    label = {"b1": {"label": HOSTILE, "height_m": 0.28}}
+    changes = {"title": HOSTILE, "summary": HOSTILE, "records": [line], "blocks": label, "license": HOSTILE}
+    page = make(tmp_path, ([tree], [fits(tree)]), figures=[(HOSTILE, tmp_path / "image.png")], **changes)
+    assert page.html.count("<script>alert") == 0
+    assert page.text.count("alert(1)") > 5
+
+
+def test_what_was_changed_at_the_desk_is_told(tmp_path):
+    tree = record("b1_marble")
+    change = Change("2026-01-01 10:00", "Ann", "ann", "b1_marble", "exclude", "", "2", "wobbled")
+    page = make(tmp_path, ([tree], [fits(tree)]), by_hand=[change])
+    assert "wobbled (the CSV holds something else by now)" in page.text
+
+
+def test_what_is_cited_has_its_entry_and_no_more(folder, page):
+    text, bib = ((folder / f"methods.{suffix}").read_text(encoding="utf-8") for suffix in ("md", "bib"))
+    cited = set(re.findall(r"@(\w+)", text.rpartition("\n\n")[0]))
+    assert cited == set(ENTRY.findall(bib))
+    assert {"newville2014", "spanos2017", "housner1963"} <= cited
+    for key, known in REFERENCES.items():
+        assert ENTRY.fullmatch(known.entry) and re.fullmatch(r"10\.\d{4,9}/\S+", known.doi), key
+    assert "sampled at 950 Hz" in text and "Gravity: 9.81 m/s²." in text
