@@ -72,7 +72,6 @@ YAML_MISTAKES = [  # what is replaced, by what; place and remedy
     ("mass_kg", "mass", "lab.yaml:7: blocks.tall.mass", "did you mean 'mass_kg'?"),
     ("    width_m: 0.07\n", "", "lab.yaml:4: blocks.tall.width_m", "give the full width 2b"),
     ("0.28", "0,28", "lab.yaml:5: blocks.tall.height_m", "give the full height 2h"),
-    ("0.05}", "0,05}", "lab.yaml:11: lasers.near.range_m", "write 0.05"),
     ("5.84", ".nan", "lab.yaml:7: blocks.tall.mass_kg", "give the mass in kilograms"),
     ("5.84", "", "lab.yaml:7: blocks.tall.mass_kg", "give the mass in kilograms"),
     (

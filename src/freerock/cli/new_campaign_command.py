@@ -104,7 +104,8 @@ def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCa
     for path in (yaml, yaml.with_suffix(".csv"), *(() if in_place else (raw,))):
         if path.exists():
             raise FreerockError(path, "exists already", "choose another name, or move it away first")
-    looks, refused = _look_through(folder)
+    files = (path for path in sorted(folder.iterdir()) if path.suffix.lower() in READERS)
+    looks, refused = looks_to_take(path for path in files if path.is_file() and path.name != MANIFEST)
     if not looks:
         remedy = refused[0].remedy if refused else f"put files of {', '.join(READERS)} there"
         why = f": {refused[0].where}: {refused[0].what}" if refused else ""
@@ -112,11 +113,10 @@ def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCa
 
     picture = root / "results" / name / QUICK_LOOK
     draw_looks(looks[:MOST_DRAWN], picture)
-    files = [look.path.name for look in looks]
     if not in_place:
         _copy(looks, raw)
     if not (raw / MANIFEST).exists():
-        write_manifest(raw, files)
+        write_manifest(raw, [look.path.name for look in looks])
     sensors = _sensors(looks)
     write_text(yaml.with_suffix(".csv"), _csv_text(looks, refused, sensors))
     write_text(yaml, _yaml_text(name, sensors, picture.relative_to(root)))
@@ -132,11 +132,6 @@ def _name_the_first(path: Path, name: str) -> bool:
     lines[lines.index(NO_CAMPAIGN)] = f"campaigns: [{name}]"
     write_text(path, "\n".join([*lines, ""]))
     return True
-
-
-def _look_through(folder: Path) -> tuple[list[RecordLook], list[FreerockError]]:
-    files = (path for path in sorted(folder.iterdir()) if path.is_file() and path.name != MANIFEST)
-    return looks_to_take(path for path in files if path.suffix.lower() in READERS)
 
 
 def _copy(looks: Sequence[RecordLook], raw: Path) -> None:

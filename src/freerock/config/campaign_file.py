@@ -134,11 +134,6 @@ class CampaignFile(Section):
     )
     plan: PlanSection | None = key("tests for which `freerock plan` predicts standard errors", None)
 
-    @field_validator("figures")
-    @classmethod
-    def _in_order(cls, names: Any) -> Any:
-        return tuple(sorted(names, key=FIGURES.index))
-
     @field_validator("blocks", "foundations")
     @classmethod
     def _labelled(cls, sections: Any, info: ValidationInfo) -> Any:

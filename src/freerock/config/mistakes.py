@@ -107,9 +107,7 @@ def _explain(model: type[Section], loc: Key, fault: ErrorDetails) -> tuple[str, 
         return f"{'a group of keys' if isinstance(value, dict) else 'a list'} does not belong here", give
     if "pattern" in context:
         return f"{values.shown(value)} is not understood", give
-    what = fault["msg"].replace("Input should be less than or equal to", "is more than")
-    what = what.replace("Input should be greater than or equal to", "is less than")
-    what = what.replace("Input should be", "is not").replace("valid tuple", "list")
+    what = fault["msg"].replace("Input should be", "is not").replace("valid tuple", "list")
     what = re.sub(r"valid dictionary.*", "group of keys", what).partition(", unable")[0]
     if kind == "literal_error":
         give = values.did_you_mean(value, re.findall(r"'(\w+)'", context["expected"])) or give

@@ -5,7 +5,7 @@ YAML is read as its version 1.2, in which numbers are what they look like: 017 i
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
@@ -44,9 +44,6 @@ def read_yaml(path: Path) -> tuple[dict[str, Any] | None, Lines, list[FreerockEr
     problems: list[FreerockError] = []
     try:
         root = reader.compose(read_text(path))
-        for loc, line, number in _decimal_commas(root):
-            where, remedy = f"{path}:{line}: {'.'.join(loc)}", f"write {number.replace(',', '.')}"
-            problems.append(FreerockError(where, f"{number} has a decimal comma", remedy))
         for loc, line in _locate_keys(root):
             if loc in lines:
                 where, first = f"{path}:{line}: {'.'.join(loc)}", lines[loc]
@@ -63,30 +60,6 @@ def read_yaml(path: Path) -> tuple[dict[str, Any] | None, Lines, list[FreerockEr
         what = "is empty" if data is None else "is not a list of keys and values"
         return None, {}, [*problems, FreerockError(path, what, "write lines of the form key: value")]
     return data, lines, problems
-
-
-def _decimal_commas(node: Node | None, loc: Key = ()) -> Iterator[tuple[Key, int, str]]:
-    """Location, line and text of each number that a comma cut in two, as in {a: 0,42}; it is joined."""
-    if isinstance(node, SequenceNode):
-        for i, item in enumerate(node.value):
-            yield from _decimal_commas(item, (*loc, str(i)))
-    if not isinstance(node, MappingNode):
-        return
-    whole: list[tuple[Node, Node]] = []
-    for key, value in node.value:
-        before = whole[-1][1] if whole else None
-        if _is_digits(key) and _is_digits(before) and isinstance(value, ScalarNode) and not value.value:
-            number = f"{before.value},{key.value}"
-            yield (*loc, str(whole[-1][0].value)), key.start_mark.line + 1, number
-            before.value, before.ctag = number.replace(",", "."), Tag(suffix=f"{TAG}float")
-        else:
-            yield from _decimal_commas(value, (*loc, str(key.value)))
-            whole.append((key, value))
-    node.value = whole
-
-
-def _is_digits(node: Node | None) -> TypeGuard[ScalarNode]:
-    return isinstance(node, ScalarNode) and node.style is None and node.value.lstrip("+-").isdigit()
 
 
 def _locate_keys(node: Node | None, loc: Key = ()) -> Iterator[tuple[Key, int]]:
