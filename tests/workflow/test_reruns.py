@@ -103,12 +103,15 @@ def test_a_moved_tree_reruns_nothing(checkout, tmp_path):
     assert Checkout(tmp_path / "moved").planned() == {}
 
 
-def test_a_copied_tree_reruns_nothing(checkout, tmp_path):
-    """Also where the copy has new times; what Snakemake knows of the products lies in .snakemake."""
-    shutil.copytree(checkout.folder, tmp_path / "cloned", copy_function=shutil.copy)
-    for path in sorted((tmp_path / "cloned/results").rglob("*.*")):
+def test_a_tree_copied_with_its_times_reruns_nothing(checkout, tmp_path):
+    """Also where data have new times: Snakemake knows their checksums. A newer script reruns its step."""
+    copy = Checkout(tmp_path / "copied")
+    shutil.copytree(checkout.folder, copy.folder)
+    for path in sorted([*(copy / "raw").rglob("*.*"), *(copy / "results").rglob("*.*")]):
         os.utime(path)
-    assert Checkout(tmp_path / "cloned").planned() == {}
+    assert copy.planned() == {}
+    os.utime(copy / "workflow/scripts/complete.py")
+    assert copy.planned() == {"complete": 1}
 
 
 def test_results_in_a_fresh_clone_are_taken_for_whole_once_touched(finished, tmp_path):
