@@ -51,7 +51,9 @@ def make(folder: Path, i: int, seed: int) -> Path:
     soil = {key: law[key] * draw.uniform(0.9, 1.1) for key in law}
     values |= {f"mean_{key}": each for key, each in soil.items()}
     angle, at = RELEASE_ANGLES[name] * draw.uniform(0.7, 1.0), BEAMS_M[name] + off["position_m"]
-    runs = [_run(block, soil, angle, RATE_HZ / clock, draw) for _ in range(RUNS)]
+    phase = draw.uniform(0, 2 * math.pi)  # of the bed along the base
+    values["edge_k"] = soil["k"] * (1 + BESIDES["varies"] * math.sin(phase))
+    runs = [_run(block, soil, phase, angle, RATE_HZ / clock, draw) for _ in range(RUNS)]
     ways, begins = _ways(runs, at, draw)
     volts = scattered.V_PER_M * (ways - ways[0]) / scale
     volts = volts * (1 + BENT * (1 - np.abs(volts) / 5))
@@ -65,13 +67,15 @@ def make(folder: Path, i: int, seed: int) -> Path:
     return path
 
 
-def _run(block: Block, soil: dict[str, float], angle: float, rate_hz: float, draw: Any) -> tuple[Motion, Any]:
+def _run(
+    block: Block, soil: dict[str, float], phase: float, angle: float, rate_hz: float, draw: Any
+) -> tuple[Motion, Any]:
     """A run and what is true of it."""
     own = soil | {"k": soil["k"] * math.exp(K_BY_RUN * draw.standard_normal())}
     by = np.column_stack([np.zeros(400), *draw.standard_normal((2, 400))])
     impacts = np.exp(by * [0.0, K_BY_IMPACT, LAMBDA_BY_IMPACT])
     weight = block.mass_kg * GRAVITY * block.b
-    besides = BESIDES | {"varies_from": draw.uniform(0, 2 * math.pi), "air_nms2": DRAG * weight}
+    besides = BESIDES | {"varies_from": phase, "air_nms2": DRAG * weight}
     besides["table_kg"] = TABLE_BLOCKS * block.mass_kg
     theta0, rate = angle + math.radians(draw.uniform(-0.3, 0.3)), TREMOR_RAD * 2 * math.pi * 8 / math.sqrt(2)
     scene = Scene(
