@@ -8,31 +8,26 @@ rule only, with that. A laser gives the scale: σ_θ = 0.01°, 2 kHz. Engines of
 
 import math
 import sys
-import time as clock
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
 from ruamel.yaml import YAML
 
 from freerock.arrays import Floats
-from freerock.identification.fit import fit_run
-from freerock.models import simulate
 from freerock.models.laws import LAWS, MODEL_LABELS, MODELS, Rules
 from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
-from freerock.models.simulate import Solver
-from freerock.runs.motion import Motion
+from freerock.models.simulate import Solver, simulate_theta
 from freerock.tables.csvfile import read_csv
 from freerock_bench import peers
 from freerock_bench.document import in_markdown, renew
 from freerock_bench.golden.files import read_golden
-from freerock_bench.methods.by_name import METHODS, freerock
+from freerock_bench.methods.by_name import METHODS
 from freerock_bench.methods.housner import housner_eventless
 from freerock_bench.methods.problem import NOISE_RAD, SAMPLING_HZ, Problem, Solution, errors, solution
 from freerock_bench.timing import interleaved
@@ -41,9 +36,8 @@ EVERY_S = 0.01  # between the instants compared
 SPAN_S = {"full": 3.0, "small": 0.6}
 ROUNDS = {"full": 5, "small": 1}
 COLUMNS = ["model", "debonding", "method", "kind", "setting", "time_s", "epsilon", "max_error_rad", "outcome"]
-COLUMNS += ["floor_epsilon", "parameter", "error_stderr", "runs_of_fit", "fit_s", "note"]
+COLUMNS += ["floor_epsilon", "parameter", "error_stderr", "note"]
 HEADS = ["law", "tool", "setting", "a run of 3 s", "ε_θ", "against the noise", "error / standard errors"]
-HEADS += ["an identification"]
 UNITS = ((3600.0, "h"), (60.0, "min"), (1.0, "s"), (1e-3, "ms"))
 Row = dict[str, Any]
 
@@ -68,8 +62,7 @@ def run(size: str = "full") -> pd.DataFrame:
         Columns model, debonding (the law that the tool is compared with), method, kind ("freerock",
         "library", "time stepping", "engine"), setting, time_s (of a run), epsilon, max_error_rad, outcome;
         floor_epsilon (ε_θ of the laser's noise alone); parameter (r or k) and error_stderr, its shift in a
-        fit whose simulations err as this one, in standard errors; runs_of_fit (whole runs that freerock
-        simulates for a fit), fit_s (time of a fit of freerock in which the tool makes these runs); note.
+        fit whose simulations err as this one, in standard errors; note.
     """
     time = np.arange(0.0, SPAN_S[size] + 0.5 * EVERY_S, EVERY_S)
     rows: list[Row] = []
@@ -134,7 +127,7 @@ class Scale:
     """What an error of θ(t) means: against noise, and for a parameter fitted."""
 
     def __init__(self, problem: Problem, time: Floats) -> None:
-        """The solution, its derivatives at tight tolerance, and the runs of a fit."""
+        """The solution, and its derivatives at tight tolerance."""
         self.problem, self.time = problem, time
         self.true = self._golden()
         self.floor = NOISE_RAD**2 * time.size / float(self.true @ self.true)
@@ -148,7 +141,6 @@ class Scale:
             )
         columns.append((self._theta({}, 1e-6) - self._theta({}, -1e-6)) / 2e-6)
         self.jacobian = np.stack(columns, axis=1)
-        self.runs, self.rest_s = self._fit()
 
     def _golden(self) -> Floats:
         """The golden solution; with another r, which has none, the closed form."""
@@ -169,7 +161,7 @@ class Scale:
     def _theta(self, other: Mapping[str, float], later_s: float) -> Floats:
         problem = self.problem
         values = {**problem.parameters, "theta0": problem.theta0, **other}
-        theta, _ = simulate.simulate_theta(
+        theta, _ = simulate_theta(
             problem.model,
             problem.block,
             {name: values[name] for name in MODELS[problem.model]},
@@ -179,31 +171,6 @@ class Scale:
             solver=Solver(1e-12),
         )
         return theta
-
-    def _fit(self) -> tuple[float, float]:
-        """Whole runs that a fit simulates, and the time of all that it does besides [s]."""
-        problem = self.problem
-        time = np.arange(0.0, self.time[-1], 1 / SAMPLING_HZ)
-        theta = freerock(problem, time, 1e-10).theta
-        theta = theta + np.random.default_rng(1).normal(0, NOISE_RAD, time.size)
-        motion = Motion(time, theta, NOISE_RAD, problem.theta0, theta0_stderr=NOISE_RAD)
-        kept, spans, spent, rest_s = simulate.simulate_theta, list[float](), list[float](), math.inf
-
-        def counted(*arguments: Any, **options: Any) -> tuple[Floats, str]:
-            begin = clock.perf_counter()
-            made = kept(*arguments, **options)
-            spent.append(clock.perf_counter() - begin)
-            spans.append(float(arguments[3][-1]))
-            return made
-
-        for _ in range(3):
-            spans.clear()
-            spent.clear()
-            with patch.object(simulate, "simulate_theta", counted):
-                begin = clock.perf_counter()
-                fit_run(problem.model, problem.block, motion)
-                rest_s = min(rest_s, clock.perf_counter() - begin - sum(spent))
-        return sum(spans) / float(self.time[-1]), rest_s
 
 
 def _row(scale: Scale, name: str, kind: str, setting: str, note: str, found: Solution, seconds: float) -> Row:
@@ -222,8 +189,6 @@ def _row(scale: Scale, name: str, kind: str, setting: str, note: str, found: Sol
         "floor_epsilon": scale.floor,
         "parameter": MODELS[scale.problem.model][0],
         "error_stderr": scale.stderrs(found.theta - scale.true) if completed else math.nan,
-        "runs_of_fit": scale.runs,
-        "fit_s": scale.rest_s + scale.runs * seconds,
         "note": note,
     }
 
@@ -235,7 +200,7 @@ def table(frame: pd.DataFrame) -> str:
     for (model, method), rows in by_law.groupby(["model", "method"], sort=False):
         done = rows[rows["outcome"] == "completed"]
         if done.empty:
-            lines.append([MODEL_LABELS[model], method, f"none: {rows['outcome'].iloc[0]}", *[""] * 5])
+            lines.append([MODEL_LABELS[model], method, f"none: {rows['outcome'].iloc[0]}", *[""] * 4])
             continue
         enough = done[done["epsilon"] < done["floor_epsilon"]]
         row = (enough.sort_values("time_s") if len(enough) else done.sort_values("epsilon")).iloc[0]
@@ -248,7 +213,6 @@ def table(frame: pd.DataFrame) -> str:
             f"{row['epsilon']:.0e}",
             f"**{over:.1g} ×**" if over >= 1 else f"{over:.0e} ×" if over < 0.01 else f"{over:.2g} ×",
             f"{row['error_stderr']:.2g} of {row['parameter']}",
-            _seconds(row["fit_s"]),
         ]
         lines.append(cells)
     return in_markdown(HEADS, lines)

@@ -71,7 +71,6 @@ def test_an_error_is_the_shift_that_it_makes_in_a_fit(model):
     assert scale.stderrs(as_if) == pytest.approx(unit * share * k, rel=2e-3)
     # what another freed number makes up for shifts nothing
     assert scale.stderrs(1e-4 * scale.jacobian[:, 2]) < 1e-6 * scale.stderrs(as_if)
-    assert 30 < scale.runs < 2000
 
 
 def test_the_table_has_a_row_for_every_tool(own, tmp_path):
