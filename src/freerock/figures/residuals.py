@@ -74,7 +74,7 @@ caption = style.drawn_runs
 def _of_record(record: xr.DataTree, runs: dict[int, xr.DataTree]) -> pd.DataFrame:
     """Residuals of all runs by octave; the noise at rest, and the limit of chance, of the first."""
     samples = {name: record.dataset[name].values for name in OVER_TIME if name in record.dataset}
-    motions: dict[int, Motion] = measured_in(record, samples).with_noise()
+    motions: dict[int, Motion] = measured_in(record, samples)
     parts: list[pd.DataFrame] = []
     for number, run in runs.items():
         model = named_in(run)

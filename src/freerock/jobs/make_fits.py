@@ -12,8 +12,6 @@ from freerock.config.processing import ImpactLimits
 from freerock.identification.fit import Fit, ImpactEnergy
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, law_of
-from freerock.noise.at_rest import Rests, noise_of_rests
-from freerock.noise.spectrum import Noise
 from freerock.populations.impact_energy import impact_energy, of_measured
 from freerock.populations.sensitivity import with_contributions
 from freerock.products.groups import NotFitted, runs_of
@@ -45,7 +43,6 @@ def make_fits(
     record_file: str | Path,
     output: str | Path,
     identify: Callable[[Block, Mapping[int, Motion], Hypotheses], dict[int, Identified]] | None = None,
-    hear: Callable[[Rests, float], Noise | None] = noise_of_rests,
     passing: bool = False,
 ) -> None:
     """Write the fits of a record.
@@ -62,12 +59,10 @@ def make_fits(
     identify : callable, optional
         What is identified of the runs of the record, as `identify_runs` does it: one that remembers spares
         the work on runs that have not changed.
-    hear : callable
-        What the noise of the record is, as `noise_of_rests` says it; likewise.
     passing : bool
         Written to be looked at once: not compressed and without energies.
     """
-    runs, impacts, motions, attrs = _read(record_file, hear)
+    runs, impacts, motions, attrs = _read(record_file)
     block = Block(**settings["block"])
     hypotheses = Hypotheses(*(settings[key] for key in ("models", "kinematics", "free", "options")))
     laboratory = Laboratory.of(settings["laboratory"])
@@ -111,13 +106,12 @@ def make_fits(
 
 
 def _read(
-    record_file: str | Path, hear: Callable[[Rests, float], Noise | None]
+    record_file: str | Path,
 ) -> tuple[dict[int, Run], dict[int, Impacts], dict[int, Motion], Mapping[Any, Any]]:
     """Runs with their impacts, their motions, and the record's attributes; its samples are let go."""
     record = open_record(record_file, samples=False)
     runs = {run.number: run for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
-    measured = measured_in(record, samples_in(record_file, OVER_TIME))
-    motions = measured.with_noise(hear)
+    motions = measured_in(record, samples_in(record_file, OVER_TIME))
     impacts = {number: impacts_in(group) for number, group in runs_of(record).items()}
     return runs, impacts, {number: each for number, each in motions.items() if number in runs}, record.attrs
 

@@ -11,7 +11,7 @@ from freerock.config.processing import ImpactLimits, RunLimits
 from freerock.errors import FreerockError
 from freerock.jobs.log import of_the_machine
 from freerock.models.block import Block
-from freerock.noise.at_rest import sensor_noise, usual_of
+from freerock.noise.at_rest import at_rest, noise_at_rest, quiet_stretches
 from freerock.noise.spectrum import Noise
 from freerock.products.netcdf import write_failure, write_record
 from freerock.products.provenance import provenance
@@ -67,7 +67,7 @@ def make_record(
             return
         by_hand = ByHand(settings["overrides"], settings["exclusions"], settings.get("stretches", ()))
         record = by_hand.without_hidden((rotate or rotation_of)(settings))
-        judged, totals = _judged(settings, record, by_hand)
+        judged, totals, noise = _judged(settings, record, by_hand)
     except FreerockError as error:
         if of_the_machine(error):
             raise
@@ -78,7 +78,7 @@ def make_record(
         return
     runs = [run for run, _ in judged]
     found = [impacts for _, impacts in judged]
-    write_record(output, record, runs, found, attributes, packed, totals, _at_rest(record))
+    write_record(output, record, runs, found, attributes, packed, totals, noise)
     _log(record, runs)
 
 
@@ -102,19 +102,17 @@ def _files(settings: Settings) -> list[Path]:
 
 def _judged(
     settings: Settings, record: xr.Dataset, by_hand: ByHand
-) -> tuple[Sequence[tuple[Run, Impacts]], list[MeasuredTotal]]:
-    """Of θ(t) of a record its runs with their impacts, and the total uncertainties of each."""
+) -> tuple[Sequence[tuple[Run, Impacts]], list[MeasuredTotal], Noise | None]:
+    """Of θ(t) of a record its runs with their impacts, the total uncertainties of each, the noise at rest."""
     block = Block(**settings["block"])
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
     limits = RunLimits(**settings["runs"]), ImpactLimits(**settings["impacts"])
-    judged = runs_with_impacts(signal, block, signal_quality(record), by_hand, *limits)
+    quality, window_s = signal_quality(record), limits[0].window_s
+    time_s, theta, sigma = signal[:3]
+    still = at_rest(time_s, theta, sigma, quality.converter_step, window_s)
+    judged = runs_with_impacts(signal, block, quality, by_hand, *limits, still)
     laboratory = Laboratory.of(settings["laboratory"])
     totals = [measured_total(run.theta0, run.theta0_stderr, found, laboratory) for run, found in judged]
-    return judged, totals
-
-
-def _at_rest(record: xr.Dataset) -> Noise | None:
-    """Noise of θ at rest [rad], from all stretches of a record in which nothing moves."""
-    time_s, theta, sigma = (record[name].values for name in ("time", "theta", "sigma_theta"))
-    noise = sensor_noise(time_s, theta, sigma, signal_quality(record).converter_step)
-    return noise and noise.scaled(usual_of(sigma))
+    # of σ_θ as it is written, which fits read
+    quiet = quiet_stretches(time_s, theta, sigma.astype("float32"), window_s, still.phases)
+    return judged, totals, noise_at_rest(quiet, record.attrs["sampling_rate_hz"], quality.converter_step)

@@ -73,27 +73,49 @@ def quiet_stretches(
             yield from _valid(own[settled:])
 
 
-def sensor_noise(
-    time_s: Floats,
-    theta: Floats,
-    sigma_theta: Floats,
-    step: float = 0.0,
-    window_s: float = 0.25,
-    phases: Sequence[Phase] | None = None,
-) -> Noise | None:
-    """Noise of a sensor in units of sigma_theta, from all quiet stretches of a record; None if too short.
+class AtRest(NamedTuple):
+    """What a record shows while it stands still: its phases, and the noise of the sensor [rad].
+
+    The noise is that where sigma_theta is as usual; None where no phase is long enough.
+    """
+
+    phases: list[Phase]
+    noise: Noise | None
+
+
+def at_rest(
+    time_s: Floats, theta: Floats, sigma_theta: Floats, step: float = 0.0, window_s: float = 0.25
+) -> AtRest:
+    """What a record shows while it stands still.
 
     Parameters
     ----------
-    time_s, theta, sigma_theta, window_s, phases :
+    time_s, theta, sigma_theta, window_s :
         As for `quiet_stretches`.
     step : float
         Of the converter [rad].
     """
+    phases = stationary_phases(time_s, theta, window_s=window_s)
+    if len(time_s) < 2:
+        return AtRest(phases, None)
     rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
-    usual = usual_of(sigma_theta)
-    found = noise_at_rest(quiet_stretches(time_s, theta, sigma_theta, window_s, phases), rate_hz, step)
-    return found.scaled(1 / usual) if found and found.variance > 0 else None
+    quiet = quiet_stretches(time_s, theta, sigma_theta, window_s, phases)
+    return AtRest(phases, noise_at_rest(quiet, rate_hz, step))
+
+
+def sensor_noise(
+    time_s: Floats, theta: Floats, sigma_theta: Floats, step: float = 0.0, window_s: float = 0.25
+) -> Noise | None:
+    """Noise of a sensor in units of sigma_theta, from all quiet stretches of a record; None if too short.
+
+    Arguments as of `at_rest`.
+    """
+    return over_usual(at_rest(time_s, theta, sigma_theta, step, window_s).noise, sigma_theta)
+
+
+def over_usual(noise: Noise | None, sigma_theta: Floats) -> Noise | None:
+    """Noise [rad] in units of what sigma_theta usually is; None where there is none."""
+    return noise.scaled(1 / usual_of(sigma_theta)) if noise and noise.variance > 0 else None
 
 
 def usual_of(sigma_theta: Floats) -> float:
@@ -135,59 +157,28 @@ def _valid(values: Floats) -> Iterator[Floats]:
         yield part
 
 
-class Rests(NamedTuple):
-    """What the noise is known from.
+def noise_at_rest(stretches: Iterable[Floats], rate_hz: float, step: float = 0.0) -> Noise | None:
+    """Noise of a sensor at rest; None where all stretches are too short.
 
     Parameters
     ----------
-    variance : float
-        Of a sample [rad²].
-    still : list of ndarray
-        Stretches about their level [rad], averaged; those that are too short left out.
+    stretches : iterable of ndarray, shape (n_time,)
+        θ at rest, each about any level [rad].
     rate_hz : float
-        Samples per second, before averaging.
+        Samples per second.
+    step : float
+        Of the converter [rad]. Where it hides the noise (less than 1/√3 of it), what a rest shows depends on
+        where its level lies between two steps, and a moving block has the error of rounding, step²/12, as
+        well: it is added, and the spectrum counts as known within a factor of about three only.
     """
-
-    variance: float
-    still: list[Floats]
-    rate_hz: float
-
-
-def rests_of(stretches: Iterable[Floats], rate_hz: float) -> Rests:
-    """What `noise_of_rests` takes of stretches at rest [rad], of shape (n_time,), each about any level."""
     m = samples_averaged(rate_hz)
-    squares, n, still = 0.0, 0, []
+    squares, n, still = 0.0, 0, list[Floats]()
     for each in stretches:
         if len(each):
             about = each - each.mean()
             squares, n = squares + float(about @ about), n + len(each)
             still += [averaged(about, m)] if len(each) >= m * SHORTEST else []
-    return Rests(squares / max(1, n), still, rate_hz)
-
-
-def noise_at_rest(stretches: Iterable[Floats], rate_hz: float, step: float = 0.0) -> Noise | None:
-    """Noise of stretches at rest, as `noise_of_rests` and `rests_of` have it."""
-    return noise_of_rests(rests_of(stretches, rate_hz), step)
-
-
-def noise_of_rests(rests: Rests, step: float = 0.0) -> Noise | None:
-    """Noise of a sensor at rest.
-
-    Parameters
-    ----------
-    rests : Rests
-    step : float
-        Of the converter [rad]. Where it hides the noise (less than 1/√3 of it), what a rest shows depends on
-        where its level lies between two steps, and a moving block has the error of rounding, step²/12, as
-        well: it is added, and the spectrum counts as known within a factor of about three only.
-
-    Returns
-    -------
-    Noise or None
-        None where all stretches are too short.
-    """
-    variance, still, rate_hz = rests
-    m = samples_averaged(rate_hz)
+    variance = squares / max(1, n)
     if not still:
         return None
     still = [each for each in still if _mean_square([each]) > (STANDS * step) ** 2] or still

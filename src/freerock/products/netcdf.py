@@ -72,7 +72,7 @@ def write_record(
         The file can't be written.
     """
     root = _root(record, "volts to rotation, runs and impacts", attrs, *_record_verdict(runs))
-    groups = {"/": root if noise is None else root.assign(_spectrum(noise))}
+    groups = {"/": root if noise is None else root.assign(_spectrum(noise)).assign_attrs(noise=noise.told)}
     for run, found, total in zip(runs, impacts, totals or [None] * len(runs), strict=True):
         groups[f"run_{run.number}"] = xr.Dataset(
             {name: ((), getattr(run, field)) for field, name in RUN_VARIABLES.items()}

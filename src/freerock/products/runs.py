@@ -1,16 +1,15 @@
 """Runs, impacts and motions of a record dataset, as the objects the analysis works with."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from typing import Any, NamedTuple
+from typing import Any
 
 import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.noise.at_rest import Rests, noise_of_rests, quiet_stretches, rests_of, usual_of
-from freerock.noise.converter import converter_step
-from freerock.noise.spectrum import Noise
+from freerock.noise.at_rest import usual_of
+from freerock.noise.spectrum import noise_told
 from freerock.products.groups import reasons_in
 from freerock.products.names import IMPACT_VARIABLES, RUN_VARIABLES
 from freerock.rotation.view import View, view_in
@@ -18,7 +17,6 @@ from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, heard, loud, motion_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict
-from freerock.units import BASE
 
 
 def runs_in(record: xr.DataTree) -> list[Run]:
@@ -35,41 +33,7 @@ def runs_in(record: xr.DataTree) -> list[Run]:
     ]
 
 
-OVER_TIME = ("time", "theta", "sigma_theta", *BASE)  # of which fits take something
-
-
-class Measured(NamedTuple):
-    """What fits take of a record, without its samples.
-
-    Parameters
-    ----------
-    motions : dict of int to Motion
-        By run number; without noise.
-    loud : dict of int to float
-        How many times as loud as usual the noise is during each run.
-    rests : Rests
-        What the noise is known from.
-    step : float
-        Of the converter [rad].
-    """
-
-    motions: dict[int, Motion]
-    loud: dict[int, float]
-    rests: Rests
-    step: float
-
-    def with_noise(
-        self, known_from: Callable[[Rests, float], Noise | None] = noise_of_rests
-    ) -> dict[int, Motion]:
-        """The motions with the noise of the sensor, from all rests and holds and from the motion.
-
-        `known_from` does what `noise_of_rests` does: one that remembers spares the work.
-        """
-        noise = known_from(self.rests, self.step)
-        if noise is None:
-            return self.motions
-        levels = {number: noise.scaled(loud) for number, loud in self.loud.items()}
-        return {number: heard(motion, levels[number]) for number, motion in self.motions.items()}
+OVER_TIME = ("time", "theta", "sigma_theta")  # of which fits take something
 
 
 def motions_in(record: xr.DataTree, samples: Mapping[str, Floats] | None = None) -> dict[int, Motion]:
@@ -83,22 +47,18 @@ def motions_in(record: xr.DataTree, samples: Mapping[str, Floats] | None = None)
     return _motions(runs, samples, record.attrs)
 
 
-def measured_in(record: xr.DataTree, samples: Mapping[str, Floats]) -> Measured:
-    """What fits take of a record; the noise is computed when its samples may be let go.
+def measured_in(record: xr.DataTree, samples: Mapping[str, Floats]) -> dict[int, Motion]:
+    """The motion of each run with the noise of the sensor, at rest and in motion, by run number.
 
     `samples` are those that `OVER_TIME` names.
     """
     runs = runs_in(record)
-    if not runs:
-        return Measured({}, {}, Rests(0.0, [], 1.0), 0.0)
-    time_s, theta, sigma = (samples[name] for name in ("time", "theta", "sigma_theta"))
-    rate_hz, usual = (len(time_s) - 1) / float(time_s[-1] - time_s[0]), usual_of(sigma)
-    return Measured(
-        _motions(runs, samples, record.attrs),
-        {run.number: loud(run, time_s, sigma, usual) for run in runs},
-        rests_of(quiet_stretches(time_s, theta, sigma), rate_hz),
-        converter_step(next(samples[name] for name in BASE if name in samples), theta),
-    )
+    motions = _motions(runs, samples, record.attrs) if runs else {}
+    if "noise" not in record.attrs:
+        return motions
+    noise, usual = noise_told(record.attrs["noise"]), usual_of(samples["sigma_theta"])
+    levels = {run.number: loud(run, samples["time"], samples["sigma_theta"], usual) for run in runs}
+    return {number: heard(each, noise.scaled(levels[number])) for number, each in motions.items()}
 
 
 def _motions(

@@ -54,7 +54,7 @@ class Bench:
 
     def __init__(self, checksums: Mapping[str, str]):
         self._checksums = checksums
-        self._rotations, self._noises, self._identified = map(Remembered, (ROTATIONS, ROTATIONS, FITS))
+        self._rotations, self._identified = map(Remembered, (ROTATIONS, FITS))
         self._rotating = Lock()
         spare_memory()
 
@@ -128,14 +128,10 @@ class Bench:
             The machine lacks something, such as space for what is written meanwhile.
         """
         from freerock.jobs.make_fits import make_fits
-        from freerock.noise.at_rest import noise_of_rests
         from freerock.selection.hypotheses_tried import identify_runs
 
         def alone(*problem: Any) -> Any:
             return self._identified.get(problem, lambda: _identify(problem, needed))
-
-        def hear(rests: Any, step: float) -> Any:
-            return self._noises.get((rests, step), lambda: noise_of_rests(rests, step))
 
         def identify(block: Any, motions: Mapping[int, Any], hypotheses: Any) -> dict[int, Any]:
             if near_s is None:
@@ -151,7 +147,7 @@ class Bench:
             release = {int(run.attrs["run"]): run.dataset["release"].item() for run in runs}
             if not needed():
                 raise Superseded
-            make_fits(of_fits, record_file, fits_file, identify, hear, passing=True)
+            make_fits(of_fits, record_file, fits_file, identify, passing=True)
             give_back()
             return Analysed(record, open_fits(fits_file))
 

@@ -9,9 +9,8 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.config.processing import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, RunLimits
 from freerock.models.block import Block
-from freerock.noise.at_rest import sensor_noise
+from freerock.noise.at_rest import AtRest, at_rest, over_usual
 from freerock.noise.converter import scatter
-from freerock.noise.still import stationary_phases
 from freerock.rotation.faults import SignalQuality
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand
 from freerock.runs.impacts import IMPACT_COLUMNS, Impacts, find_impacts, reasons_of_impacts
@@ -31,17 +30,18 @@ def runs_with_impacts(
     by_hand: ByHand = NOTHING_BY_HAND,
     of_runs: RunLimits = RUN_LIMITS,
     of_impacts: ImpactLimits = IMPACT_LIMITS,
+    still: AtRest | None = None,
 ) -> list[tuple[Run, Impacts]]:
     """Each run of a record and its impacts.
 
     `signal` is time [s], rotation and the standard deviation of its noise [rad], and flags, of shape
-    (n_time,) each; all else, and the errors, as in `segment.find_runs` and `impacts.find_impacts`.
+    (n_time,) each, `still` what the record shows while it stands still, where that is known; all else, and
+    the errors, as in `segment.find_runs` and `impacts.find_impacts`.
     """
     time_s, theta, sigma, flags = signal
-    phases = stationary_phases(time_s, theta, window_s=of_runs.window_s)
-    noise = sensor_noise(time_s, theta, sigma, quality.converter_step, of_runs.window_s, phases)
-    found = []
-    for run in find_runs(time_s, theta, sigma, flags, block, quality, by_hand, of_runs, noise, phases):
+    still = still or at_rest(time_s, theta, sigma, quality.converter_step, of_runs.window_s)
+    noise, found = over_usual(still.noise, sigma), []
+    for run in find_runs(time_s, theta, sigma, flags, block, quality, by_hand, of_runs, still):
 
         def part(from_s: float, to_s: float, released: bool, run: Run = run) -> Impacts:
             during = slice(np.searchsorted(time_s, from_s), np.searchsorted(time_s, to_s, "right"))

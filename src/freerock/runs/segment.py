@@ -18,9 +18,8 @@ from numpy.typing import ArrayLike
 from freerock.config.hand_corrections import Override
 from freerock.config.processing import RUN_LIMITS, RunLimits
 from freerock.models.block import Block
-from freerock.noise.at_rest import sensor_noise
-from freerock.noise.spectrum import Noise
-from freerock.noise.still import Phase, stationary_phases
+from freerock.noise.at_rest import AtRest, at_rest, over_usual
+from freerock.noise.still import Phase
 from freerock.noise.sums import stderr_of_mean
 from freerock.rotation.faults import SignalQuality
 from freerock.runs.beginning import Beginning, begun_by_hand, from_hold, unseen
@@ -90,8 +89,7 @@ def find_runs(
     quality: SignalQuality = UNKNOWN,
     by_hand: ByHand = NOTHING_BY_HAND,
     limits: RunLimits = RUN_LIMITS,
-    noise: Noise | None = None,
-    phases: Sequence[Phase] | None = None,
+    still: AtRest | None = None,
 ) -> list[Run]:
     """Find the runs of a record.
 
@@ -113,10 +111,8 @@ def find_runs(
     by_hand : ByHand, optional
         Runs set or left out by hand.
     limits : RunLimits, optional
-    noise : Noise, optional
-        Of the sensor over `sigma_theta`; else what the record shows of it (`quiet.sensor_noise`).
-    phases : sequence of Phase, optional
-        Of stillness, where they are known.
+    still : AtRest, optional
+        What the record shows while it stands still, where it is known.
 
     Returns
     -------
@@ -128,19 +124,15 @@ def find_runs(
         No release found, and none set by hand.
     """
     signal = signal_of(time_s, theta, sigma_theta, flags, quality.converter_step)
-    if phases is None:
-        phases = stationary_phases(signal.t, signal.theta, window_s=limits.window_s)
-    if noise is None and len(signal.t) > 1:
-        known = signal.converter_step, limits.window_s, phases
-        noise = sensor_noise(signal.t, signal.theta, signal.sigma, *known)
-    signal = signal._replace(spectrum=noise)
-    search = _Search(signal, phases, block, quality, by_hand, limits)
-    holds = find_holds(signal, phases, limits.window_s)
+    own = still or at_rest(signal.t, signal.theta, signal.sigma, signal.converter_step, limits.window_s)
+    signal = signal._replace(spectrum=over_usual(own.noise, signal.sigma))
+    search = _Search(signal, own.phases, block, quality, by_hand, limits)
+    holds = find_holds(signal, own.phases, limits.window_s)
     found = search.with_unseen([search.found(hold) for hold in holds])
     record_end_s = float(signal.t[-1])
     planned = by_hand.merged([(run.begins.release.instant_s, run.end_s) for run in found], record_end_s)
     if not planned:
-        raise no_release(phases, block, signal, quality.faults)
+        raise no_release(own.phases, block, signal, quality.faults)
     reasons = by_hand.reasons_of_corrections(planned, record_end_s)
     return [
         search.run(number, search.set_by_hand(each, found), own)
