@@ -8,6 +8,7 @@ import pandas as pd
 from fabricated import tidy_tables
 from matplotlib.image import imsave
 
+from freerock.columns import columns_of
 from freerock.config.campaign import load_campaign
 from freerock.models.block import Block
 from freerock.populations.predict import PREDICTIONS
@@ -95,6 +96,8 @@ def tables_of(folder, datasets, shapes=BLOCKS):
         ],
         columns=PREDICTIONS,
     )
+    own = frames["choice"].query("status == 'selected'").assign(peak=1, peak_deg=8.0, inside=True, n_runs=1)
+    frames["bands"] = own.reindex(columns=columns_of("bands"))
     frames["summary"] = summary_table(frames)
     frames |= {
         "table1": table1(records, shapes, {"b1": 10.0}),

@@ -24,7 +24,6 @@ from freerock.figures import (
     style,
 )
 from freerock.models.block import Block
-from freerock.populations.predict import PREDICTIONS
 from freerock.products.netcdf import open_record, write_failure
 from freerock.runs.verdict import Reason
 from freerock.tables.number_text import quantity
@@ -200,7 +199,7 @@ def test_each_figure_has_the_width_of_a_page_and_nothing_overlaps(datasets):
         "foundation": lambda: foundation_effect.draw(datasets[0], "simulated", LABELS),
         "comparison": lambda: comparison.draw(datasets[1][:2], runs_table(datasets[0]), "simulated", LABELS),
         "restitution": lambda: restitution.draw(*tables, BLOCKS, "simulated", LABELS),
-        "predictions": lambda: predictions.draw(*predicted(datasets), "simulated", LABELS),
+        "predictions": lambda: predictions.draw(foretold(), "simulated", LABELS),
     }
     for name, draw in drawings.items():
         figure, _ = draw()
@@ -208,41 +207,31 @@ def test_each_figure_has_the_width_of_a_page_and_nothing_overlaps(datasets):
         assert_nothing_overlaps(figure, name)
 
 
-def predicted(datasets):
-    epsilon = epsilon_table(datasets[1])
-    rows = epsilon.assign(n_runs=2)
-    others = [
-        rows.assign(basis=basis, epsilon_theta=3 * rows["epsilon_theta"]) for basis in ("other runs", "b2")
+def foretold():
+    """A table of bands of two runs in two scenes, made up."""
+    rows = [
+        {"block": "b1", "foundation": base, "test": f"b1_{base}", "run": run, "model": "hunt_crossley"}
+        | {"peak": n, "peak_deg": 8.0 / n + 0.1 * run, "low_deg": 7.0 / n, "high_deg": 9.0 / n}
+        | {"median_deg": 8.0 / n, "inside": 7.0 / n <= 8.0 / n + 0.1 * run <= 9.0 / n}
+        for base in ("marble", "mat")
+        for run in (1, 2)
+        for n in range(1, 9)
     ]
-    return pd.concat(others)[PREDICTIONS], epsilon
+    return pd.DataFrame(rows)
 
 
-def test_predictions_stand_beside_the_fit_of_the_run_itself(datasets):
-    frame, epsilon = predicted(datasets)
-    figure, data = predictions.draw(frame, epsilon, "simulated", LABELS)
-    (ax,) = figure.axes
-    assert ax.get_title(loc="left") == "Hunt–Crossley"
-    assert set(data["model"]) == {"hunt_crossley"}
-    assert len(data) == 1.5 * (frame["model"] == "hunt_crossley").sum()
-    assert set(data["basis"]) == {"fitted to the run itself", "other runs", "b2"}
-    own, *others = ax.lines
-    fits_of_runs = data[data["basis"] == predictions.OWN]["epsilon_theta"]
-    np.testing.assert_allclose(own.get_xdata(), 100 * fits_of_runs)
-    level = np.array([0, 0, 1, 1, 2, 2, 3])
-    np.testing.assert_allclose(own.get_ydata(), level - 0.22)
-    for line, shift in zip(others, (0, 0.22), strict=True):
-        np.testing.assert_allclose(line.get_xdata(), 300 * fits_of_runs)
-        np.testing.assert_allclose(line.get_ydata(), level + shift)
-    assert style.FOOTER in texts(figure)
-
-
-def test_predictions_are_of_the_law_named_for_each_scene(datasets):
-    frame, epsilon = predicted(datasets)
-    named = np.where(epsilon["foundation"] == "marble", "housner", "hunt_crossley")
-    epsilon["selected"] = epsilon["model"] == named
-    figure, data = predictions.draw(frame, epsilon, "simulated", LABELS)
-    drawn = data.groupby("model")["foundation"].unique().map(list).to_dict()
-    assert drawn == {"housner": ["marble"], "hunt_crossley": ["mat"]} and len(figure.axes) == 2
+def test_predictions_draw_the_band_of_the_first_run_and_the_peaks_of_all():
+    table = foretold()
+    figure, data = predictions.draw(table, "simulated", LABELS)
+    assert len(figure.axes) == 2 and data is table
+    (band,) = figure.axes[0].collections
+    np.testing.assert_allclose(band.get_paths()[0].vertices[:, 1].min(), 7 / 8)
+    _, *runs = figure.axes[0].lines
+    np.testing.assert_allclose(runs[1].get_ydata(), 8.0 / np.arange(1, 9) + 0.2)
+    assert predictions.caption(data).startswith("Law: Hunt–Crossley. ")
+    assert f"{table['inside'].sum()} of 32 peaks" in predictions.caption(data)
+    empty, _ = predictions.draw(table[:0], "simulated")
+    assert any("nothing is foretold" in text for text in texts(empty))
 
 
 @given(st.lists(st.floats(-1e3, 1e3) | st.just(np.nan), max_size=300), st.integers(1, 50))

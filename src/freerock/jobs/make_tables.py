@@ -10,6 +10,7 @@ import xarray as xr
 
 from freerock.columns import columns_of
 from freerock.models.block import Block
+from freerock.populations.band import bands
 from freerock.populations.estimate import Estimate
 from freerock.populations.predict import predictions
 from freerock.products.estimates import estimates_of
@@ -20,6 +21,7 @@ from freerock.tables.choices import accepted_fits
 from freerock.tables.csvfile import write_csv
 from freerock.tables.paper import summary_table, table1, table2, table3
 from freerock.tables.populations import foundations_table
+from freerock.tables.swings import peaks_of_runs
 from freerock.tables.tidy_tables import joined, rows_of
 
 AT_ONCE = 40  # records whose fits are in memory together
@@ -53,6 +55,12 @@ def make_tables(
 
     tables["predictions"] = predictions(
         _predicting(estimates, accepted_fits(tables["choice"])), motions, blocks, settings["debonding"]
+    )
+    selected = tables["choice"][tables["choice"]["status"] == "selected"]
+    named = set(selected[["test", "run", "model"]].astype(str).itertuples(index=False, name=None))
+    chosen = [each for each in estimates if (each.test, str(each.run), each.model) in named]
+    tables["bands"] = bands(
+        chosen, motions, blocks, peaks_of_runs(tables["restitution"]), settings["debonding"]
     )
     tables["foundations"] = foundations_table(tables["populations"])
     tables["summary"] = summary_table(tables)

@@ -1,6 +1,7 @@
 """Runs and blocks together: means, predictions, uncertainty budget."""
 
 __all__ = [
+    "band",
     "estimate",
     "impact_energy",
     "means",

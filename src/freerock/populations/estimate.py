@@ -34,6 +34,8 @@ class Estimate:
         uncertainty of that input.
     moved : mapping of str to float
         By name, how far a fit moved the inputs of block and beam [m, kg].
+    sigma_r : float
+        Scatter of the rate from impact to impact, as a share.
     """
 
     campaign: str
@@ -46,6 +48,7 @@ class Estimate:
     covariance: Floats
     shifts: Mapping[tuple[str, str], Floats] = field(default_factory=dict)
     moved: Mapping[str, float] = field(default_factory=dict)
+    sigma_r: float = 0.0
 
     def block_of(self, block: Block) -> Block:
         """The block with the dimensions that belong to these parameters."""

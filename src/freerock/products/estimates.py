@@ -36,6 +36,7 @@ def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:
             covariance=fit["covariance"].values[:n, :n],
             shifts=_shifts(fit, n),
             moved=_moved(fit),
+            sigma_r=float(fit["sigma_r"]) if "sigma_r" in fit else 0.0,
         )
 
 

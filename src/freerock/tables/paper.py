@@ -137,7 +137,7 @@ def summary_table(tidy: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     Parameters
     ----------
     tidy : mapping of str to pandas.DataFrame
-        The tidy tables runs, choice, parameters, populations, restitution, paper and predictions.
+        The tidy tables runs, choice, parameters, populations, restitution, paper and bands.
 
     Returns
     -------
@@ -168,7 +168,7 @@ def summary_table(tidy: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
             | _quoted(here["populations"], here["parameters"], law)
             | {"r_first": first[first["foundation"] == foundation]["r"].median()}
             | {f"epsilon_{name}": epsilon.get(name, math.nan) for name in PAPER_MODELS}
-            | _foretold(here["predictions"], law)
+            | _foretold(here["bands"], law)
         )
     return pd.DataFrame(rows, columns=columns_of("summary"))
 
@@ -183,10 +183,10 @@ def _quoted(populations: pd.DataFrame, parameters: pd.DataFrame, law: str) -> di
     return told
 
 
-def _foretold(predictions: pd.DataFrame, law: str) -> dict[str, float]:
-    """How well the next run of a record is foretold by its other runs: the median ε_θ."""
-    own = predictions[(predictions["model"] == law) & (predictions["basis"] == "other runs")]
-    return {"epsilon_next": own["epsilon_theta"].median()}
+def _foretold(bands: pd.DataFrame, law: str) -> dict[str, int]:
+    """How well the next run of a record is foretold by its other runs: peaks in their 95 % band, and all."""
+    own = bands[bands["model"] == law]
+    return {"n_inside": int(own["inside"].sum()), "n_peaks": len(own)}
 
 
 def _mean(populations: pd.DataFrame) -> dict[str, float]:

@@ -192,7 +192,7 @@ def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
                 "Scatter of impacts σ_r": quantity(row["sigma_r"], row["sigma_r_u"]),
                 "r of first impacts": fixed(row["r_first"], 3),
                 "ε_θ / %: Housner; Winkler; Hunt–Crossley": "; ".join(epsilon),
-                "ε_θ of the next run / %": percent(row["epsilon_next"]),
+                "Next run: peaks in the 95 % band": f"{row['n_inside']} of {row['n_peaks']}",
                 "Rocks longest here": ", ".join(longest) or "–",
             }
         )
@@ -200,7 +200,7 @@ def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
     text = text.loc[:, [name for name in text if set(text[name]) != {"–"}]]
     about = (
         "±: total standard uncertainty. r of first impacts: median of all runs, from peaks. ε_θ of the laws: "
-        f"median, {PROCEDURE}. Next run: median, with the parameters of the other runs of its record."
+        f"median, {PROCEDURE}. Next run: measured peaks in the band foretold by the other runs of the record."
     )
     return Printed(text, "Each foundation", [about])
 

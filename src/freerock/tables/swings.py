@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import pandas as pd
 
+from freerock.arrays import Floats
 from freerock.models.block import Block
 
 GAP = 1.25  # times the period before, above which an impact between was not seen: periods fall with amplitude
@@ -105,3 +106,12 @@ def named_models(epsilon: pd.DataFrame) -> dict[tuple[str, str], str]:
     ranked = usable.sort_values(["selected", "epsilon_theta"], ascending=[False, True], kind="stable")
     first = ranked.drop_duplicates(["test", "run"])
     return {(test, str(run)): model for test, run, model in first[["test", "run", "model"]].to_numpy()}
+
+
+def peaks_of_runs(restitution: pd.DataFrame) -> dict[tuple[str, int], Floats]:
+    """Measured |θ| of each peak after the n-th impact [°], by test and run, from the tidy table."""
+    seen = restitution[(restitution["source"] == "experiment") & (restitution["impact"] > 1)]
+    return {
+        (str(test), int(run)): own["peak_before_deg"].abs().to_numpy(float)
+        for (test, run), own in seen.groupby(["test", "run"], sort=False)
+    }

@@ -1,0 +1,152 @@
+"""The next run of a record as a band: peaks of many motions whose impacts and parameters scatter."""
+
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import groupby
+from operator import attrgetter
+
+import numpy as np
+import pandas as pd
+
+from freerock.arrays import Floats
+from freerock.columns import columns_of
+from freerock.models.block import Block
+from freerock.models.laws import CANDIDATES
+from freerock.populations.estimate import Estimate
+from freerock.rotation.as_measured import as_measured
+from freerock.runs.motion import Motion
+
+DRAWS = 200  # motions of a band
+MOST_PEAKS = 12  # of a run that are foretold
+RATE_HZ = 250.0  # of a motion, at which a peak is off by less than 1e-4 of itself
+MOST_R = 0.9999  # of a rigid block that still comes to rest
+INSIDE = (2.5, 50.0, 97.5)  # per cent
+
+
+def bands(
+    estimates: Iterable[Estimate],
+    motions: Callable[[str], Mapping[int, Motion]],
+    blocks: Mapping[str, Block],
+    peaks_deg: Mapping[tuple[str, int], Floats],
+    debonding: str = "geometric",
+) -> pd.DataFrame:
+    """Where the peaks of a run should lie, by the other runs of its record.
+
+    The parameters are drawn about the mean of the other runs, with the spread between them and their own
+    uncertainty; the rate after each impact is multiplied by 1 + δ with δ drawn from σ_r; the release is that
+    of the run.
+
+    Parameters
+    ----------
+    estimates : iterable of Estimate
+        Of the candidate selected for each record, the runs of a test one after the other.
+    motions : callable
+        Takes a test and returns its runs' motions by run number; called once per test.
+    blocks : mapping of str to Block
+        The campaign's blocks by name.
+    peaks_deg : mapping of (str, int) to ndarray
+        Measured peaks |θ_n| after the n-th impact [°], by test and run.
+    debonding : str
+        "geometric" or "tensionless".
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns of bands.csv, a row per run and peak.
+    """
+    known, rows = list(estimates), list[tuple[object, ...]]()
+    for test, every in groupby(known, attrgetter("test")):
+        alike, measured = list(every), motions(test)
+        for own in alike:
+            others = [each for each in alike if each.run != own.run and each.model == own.model]
+            of_law = [
+                each
+                for each in known
+                if each is not own and (each.model, each.foundation) == (own.model, own.foundation)
+            ]
+            seen = peaks_deg.get((own.test, own.run), np.empty(0))[:MOST_PEAKS]
+            if not others or own.run not in measured or not len(seen):
+                continue
+            drawn = _drawn(others, *_spread(of_law), np.random.default_rng(_seed(own)))
+            low, middle, high = foretold(
+                own, drawn, measured[own.run], blocks[own.block], debonding, len(seen)
+            )
+            names = own.campaign, own.test, own.run, own.block, own.foundation, own.model, len(others)
+            inside = (low <= seen) & (seen <= high)
+            each = zip(range(1, len(seen) + 1), seen, low, middle, high, inside, strict=True)
+            rows += [(*names, *row) for row in each]
+    return pd.DataFrame(rows, columns=columns_of("bands"))
+
+
+def foretold(
+    own: Estimate,
+    drawn: Iterable[tuple[Mapping[str, float], float]],
+    motion: Motion,
+    block: Block,
+    debonding: str,
+    n_peaks: int,
+) -> tuple[Floats, Floats, Floats]:
+    """2.5, 50 and 97.5 % of the first peaks [°] of a run foretold by others, shape (n_peaks,) each."""
+    rng, candidate, peaks = np.random.default_rng(_seed(own) + 1), CANDIDATES[own.model], []
+    time_s = np.arange(0.0, motion.time_s[-1], 1 / RATE_HZ)
+    for law, sigma_r in drawn:
+        values: dict[str, object] = {"theta0": motion.theta0, **own.release, **law}
+        if sigma_r > 0:
+            values["impacts"] = rng.normal(0.0, sigma_r, 4 * MOST_PEAKS)
+        theta = as_measured(
+            candidate.law,
+            own.block_of(block),
+            values,  # type: ignore[arg-type]
+            time_s,
+            own.view_of(motion.view, block),
+            rules=candidate.rules(debonding),
+        )
+        found = np.degrees(peaks_of(theta)[1 : n_peaks + 1])
+        peaks.append(np.pad(found, (0, n_peaks - len(found))))
+    low, middle, high = np.percentile(peaks, INSIDE, axis=0)
+    return low, middle, high
+
+
+def _seed(own: Estimate) -> int:
+    return zlib.crc32(f"{own.test} {own.run} {own.model}".encode())
+
+
+def peaks_of(theta: Floats) -> Floats:
+    """Largest |θ| between its zero crossings, in order; the first is the release."""
+    starts = np.flatnonzero(np.diff(np.sign(theta)) != 0) + 1
+    pieces = np.split(np.abs(theta), starts)
+    return np.array([piece.max() for piece in pieces[:-1]])
+
+
+def _drawn(
+    others: list[Estimate], spread: Floats, freedom: int, rng: np.random.Generator
+) -> Iterator[tuple[dict[str, float], float]]:
+    """Parameters of a run like the others, and σ_r of its impacts; Student's t where few are known."""
+    names, n = list(others[0].parameters), len(others)
+    mean = np.mean([np.log(list(each.parameters.values())) for each in others], axis=0)
+    sigma_r = float(np.mean([each.sigma_r for each in others]))
+    shifts = rng.multivariate_normal(0 * mean, (1 + 1 / n) * spread, DRAWS, method="eigh")
+    tails = np.sqrt(freedom / rng.chisquare(freedom, DRAWS)) if freedom else np.ones(DRAWS)
+    for shift in shifts * tails[:, None]:
+        law = dict(zip(names, np.exp(mean + shift).tolist(), strict=True))
+        yield law | ({"r": min(law["r"], MOST_R)} if "r" in law else {}), sigma_r
+
+
+def _spread(known: Iterable[Estimate]) -> tuple[Floats, int]:
+    """Covariance of ln p between the runs of a record, over all records, and its degrees of freedom.
+
+    Where no record has two runs, that of the fits.
+    """
+    logs: dict[str, list[Floats]] = {}
+    fitted = []
+    for each in known:
+        values = np.array(list(each.parameters.values()))
+        logs.setdefault(each.test, []).append(np.log(values))
+        fitted.append(each.covariance[: len(values), : len(values)] / np.outer(values, values))
+    apart = [np.array(own) - np.mean(own, axis=0) for own in logs.values()]
+    freedom = sum(len(own) - 1 for own in apart)
+    own = np.mean(fitted, axis=0)
+    if not freedom:
+        return own, 0
+    between = sum(each.T @ each for each in apart) / freedom
+    return (between, freedom) if np.trace(between) > np.trace(own) else (own, 0)
