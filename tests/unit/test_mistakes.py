@@ -175,7 +175,7 @@ CSV_MISTAKES = [
     ("foundation,", "fundation,", "lab.csv:1: fundation", "did you mean 'foundation'?"),
     (CSV, "test,file,block,foundation\na,a.tdms,tall,marble\n", "lab.csv:1: laser", "add it: the name of"),
     ("near,,,,", "near,,,,wet, cold", "lab.csv:2", "put texts that hold a"),
-    (CSV, CSV.replace(",", ";"), "lab.csv:1", "separate the columns by commas"),
+    (CSV, CSV.replace(",", ";"), "lab.csv:1", "separated by commas"),
     (
         CSV,
         HEADER,

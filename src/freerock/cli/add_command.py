@@ -195,7 +195,7 @@ def _contradiction(declared: str, stated: str) -> FreerockError | None:
 def _appended(content: bytes, table: Path, rows: Sequence[Row]) -> bytes:
     """The content of a CSV file with further lines, which end as its first does; its own bytes stay."""
     text = content.decode()
-    header = [cell.value for cell in rows_in(text, table)[1][0][1]]
+    header = rows_in(text.removeprefix("\ufeff"), table)[0][1]
     end = (re.search(r"\r\n|\n|\r", text) or ["\n"])[0]
     out = io.StringIO(newline="")
     csv.DictWriter(out, header, extrasaction="ignore", lineterminator=end).writerows(rows)

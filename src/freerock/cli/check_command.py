@@ -5,8 +5,7 @@ example:
 
 Lists every mistake of the configuration, and each record file, channel, unit, calibration and
 checksum that contradicts it. Improbable values, such as angles in radians or time in milliseconds,
-are printed as doubts. Doubts do not change the exit code. Nothing is written. Each run of snakemake
-prints those doubts for which no samples need to be read.
+are printed as doubts. Doubts do not change the exit code. Nothing is written.
 """
 
 import math
@@ -195,7 +194,7 @@ def _at(where: str, error: FreerockError) -> FreerockError:
 def configuration_doubts(source: Source) -> Iterator[FreerockError]:
     """What the user should look at again in the configuration, for which no samples need to be read.
 
-    No doubt stops an analysis. Each run of the workflow prints these.
+    No doubt stops an analysis.
     """
     campaign = source.campaign
     if campaign is None:

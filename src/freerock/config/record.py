@@ -1,10 +1,10 @@
 """A record: one line of a campaign's CSV file, and the reading of that file."""
 
-import re
+import csv
 from collections.abc import Iterator, Mapping, Sequence, Sized
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from pydantic import ValidationInfo, field_validator
 
@@ -14,62 +14,24 @@ from freerock.config.values import Inside, Invalid, Name, Section, Text, closest
 from freerock.config.yaml_lines import Key, read_text, text_of
 from freerock.errors import FreerockError, attempt
 
-SEPARATORS = ",;\t"
-MARK = "\ufeff"
-NEW_LINE = r"\r\n|\r|\n"
-LINE = re.compile(rf"([^\r\n]*)(?:{NEW_LINE}|\Z)")
-IN_QUOTES = r'"(?:[^"]|"")*+"'
 
-
-class CsvCell(NamedTuple):
-    """A cell of a text: where it begins and ends, and what it holds without quotes and spaces around."""
-
-    start: int
-    end: int
-    value: str
-
-
-def rows_in(text: str, path: str | Path) -> tuple[str, list[tuple[int, list[CsvCell]]]]:
-    """What separates the cells of a text; of each row the number of its first line, and its cells.
-
-    Comments and empty rows are left out. A comment begins with # and ends with its line, and its quotes do
-    not count.
+def rows_in(text: str, path: str | Path) -> list[tuple[int, list[str]]]:
+    """Number and cells of each line of a CSV file; empty lines and lines that start with # are left out.
 
     Raises
     ------
     FreerockError
         A quote is not closed, or text follows a closed one.
     """
-    separator, rows, number = "", list[tuple[int, list[CsvCell]]](), 1
-    at = len(MARK) if text.startswith(MARK) else 0
-    while at < len(text) and (line := LINE.match(text, at)):
-        begin, at = at, line.end()
-        if line[1].strip() and not line[1].lstrip().startswith("#"):
-            separator = separator or next((each for each in SEPARATORS if each in line[1]), ",")
-            cells, at = _row(text, begin, separator, f"{path}:{number}")
-            if any(cell.value for cell in cells) and not cells[0].value.startswith("#"):
-                rows.append((number, cells))
-        number += len(re.findall(NEW_LINE, text[begin:at]))
-    return separator, rows
-
-
-def _row(text: str, at: int, separator: str, where: str) -> tuple[list[CsvCell], int]:
-    """The cells of the row that begins there, and where the next row does.
-
-    A quote counts only where a cell begins with it.
-    """
-    cells = list[CsvCell]()
-    cell = re.compile(rf'(?P<cell>{IN_QUOTES}|(?!")[^{separator}\r\n]*)(?P<end>{separator}|{NEW_LINE}|\Z)')
-    while found := cell.match(text, at):
-        value = found["cell"]
-        if value.startswith('"'):
-            value = value[1:-1].replace('""', '"')
-        cells.append(CsvCell(*found.span("cell"), value.strip()))
-        at = found.end()
-        if found["end"] != separator:
-            return cells, at
-    what = "text follows a closed quote" if re.match(IN_QUOTES, text[at:]) else "a quote is not closed"
-    raise FreerockError(where, what, "check the quotes")
+    rows = []
+    for number, line in enumerate(text.split("\n"), 1):
+        if not line.lstrip().startswith("#"):
+            try:
+                cells = [cell.strip() for cell in next(csv.reader([line], strict=True), [])]
+            except csv.Error as error:
+                raise FreerockError(f"{path}:{number}", str(error), "check the quotes") from None
+            rows += [(number, cells)] if any(cells) else []
+    return rows
 
 
 def wrong_length(path: str | Path, line: int, cells: Sized, header: Sized) -> FreerockError:
@@ -207,17 +169,12 @@ def _in_line(line: str, loc: Key) -> str:
 
 
 def _read_table(path: Path, content: bytes | None) -> list[tuple[int, list[str]]]:
-    """Line number and cells of each row of a CSV file; empty rows and rows that start with # are left out."""
+    """Number and cells of each line of a CSV file, the line of names first."""
     text = read_text(path) if content is None else text_of(content, path)
-    separator, rows = rows_in(text, path)
-    table = [(line, [cell.value for cell in cells]) for line, cells in rows]
-    names = ",".join(Record.model_fields)
-    for line, header in table[:1]:
-        if separator != ",":
-            raise FreerockError(f"{path}:{line}", "has no commas", "separate the columns by commas")
-        if not any(cell.lower() in Record.model_fields for cell in header):
-            remedy = f"begin with a line of their names, those in use: {names}"
-            raise FreerockError(f"{path}:{line}", "names no columns", remedy)
+    table, names = rows_in(text, path), ",".join(Record.model_fields)
+    if table and not any(cell.lower() in Record.model_fields for cell in table[0][1]):
+        remedy = f"begin with a line of their names, separated by commas: {names}"
+        raise FreerockError(f"{path}:{table[0][0]}", "names no columns", remedy)
     if len(table) < 2:
         raise FreerockError(path, "has no record", f"write the line {names} and a line per record")
     return table
