@@ -44,7 +44,7 @@ def program(name: str) -> str:
     lines += [f"from freerock.products.netcdf import {', '.join(sorted(opened))}"] * bool(opened)
     lines += ["", 'name, folder = "palermo_virtual", "results/palermo_virtual"']
     if steps:
-        lines += ['campaign = load_config("config/config.yaml", [name]).sources[name].campaign']
+        lines += ['campaign = load_config("config/config.yaml", [name]).campaigns[name]']
     if opened:
         lines += ['tests = ["config2_marble", "config2_aerstop"]']
     for each in reads:

@@ -71,7 +71,7 @@ def load_config(
     problems: list[FreerockError] = []
     sources = [read_campaign(each) for each in campaign_paths(path, campaigns, problems)]
     refuse([*problems, *(problem for source in sources for problem in source.problems)])
-    return Config({source.path.stem: source for source in sources})
+    return Config({source.path.stem: source.campaign for source in sources if source.campaign})
 
 
 def load_campaign(path: str | Path, table: bytes | None = None) -> Campaign:
@@ -172,14 +172,9 @@ class Source:
 
 
 class Config(NamedTuple):
-    """The configuration as loaded: what the files of each campaign hold, by its name."""
+    """The configuration as loaded: the campaigns by their names."""
 
-    sources: dict[str, Source]
-
-    @property
-    def campaigns(self) -> dict[str, Campaign]:
-        """The campaigns by their names."""
-        return {name: each.campaign for name, each in self.sources.items() if each.campaign}
+    campaigns: dict[str, Campaign]
 
 
 def read_campaign(path: str | Path, table: bytes | None = None) -> Source:

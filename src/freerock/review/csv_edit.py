@@ -147,6 +147,6 @@ def _plain(edit: Edit, path: str | Path) -> str:
 def _line(cells: Sequence[str]) -> str:
     """Cells as a line; a # at its beginning would make a comment of it."""
     out = io.StringIO(newline="")
-    quoting = csv.QUOTE_ALL if cells[0].startswith("#") else csv.QUOTE_MINIMAL
-    csv.writer(out, lineterminator="", quoting=quoting).writerow(cells)
-    return out.getvalue()
+    csv.writer(out, lineterminator="").writerow(cells)
+    line = out.getvalue()
+    return f'"{cells[0]}"{line[len(cells[0]) :]}' if line.startswith("#") else line
