@@ -16,7 +16,7 @@ rule record:
         code=code("record"),
         settings=record_settings,
     message:
-        "{wildcards.campaign}: {wildcards.test}: volts to θ(t), runs and impacts"
+        "{wildcards.campaign}: {wildcards.test}: volts to rotation, runs and impacts"
     script:
         "../scripts/record.py"
 
