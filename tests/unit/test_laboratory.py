@@ -87,7 +87,7 @@ def test_a_levelled_base_lies_evenly_within_its_bound(tmp_path):
         (
             "5.84",
             "5.84\n    uncertainty: {height_m: -1}",
-            "lab.yaml:8: blocks.tall.uncertainty.height_m: -1 is less than 0; "
+            "lab.yaml:8: blocks.tall.uncertainty.height_m: -1 is not greater than or equal to 0; "
             "give the uncertainty of its height in metres; by default 0.0003 (a rule, 1 mm/√12)",
         ),
     ],
