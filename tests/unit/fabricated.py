@@ -12,6 +12,7 @@ from freerock.identification.fit import Fit
 from freerock.identification.model_discrepancy import Part
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS
+from freerock.noise.spectrum import white_noise
 from freerock.products import netcdf as datasets
 from freerock.products.runs import runs_in
 from freerock.runs.impacts import Impacts
@@ -91,7 +92,8 @@ def record(test="b1_marble", block="b1", foundation="marble", origin="simulated"
         path = Path(folder, "record.nc")
         who, n = identity(test, block, foundation, origin), len(found[0].time_s)
         total = MeasuredTotal(np.radians(0.02), np.full(n, 2e-4), np.full(n, 2e-4), np.full(n, 0.003))
-        datasets.write_record(path, volts, runs, found, who, totals=[total] * len(runs))
+        totals, noise = [total] * len(runs), white_noise(SIGMA, RATE_HZ)
+        datasets.write_record(path, volts, runs, found, who, totals=totals, noise=noise)
         return datasets.open_record(path)
 
 

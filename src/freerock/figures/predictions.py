@@ -1,6 +1,7 @@
 """The next run as a band: peaks foretold by the other runs of a record, and as measured."""
 
 import pandas as pd
+from matplotlib.ticker import MaxNLocator, NullFormatter
 
 from freerock.figures import style
 from freerock.figures.by_scene import MARKERS, SHADES
@@ -56,5 +57,7 @@ def _panel(ax: Axes, own: pd.DataFrame, origin: str) -> None:
         look = {"marker": MARKERS[i % len(MARKERS)], "color": SHADES[i % len(SHADES)]}
         label = f"runs, {style.recorded(origin)['label']}" if i == 0 else None
         ax.plot(rows["peak"], rows["peak_deg"], linestyle="", markerfacecolor="none", label=label, **look)
-    ax.set(yscale="log", xlim=(0.5, None))
-    style.whole_decades(ax.yaxis)
+    ax.set(yscale="log", xlim=(0.5, own["peak"].max() + 0.5))
+    ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
+    ax.yaxis.set_minor_formatter(NullFormatter())
+    style.number_ticks(ax.yaxis, *ax.get_ylim())

@@ -1,26 +1,25 @@
-"""Residuals of the selected law against the noise at rest: the decision whether it explains a run."""
+"""Residuals of the selected law against the noise at rest, octave by octave."""
 
 from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from scipy.signal import periodogram
+from scipy.stats import chi2
 
 from freerock.arrays import Floats
 from freerock.figures import looks, style
-from freerock.figures.style import Drawing, Labels, Style, styled
-from freerock.identification.against_noise import noise_of, octave_limits
-from freerock.noise.spectrum import Noise, averaged, expected_power, frequencies, tapered_power
-from freerock.products.choices import named_in
+from freerock.figures.style import Axes, Drawing, Labels, styled
 from freerock.products.groups import runs_of
-from freerock.products.runs import OVER_TIME, measured_in
-from freerock.runs.motion import Motion
+from freerock.products.paper_fits import selected_fit
 
 COLUMNS = ["test", "run", "source", "frequency_hz", "density_deg2_hz", "over_rest"]
-REST, CHANCE = "noise at rest", "within chance"
-OF_FITS = ("time", "theta", "residual")  # shown
-OF_REST: Style = {"color": "0.55", "linewidth": 1.2, "linestyle": "-", "label": REST, "zorder": 1}
+CHANCE = "noise: 999 of 1000 runs"
+OF_FITS = ("time", "residual")  # shown
+OF_RECORDS = ("frequency", "noise_density")
 LEAST, MOST = 0.5, 20.0  # that an axis shows: two powers of ten have their numbers
+APART = 1.5  # frequencies of a Hann window's periodogram per independent value
 
 
 @styled()
@@ -37,32 +36,21 @@ def draw(
     Returns
     -------
     figure, data : Figure, pandas.DataFrame
-        Columns `COLUMNS`: source is a model, "noise at rest" or "within chance", the limit of which is that
-        of the first run; the density is of one side, over_rest is it over that at rest.
+        Columns `COLUMNS`: source is a candidate or `CHANCE`, the limit of which is that of the first run; the
+        density is of one side, over_rest is it over that at rest.
     """
     by_test = {tree.attrs["test"]: tree for tree in records}
     scenes = [(tree.attrs["block"], tree.attrs["foundation"]) for tree in fits]
     figure, panels = style.panel_per_scene(scenes, labels, 1.9, sharex=True)
     parts = []
     for scene, tree in zip(scenes, fits, strict=True):
-        ax, record = panels[scene], by_test.get(tree.attrs["test"])
-        own = _of_record(record, runs_of(tree)) if record is not None else pd.DataFrame()
+        record = by_test.get(tree.attrs["test"])
+        own = _of_record(record, tree) if record is not None else pd.DataFrame()
         if own.empty:
-            ax.text(0.5, 0.5, "no fitted run", transform=ax.transAxes, ha="center")
+            panels[scene].text(0.5, 0.5, "no fitted run", transform=panels[scene].transAxes, ha="center")
             continue
+        _panel(panels[scene], own)
         parts.append(own.assign(test=tree.attrs["test"]))
-        seen = own["over_rest"][np.isfinite(own["over_rest"])]
-        ends = min(LEAST, 0.8 * seen[seen > 0].min()), max(MOST, 1.25 * seen.max())
-        for (source, _), rows in own.groupby(["source", "run"], sort=False):
-            drawn = rows["frequency_hz"], rows["over_rest"]
-            if source == CHANCE:
-                ax.fill_between(*drawn, ends[0], color="0.9", linewidth=0, label=CHANCE)
-            else:
-                look = looks.MODEL_STYLES.get(source, {}) | {"linewidth": 0.6, "linestyle": "-"}
-                look |= {"marker": ".", "markersize": 4}
-                ax.plot(*drawn, **OF_REST if source == REST else look)
-        ax.set(xscale="log", yscale="log", ylim=ends, xmargin=0.03)
-        style.whole_decades(ax.yaxis)
     style.outer_labels(panels, "frequency / Hz", "power / noise")
     style.finish(figure, origin)
     return figure, style.gathered(parts, COLUMNS)[COLUMNS]
@@ -71,44 +59,54 @@ def draw(
 caption = style.drawn_runs
 
 
-def _of_record(record: xr.DataTree, runs: dict[int, xr.DataTree]) -> pd.DataFrame:
-    """Residuals of all runs by octave; the noise at rest, and the limit of chance, of the first."""
-    samples = {name: record.dataset[name].values for name in OVER_TIME if name in record.dataset}
-    motions: dict[int, Motion] = measured_in(record, samples)
+def _panel(ax: Axes, own: pd.DataFrame) -> None:
+    """A scene: the limit of chance, and the residual of each run."""
+    seen = own["over_rest"][own["over_rest"] > 0]
+    ends = min(LEAST, 0.8 * seen.min()), max(MOST, 1.25 * seen.max())
+    for (source, _), rows in own.groupby(["source", "run"], sort=False):
+        drawn = rows["frequency_hz"], rows["over_rest"]
+        if source == CHANCE:
+            ax.fill_between(*drawn, ends[0], color="0.9", linewidth=0, label=CHANCE)
+        else:
+            look = looks.MODEL_STYLES[str(source)] | {"linewidth": 0.6, "linestyle": "-"}
+            ax.plot(*drawn, **look | {"marker": ".", "markersize": 4})
+    ax.axhline(1.0, color="0.55", linewidth=1.2, zorder=1, label="noise at rest")
+    ax.set(xscale="log", yscale="log", ylim=ends, xmargin=0.03)
+    style.whole_decades(ax.yaxis)
+
+
+def _of_record(record: xr.DataTree, fits: xr.DataTree) -> pd.DataFrame:
+    """Residuals of all runs by octave, and the limit of chance of the first."""
     parts: list[pd.DataFrame] = []
-    for number, run in runs.items():
-        model = named_in(run)
-        if not model or number not in motions:
+    if "noise_density" not in record.dataset:
+        return pd.DataFrame()
+    middle, at_rest = (record.dataset[name].values for name in OF_RECORDS)
+    for number, run in runs_of(fits).items():
+        if (selected := selected_fit(run)) is None:
             continue
-        noise = noise_of(motions[number])
-        residual = averaged(_residual(run, model), noise.averaged)
-        at, at_rest = frequencies(len(residual)), expected_power(noise, len(residual))
-        own = {model: tapered_power(residual - residual.mean()) / at_rest}
+        density, n = octaves(run.dataset["time"].values, selected[1]["residual"].values, middle)
+        found = {selected[0]: density / at_rest}
         if not parts:
-            own[CHANCE], own[REST] = octave_limits(noise, len(residual))[noise.band(at)], np.ones(len(at))
-        for source, over_rest in own.items():
-            parts.append(_by_octave(over_rest, noise, at, at_rest).assign(source=source, run=number))
+            dof = np.maximum(2 * n / APART, 1.0)
+            found[CHANCE] = chi2.ppf(1 - 1e-3 / len(middle), dof) / dof
+        for source, over_rest in found.items():
+            of_source = {"frequency_hz": middle, "over_rest": over_rest, "source": source, "run": number}
+            known = pd.DataFrame(of_source).assign(density_deg2_hz=np.degrees(1) ** 2 * over_rest * at_rest)
+            parts.append(known[n > 0])
     return style.gathered(parts, COLUMNS[1:])
 
 
-def _residual(run: xr.DataTree, model: str) -> Floats:
-    """The residual of a model [rad], between its samples where one is missing."""
-    residual = run.children[model].dataset["residual"].values
+def octaves(time_s: Floats, residual: Floats, middle_hz: Floats) -> tuple[Floats, Floats]:
+    """Mean one-sided spectral density of a residual [rad²/Hz] over octaves, and frequencies in each.
+
+    Samples that are missing lie between their neighbours. Shape (n_octaves,) each.
+    """
     found = np.isfinite(residual)
-    places = np.arange(len(residual))
-    return np.asarray(np.interp(places, places[found], residual[found]))
-
-
-def _by_octave(over_rest: Floats, noise: Noise, at: Floats, at_rest: Floats) -> pd.DataFrame:
-    """Means over each octave of a power over that at rest; the density of one side is in proportion."""
-    octave = noise.band(at)
-    count = np.bincount(octave)
-    some = count > 0
-    frequency, power, over = (
-        np.bincount(octave, values)[some] / count[some] for values in (at, at_rest, over_rest)
-    )
-    rate_hz = noise.rate_hz * noise.averaged
-    density = 2 * np.degrees(1.0) ** 2 * power / rate_hz
-    return pd.DataFrame(
-        {"frequency_hz": frequency * noise.rate_hz, "density_deg2_hz": over * density, "over_rest": over}
-    )
+    whole = np.interp(time_s, time_s[found], residual[found])
+    at, density = periodogram(whole, 1 / float(np.median(np.diff(time_s))), window="hann")
+    edges = np.append(middle_hz / np.sqrt(2), middle_hz[-1] * np.sqrt(2))
+    octave = np.digitize(at, edges) - 1
+    inside = (octave >= 0) & (octave < len(middle_hz))
+    n = np.bincount(octave[inside], minlength=len(middle_hz))
+    total = np.bincount(octave[inside], density[inside], len(middle_hz))
+    return total / np.maximum(n, 1), n.astype(float)
