@@ -17,15 +17,8 @@ from pathlib import Path
 
 from freerock_bench.scale import ROOT, SNAKEFILE, write_campaign
 
-COMMAND = [
-    sys.executable,
-    "-m",
-    "snakemake",
-    "--snakefile",
-    SNAKEFILE,
-    "--profile",
-    ROOT / "profiles/default",
-]
+PROFILE = ROOT / "profiles/default"
+COMMAND = [sys.executable, "-m", "snakemake", "--snakefile", f"{SNAKEFILE}", "--profile", f"{PROFILE}"]
 LONGEST_S = 60.0  # of a run before it is killed
 RECORDS = 3
 
@@ -42,14 +35,16 @@ def products(folder: Path) -> dict[str, bytes]:
 
 def killed(folder: Path, after_s: float, with_jobs: bool) -> bool:
     """Start a run and kill it after a time; whether it was at work."""
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    run = subprocess.Popen([*COMMAND, "--cores", "2"], cwd=folder, start_new_session=True, **quiet)
+    nowhere = subprocess.DEVNULL
+    run = subprocess.Popen(
+        [*COMMAND, "--cores", "2"], cwd=folder, stdout=nowhere, stderr=nowhere, start_new_session=True
+    )
     with suppress(subprocess.TimeoutExpired):
         run.wait(after_s)
         return False
     (os.killpg if with_jobs else os.kill)(run.pid, signal.SIGKILL)
     run.wait()
-    subprocess.run([*COMMAND, "--unlock"], cwd=folder, check=True, **quiet)
+    subprocess.run([*COMMAND, "--unlock"], cwd=folder, check=True, capture_output=True)
     return True
 
 
