@@ -3,12 +3,15 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from freerock.figures.declared import declared
 from freerock.files import write_text
 from freerock.tables.csvfile import read_csv, write_csv
-from freerock.tables.latex import latex, numbers_tex
+from freerock.tables.latex import latex, numbers_tex, paper_tex
 from freerock.tables.markdown import markdown
 from freerock.tables.paper import recovered_table
 from freerock.tables.printed import Printed, printed_recovered, printed_tables
+
+OF_PAPER = ("foundation_effect", "comparison")  # figures 2 and 3 of Spanos et al. 2017
 
 
 def print_tables(
@@ -19,7 +22,7 @@ def print_tables(
     doi: str = "",
     labels: Mapping[str, str] | None = None,
 ) -> None:
-    """Write tables 1 to 3 and r of each impact as Markdown and LaTeX, and numbers.tex.
+    """Write tables 1 to 3 and r of each impact as Markdown and LaTeX, numbers.tex and spanos2017.tex.
 
     Parameters
     ----------
@@ -35,6 +38,12 @@ def print_tables(
     for name, table in printed_tables(tables, origin, doi=doi, labels=labels).items():
         _write(Path(folder, name), table)
     write_text(Path(folder, "numbers.tex"), numbers_tex(tables))
+    told = {name: declared(f"freerock.figures.{name}") for name in OF_PAPER}
+    captions = {
+        name: (f"{each['title'].format(Measured=origin.capitalize())}.", each["caption"])
+        for name, each in told.items()
+    }
+    write_text(Path(folder, "spanos2017.tex"), paper_tex(captions, ["table1", "table2", "table3"]))
 
 
 def print_recovered(

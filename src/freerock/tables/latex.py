@@ -234,6 +234,29 @@ def figures_tex(captions: Mapping[str, tuple[str, str]]) -> str:
     return "\n".join(lines)
 
 
+def paper_tex(captions: Mapping[str, tuple[str, str]], tables: Sequence[str]) -> str:
+    r"""A document of tables and figures of a campaign, to be typeset beside a paper.
+
+    Parameters
+    ----------
+    captions : mapping of str to (str, str)
+        Title and text of each figure, by the name of its file in `../figures`.
+    tables : sequence of str
+        Names of the tables beside it.
+    """
+    lines = [
+        r"\documentclass[twocolumn]{article}",
+        r"\usepackage{booktabs,siunitx,graphicx}",
+        r"\graphicspath{{../figures/}}",
+        r"\begin{document}",
+        *(rf"\input{{{name}}}" for name in tables),
+        figures_tex(captions),
+        r"\end{document}",
+        "",
+    ]
+    return "\n".join(lines)
+
+
 def _fit_name(row: Any) -> list[str]:
     return [spelt_test(row.test), "Run", _letters(str(row.run)), _letters(row.model)]
 
