@@ -45,7 +45,6 @@ class PublishedSection(Section):
         "block: foundation: model: parameter: value, in SI units; epsilon_theta as a fraction counts as a "
         "parameter"
     )
-    longest: dict[Name, Name] = key("block: the foundation on which it rocks longest in the publication", {})
 
     @field_validator("values")
     @classmethod
@@ -159,8 +158,7 @@ class CampaignFile(Section):
     def _published_is_configured(cls, published: Any, info: ValidationInfo) -> Any:
         if published is None:
             return published
-        longest = ((block, [foundation]) for block, foundation in published.longest.items())
-        for block, foundations in (*published.values.items(), *longest):
+        for block, foundations in published.values.items():
             values.check_names([block], info.data.get("blocks", (block,)), "a block of this campaign")
             known = info.data.get("foundations", foundations)
             values.check_names(foundations, known, "a foundation of this campaign")
