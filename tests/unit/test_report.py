@@ -8,9 +8,10 @@ from fabricated import campaign, fits, record
 from reported import PUBLISHED, make, tables_of
 
 from freerock.config.review_log import Change
+from freerock.report.found import printed_summary
 from freerock.report.methods import REFERENCES
 from freerock.tables.number_text import percent, quantity
-from freerock.tables.printed import printed_summary, printed_tables
+from freerock.tables.printed import printed_tables
 
 HOSTILE = "<script>alert(1)</script>&\"'"
 LABELS = {"b1": "Slender", "b2": "Squat", "marble": "Marble", "mat": "Soft mat"}

@@ -5,6 +5,7 @@ from itertools import cycle
 from typing import NamedTuple
 
 import pandas as pd
+from matplotlib.lines import Line2D
 
 from freerock.arrays import Floats
 from freerock.figures import looks, style
@@ -59,26 +60,30 @@ def draw_by_scene(
     figure, panels = style.panel_per_scene(scenes, labels, HEIGHT_IN)
     for (block, foundation), ax in panels.items():
         own = style.of_scene(data, block, foundation)
-        _panel(ax, shown, own, origin)
+        _panel(ax, shown, own)
         highest = own["amplitude"].max() if len(own) else 1.0
         x, y = shown.rigid(blocks[block], highest)
-        ax.plot(x, y, color="0.45", linestyle=":", label="rigid block (Housner 1963)")
+        ax.plot(x, y, color="0.45", linestyle=":")
         ax.margins(0.04)
         ax.set_xlim(left=0)
     style.outer_labels(panels, "amplitude |θ|/$θ_{cr}$", shown.label)
-    style.finish(figure, origin)
+    points = {"marker": "o", "color": SHADES[0], "linestyle": "", "markerfacecolor": "none", "markersize": 3}
+    handles = [Line2D([], [], label=f"runs, {style.recorded(origin)['label']}", **points)]
+    handles += [
+        Line2D([], [], **looks.MODEL_STYLES[law]) for law in PAPER_MODELS if law in set(data["source"])
+    ]
+    handles += [Line2D([], [], color="0.45", linestyle=":", label="rigid block (Housner 1963)")]
+    style.finish_with(figure, origin, handles)
     return figure, data
 
 
-def _panel(ax: Axes, shown: Shown, own: pd.DataFrame, origin: str) -> None:
+def _panel(ax: Axes, shown: Shown, own: pd.DataFrame) -> None:
     """A scene: signs of each run, lines of the laws."""
     seen = own[own["source"] == "experiment"]
     looks_of_runs = zip(cycle(MARKERS), cycle(SHADES))
-    for i, ((_, rows), (marker, shade)) in enumerate(
-        zip(seen.groupby(["test", "run"], sort=False), looks_of_runs, strict=False)
-    ):
+    runs = (rows for _, rows in seen.groupby(["test", "run"], sort=False))
+    for rows, (marker, shade) in zip(runs, looks_of_runs, strict=False):
         point = {"color": shade, "marker": marker, "linestyle": "", "markersize": 3, "markeredgewidth": 0.7}
-        label = f"runs, {style.recorded(origin)['label']}" if i == 0 else None
         bars = rows[shown.y_u] if shown.y_u else None
         ax.errorbar(
             rows["amplitude"],
@@ -86,7 +91,6 @@ def _panel(ax: Axes, shown: Shown, own: pd.DataFrame, origin: str) -> None:
             bars,
             elinewidth=0.6,
             markerfacecolor="none",
-            label=label,
             **point,
         )
     for law in PAPER_MODELS:

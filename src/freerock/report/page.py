@@ -15,6 +15,7 @@ from PIL import Image
 
 from freerock.config.review_log import Change
 from freerock.files import write_text
+from freerock.report.found import printed_records, printed_summary
 from freerock.report.limitations import limits
 from freerock.report.methods import PAGE_FILES, REFERENCES, bib, cited, methods, methods_markdown
 from freerock.report.methods import html as html_of
@@ -30,7 +31,7 @@ from freerock.report.settings import settings
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.choices import laws_of_foundations
 from freerock.tables.number_text import SIMULATED_NOTE
-from freerock.tables.printed import printed_records, printed_summary, printed_tables
+from freerock.tables.printed import printed_tables
 
 FIRST = ("foundation_effect", "comparison")  # figures of which the first there is stands on the first screen
 MOST_FIGURES = 12  # in the page, about 100 kB each; the others are linked

@@ -1,0 +1,74 @@
+"""What was found: a row for each foundation, and the parameters of each record."""
+
+from collections.abc import Mapping
+
+import pandas as pd
+
+from freerock.models.free_parameters import SYMBOLS
+from freerock.models.laws import MODEL_LABELS, PAPER_MODELS
+from freerock.tables.number_text import fixed, percent, quantity, unit_text, with_unit
+from freerock.tables.printed import PROCEDURE, Labels, Printed, identified
+
+
+def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
+    """What was found of each foundation: the first table of the report.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        The table summary.
+    labels : mapping of str to str
+        Printed names of blocks and foundations.
+    """
+    rows = []
+    for row in frame.to_dict("records"):
+        parameters = [
+            f"{SYMBOLS[name]} = {identified(row[name], row[f'{name}_u'])} {unit_text(unit)}".rstrip().replace(
+                " ", "\N{NO-BREAK SPACE}"
+            )
+            for name, unit in (("r", "1"), ("k", "N m-2"), ("c", "N s m-2"), ("lambda", "N s m-3"))
+            if pd.notna(row[name])
+        ]
+        longest = [labels.get(block, block) for block in str(row["longest"] or "").split() if block != "nan"]
+        epsilon = [percent(row[f"epsilon_{name}"]) for name in PAPER_MODELS]
+        law = MODEL_LABELS.get(row["model"], "none")
+        rows.append(
+            {
+                "Foundation": labels.get(row["foundation"], row["foundation"]),
+                "Selected law": f"{law}, {row['n_selected']} of {row['n_runs']} runs",
+                "Parameters": "; ".join(parameters) or "–",
+                "Scatter of impacts σ_r": quantity(row["sigma_r"], row["sigma_r_u"]),
+                "r of first impacts": fixed(row["r_first"], 3),
+                "ε_θ / %: Housner; Winkler; Hunt–Crossley": "; ".join(epsilon),
+                "Next run: peaks in the 95 % band": f"{row['n_inside']} of {row['n_peaks']}",
+                "Rocks longest here": ", ".join(longest) or "–",
+            }
+        )
+    text = pd.DataFrame(rows)
+    text = text.loc[:, [name for name in text if set(text[name]) != {"–"}]]
+    about = (
+        "±: total standard uncertainty. r of first impacts: median of all runs, from peaks. ε_θ of the laws: "
+        f"median, {PROCEDURE}. Next run: measured peaks in the band foretold by the other runs of the record."
+    )
+    return Printed(text, "Each foundation", [about])
+
+
+def printed_records(populations: pd.DataFrame, laws: Mapping[str, str], labels: Labels) -> Printed:
+    """Parameters of each record under the candidate selected for its foundation, from the tidy table."""
+    own = populations[populations["level"] == "record"]
+    own = own[own["model"] == own["foundation"].map(laws)]
+    rows = [
+        {
+            "Record": row.test,
+            "Block": labels.get(row.block, row.block),
+            "Foundation": labels.get(row.foundation, row.foundation),
+            "Law": MODEL_LABELS[row.model],
+            "Parameter": with_unit(SYMBOLS[row.parameter], row.unit),
+            "Mean": identified(row.mean, row.u_total),
+            "τ / %": quantity(100 * row.tau / row.mean, digits=2) if row.tau > 0 else "–",
+            "Runs": str(row.n_runs),
+        }
+        for row in own.itertuples()
+    ]
+    about = "Law: selected for most runs of the foundation. τ: spread between runs beyond their noise."
+    return Printed(pd.DataFrame(rows), "Parameters of each record", [about])
