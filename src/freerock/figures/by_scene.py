@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 from freerock.arrays import Floats
 from freerock.figures import looks, style
-from freerock.figures.style import Axes, Drawing, Labels
+from freerock.figures.style import Axes, Drawing, Labels, Style
 from freerock.models.block import Block
 from freerock.models.laws import PAPER_MODELS
 from freerock.tables.swings import first_runs, swings
@@ -67,7 +67,13 @@ def draw_by_scene(
         ax.margins(0.04)
         ax.set_xlim(left=0)
     style.outer_labels(panels, "amplitude |θ|/$θ_{cr}$", shown.label)
-    points = {"marker": "o", "color": SHADES[0], "linestyle": "", "markerfacecolor": "none", "markersize": 3}
+    points: Style = {
+        "marker": "o",
+        "color": SHADES[0],
+        "linestyle": "",
+        "markerfacecolor": "none",
+        "markersize": 3,
+    }
     handles = [Line2D([], [], label=f"runs, {style.recorded(origin)['label']}", **points)]
     handles += [
         Line2D([], [], **looks.MODEL_STYLES[law]) for law in PAPER_MODELS if law in set(data["source"])

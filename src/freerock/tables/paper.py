@@ -175,7 +175,7 @@ def summary_table(tidy: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
 
 def _quoted(populations: pd.DataFrame, parameters: pd.DataFrame, law: str) -> dict[str, float]:
     """Parameters of the selected law on a foundation with u, and the scatter of its impacts."""
-    told = {}
+    told = dict[str, float]()
     for name in QUOTED:
         own = populations[(populations["model"] == law) & (populations["parameter"] == name)]
         mean = _mean(own)

@@ -1,7 +1,7 @@
 """The tables as a reader sees them: text of each cell, caption and notes."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import pandas as pd
@@ -90,7 +90,7 @@ def _table2(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printe
     """Laws by foundations: identified, by the paper's own procedure, and as published."""
     foundations = list(dict.fromkeys(frame["foundation"]))
     heads = ["", *(labels.get(each, each) for each in foundations)]
-    kinds = {
+    kinds: dict[str, Callable[[Any], str]] = {
         "Identified": lambda row: identified(row.mean, row.u_total),
         "Paper's procedure": lambda row: quantity(row.paper),
         "Published": lambda row: quantity(row.published),
