@@ -17,6 +17,7 @@ SLURM := $(VENV)/.slurm
 PEERS := .venv-peers
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+export UV_HTTP_TIMEOUT := 20
 
 # The tests of a file share what they set up; tests/conftest.py puts long ones first, so that no process waits at the end.
 TESTS := python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder

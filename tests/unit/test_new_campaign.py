@@ -141,7 +141,7 @@ def test_nothing_is_overwritten(folder, existing, capsys):
     ("name", "source", "line"),
     [
         ("my lab", "stick/day 1", "NAME: 'my lab' is not a name; use letters, digits and _ only"),
-        ("studies", "stick/day 1", "studies: names the results of the studies; choose another name"),
+        ("studies", "stick/day 1", "studies: is a folder of results; choose another name"),
         ("lab", "nowhere", "nowhere: is no folder; name the folder of the record files"),
         ("lab", "stick", "stick: holds no record that can be read; put files of .tdms, .lvm, .mat, .csv, "),
     ],

@@ -36,9 +36,8 @@ def left_to_fill_in(checkout):
 REFUSED = {
     broken_yaml: "config/config.yaml:2: expected ',' or ']', but got ':'; "
     "correct the YAML; indent with spaces, not tabs",
-    no_config: "config/config.yaml: cannot be read (No such file or directory); write the file",
-    studies: "config/config.yaml:1: campaigns: 'studies' names the results of the studies; "
-    "rename the campaign",
+    no_config: "config/config.yaml: cannot be read (No such file or directory); put it back",
+    studies: "config/config.yaml:1: campaigns: 'studies' is a folder of results; rename the campaign",
     no_raw_folder: "raw/lab: there is no such folder; put the record files there",
     left_to_fill_in: "config/campaigns/lab.yaml:5: blocks.tall.mass_kg: is still to be filled in; "
     "give the mass in kilograms",

@@ -96,7 +96,7 @@ def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCa
     if fault := name_fault(name):
         raise FreerockError("NAME", *fault)
     if name in RESERVED:
-        raise FreerockError(name, f"names {RESERVED[name]}", "choose another name")
+        raise FreerockError(name, "is a folder of results", "choose another name")
     if not folder.is_dir():
         raise FreerockError(folder, "is no folder", "name the folder of the record files")
     raw, yaml = root / "raw" / name, root / "config" / "campaigns" / f"{name}.yaml"

@@ -18,10 +18,7 @@ from freerock.config.yaml_lines import Lines, place, read_yaml
 from freerock.errors import FreerockError
 
 OPTIONS = ("campaigns", "studies")  # of snakemake --config
-RESERVED = {  # folders of results that are no campaign's
-    "studies": "the results of the studies",
-    "inspect": "the pictures of `freerock inspect`",
-}
+RESERVED = ("studies", "inspect")  # folders of results that are no campaign's
 
 
 class Campaign(CampaignFile):
@@ -113,7 +110,7 @@ def campaign_paths(
     for name in dict.fromkeys(file.campaigns) if file else ():
         campaign_path = path.parent / "campaigns" / f"{name}.yaml"
         if name in RESERVED:
-            problems.append(FreerockError(where, f"{name!r} names {RESERVED[name]}", "rename the campaign"))
+            problems.append(FreerockError(where, f"{name!r} is a folder of results", "rename the campaign"))
         elif campaign_path.exists():
             paths.append(campaign_path)
         else:
