@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from freerock.figures.looks import HATCHES, PARAMETER_STYLES
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import LAWS
@@ -14,11 +13,6 @@ OF_LAWS = {name for law in LAWS.values() for name in law.parameters}
 
 def test_a_law_has_known_parameters():
     assert set(PARAMETERS) >= OF_LAWS
-
-
-def test_every_parameter_has_a_marker_and_a_hatch():
-    for listed in (PARAMETER_STYLES, HATCHES):
-        assert set(listed) >= OF_LAWS
 
 
 @pytest.mark.parametrize("model, name", [(model, name) for model, law in LAWS.items() for name in law.ratios])

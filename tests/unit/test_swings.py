@@ -1,4 +1,4 @@
-"""Swings between impacts, against Housner's block in closed form; the band of scattered points."""
+"""Swings between impacts, against Housner's block in closed form."""
 
 import numpy as np
 import pandas as pd
@@ -37,14 +37,9 @@ def tables(rocking, source="experiment"):
     return runs, restitution, epsilon, {"b": BLOCK}
 
 
-def test_rate_energy_loss_and_period_are_housners(rocking):
+def test_amplitude_and_period_are_housners(rocking):
     found = swings(*tables(rocking))
-    np.testing.assert_allclose(found["rigid_speed_m_s"], 0.07 * rocking.impact_rate[:12], rtol=1e-9)
-    np.testing.assert_allclose(found["energy_j"][1:] / found["energy_j"].values[:-1], R**2, rtol=1e-9)
-    inertia = BLOCK.inertia_base + BLOCK.mass_kg * BLOCK.b**2
-    np.testing.assert_allclose(found["energy_j"], inertia * rocking.impact_rate[:12] ** 2 / 2, rtol=1e-9)
-    np.testing.assert_allclose(found["loss"], 1 - R**2)
-    np.testing.assert_allclose(found["loss_u"], 2 * R * 0.001)
+    np.testing.assert_allclose(found["amplitude"], rocking.peak[:12] / BLOCK.theta_cr, rtol=1e-9)
     assert np.isnan(found["period_s"].iloc[0])
     quarter = [housner_swings(BLOCK, 1.0, each, max_impacts=1).impact_time[0] for each in rocking.peak[1:12]]
     np.testing.assert_allclose(found["period_s"][1:], 4 * np.array(quarter), rtol=1e-9)

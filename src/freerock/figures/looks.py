@@ -41,18 +41,6 @@ def _look(model: str) -> Style:
 
 
 MODEL_STYLES: dict[str, Style] = {model: _look(model) for model in CANDIDATES}
-# Of a parameter: marker, colour and face of its points, hatch of its bars.
-_OF_PARAMETERS = {
-    "k": ("o", "black", "black", ""),
-    "lambda": ("D", "#d55e00", "none", "////"),
-    "c": ("s", "#0072b2", "none", "////"),
-    "r": ("^", "#00805e", "#00805e", ""),
-}
-PARAMETER_STYLES: dict[str, Style] = {
-    name: {"marker": marker, "color": color, "markerfacecolor": face}
-    for name, (marker, color, face, _) in _OF_PARAMETERS.items()
-}
-HATCHES = {name: hatch for name, (*_, hatch) in _OF_PARAMETERS.items()}
 DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # on the screen
 
 

@@ -36,7 +36,6 @@ Labels = Mapping[str, str] | None
 Drawing = tuple[Figure, pd.DataFrame]
 """A figure and the numbers drawn."""
 
-FAILED = "#b00020"  # colour of what is said of failed fits
 WIDTH_IN = 7.0  # both columns of a journal's page: 178 mm
 HERE = Path(__file__).parent
 styled = functools.partial(matplotlib.rc_context, fname=HERE / "freerock.mplstyle")
@@ -146,12 +145,6 @@ def drawn_runs(data: pd.DataFrame, labels: Labels = None) -> str:
     return f"Drawn: {told}." if told else "No run can be drawn."
 
 
-def runs_counted(data: pd.DataFrame, labels: Labels = None) -> str:
-    """Sentence of a caption: of how many runs the numbers are."""
-    n = len(data[["test", "run"]].astype(str).drop_duplicates())
-    return f"{number_of(n, 'run').capitalize()} of {number_of(data['test'].nunique(), 'record')}."
-
-
 def thin(n_samples: int, n_drawn: int = 1000) -> NDArray[np.intp]:
     """Every so many samples, the last included, so that about `n_drawn` remain.
 
@@ -211,18 +204,6 @@ def nothing_drawn(why: str, origin: str) -> Figure:
 def fit_beside(n: int, narrowest_in: float) -> int:
     """How many of so many panels stand side by side in the figure's width."""
     return max(1, min(n, int(size(1)[0] / narrowest_in)))
-
-
-def panels_in_rows(
-    n: int, beside: int, row_in: float, more_in: float = 0.0, **shared: Any
-) -> tuple[Figure, list[Axes]]:
-    """A figure with so many panels, in rows of so many: its height is that of the rows and more [inch]."""
-    rows = max(1, -(-n // beside))
-    figure = Figure(figsize=size(more_in + row_in * rows))
-    axes = figure.subplots(rows, beside, squeeze=False, **shared).ravel()
-    for ax in axes[n:]:
-        ax.set_axis_off()
-    return figure, [*axes[:n]]
 
 
 NARROWEST_IN, ALONE_IN = 1.7, 2.1  # of a panel of a scene, beside other foundations and beside other blocks
@@ -338,11 +319,6 @@ def rows_down(ax: Axes, names: Sequence[str]) -> None:
     """Name the rows of a panel and of those that share its axis, the first at the top."""
     ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(names) - 0.4, -0.6)
-
-
-def beside_row(ax: Axes, place: float, text: str) -> None:
-    """A text at the right of a row."""
-    ax.text(1.02, place, text, va="center", fontsize="small", transform=ax.get_yaxis_transform())
 
 
 def number_ticks(axis: Any, low: float, high: float, n: int = 4, room: float = 1.0) -> None:
