@@ -10,7 +10,7 @@ Exit code 0: all files are as they were. Nothing is made or changed.
 """
 
 from argparse import Namespace
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 from freerock.config.campaign import load_config
@@ -24,18 +24,21 @@ def add_arguments(add: Callable[..., object]) -> None:
 
 
 def run(chosen: Namespace) -> None:
-    """Print what differs; raise when there is anything."""
-    told = [
-        line for name in load_config(campaigns=chosen.campaign or None).campaigns for line in differing(name)
-    ]
-    print(*told, sep="\n", end="\n" * bool(told))
-    if told:
+    """Print what differs, and how many files do not; raise when there is anything."""
+    n_differing = 0
+    for name in load_config(campaigns=chosen.campaign or None).campaigns:
+        listed = listed_files(name)
+        told = {path: state_of(path, checksum) for path, checksum in listed.items()}
+        differing = [f"{state}: {path}" for path, state in told.items() if state]
+        n_differing += len(differing)
+        print(*differing, f"{name}: {len(listed) - len(differing)} files are as listed", sep="\n")
+    if n_differing:
         remedy = "restore record files; make products again: snakemake --forcerun FILE …"
-        raise FreerockError("results", f"{len(told)} files are not as they were", remedy)
+        raise FreerockError("results", f"{n_differing} files are not as they were", remedy)
 
 
-def differing(name: str) -> Iterator[str]:
-    """A line for each file of a campaign that is missing or changed.
+def listed_files(name: str) -> dict[str, str]:
+    """SHA-256 of each record file and product of a campaign, by its path.
 
     Raises
     ------
@@ -43,8 +46,11 @@ def differing(name: str) -> Iterator[str]:
         The campaign has no provenance.json.
     """
     known = read_json(f"results/{name}/provenance.json", "run snakemake")
-    for path, listed in {**known["inputs"], **known["products"]}.items():
-        if not Path(path).is_file():
-            yield f"missing: {path}"
-        elif sha256(path) != listed:
-            yield f"changed: {path}"
+    return {**known["inputs"], **known["products"]}
+
+
+def state_of(path: str, checksum: str) -> str:
+    """What is wrong with a file, in a word; empty where it has the checksum."""
+    if not Path(path).is_file():
+        return "missing"
+    return "" if sha256(path) == checksum else "changed"
