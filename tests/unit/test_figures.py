@@ -205,6 +205,7 @@ def test_each_figure_has_the_width_of_a_page_and_nothing_overlaps(datasets):
         figure, _ = draw()
         assert figure.get_figwidth() == style.WIDTH_IN
         assert_nothing_overlaps(figure, name)
+        assert min(text.get_fontsize() for text in figure.findobj(Text)) >= 7, name
 
 
 def foretold():

@@ -15,7 +15,7 @@ from freerock.figures import looks, style
 from freerock.figures.style import Axes, Labels, Style, styled
 from freerock.models.free_parameters import OF_RECORD, SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS
-from freerock.products.choices import explained_in, named_in
+from freerock.products.choices import CHOICE_GROUP, named_in
 from freerock.products.groups import Attrs, impacts_of, reasons_in, release_angle_of, runs_of
 from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.rotation.faults import listed_faults
@@ -229,12 +229,12 @@ def _draw_noise(residual: Axes, sigma_deg: float) -> None:
 
 
 def _found(run: xr.DataTree | None) -> str:
-    """Which candidate explains a run, by its fits, or comes nearest, with its parameters."""
+    """The candidate selected for a run with its parameters, and why, in the words of the choice."""
     if run is None:
-        return "Found: not fitted"
+        return "Selected: none, not fitted"
     model = named_in(run)
     if not model:
-        return "Found: no model that may be named"
+        return "Selected: none"
     fit = run.children[model].dataset
     sure = "u_total" if "u_total" in fit else "stderr"
     columns = (fit[key].values.tolist() for key in ("parameter", "value", sure, "unit"))
@@ -245,9 +245,8 @@ def _found(run: xr.DataTree | None) -> str:
     ]
     told.append(f"ε_θ = {quantity(100 * fit['epsilon_theta'].item())} %")
     told.append("± total uncertainty" if sure == "u_total" else "± noise alone")
-    what = "explains the run" if explained_in(run) else "comes nearest, none explains the run"
     whole = ", ".join(each.replace(" ", "\N{NO-BREAK SPACE}") for each in told)
-    return f"Found: {MODEL_LABELS[model]} {what}: {whole}"
+    return f"Selected: {MODEL_LABELS[model]}: {whole}. {run.children[CHOICE_GROUP].attrs['reason']}"
 
 
 def _facts(run: xr.DataTree, sigma_deg: float) -> str:

@@ -186,7 +186,7 @@ def legend_above(ax: Axes, handles: Sequence[Artist] | None = None) -> None:
 def footer(figure: Figure, origin: str) -> None:
     """Say at the foot of the figure that its record is simulated, if it is."""
     if origin == "simulated":
-        size = 0.93 * _points("legend.fontsize")
+        size = _points("legend.fontsize")
         figure.text(0.99, 0.005, FOOTER, ha="right", va="bottom", fontsize=size, color="0.35")
         if isinstance(engine := figure.get_layout_engine(), ConstrainedLayoutEngine):
             foot = 1.8 * size / 72 / figure.get_figheight()
@@ -355,7 +355,7 @@ def scale_by_noise(residual: Axes, furthest: float) -> None:
 
 def note_simulated(figure: Figure) -> None:
     """Say at the head of a figure, above a legend at its foot, that its records are simulated."""
-    figure.suptitle(FOOTER.capitalize(), x=0.01, ha="left", fontsize=6.5, color="0.35")
+    figure.suptitle(FOOTER.capitalize(), x=0.01, ha="left", fontsize=7, color="0.35")
 
 
 @styled()

@@ -66,8 +66,3 @@ def choices_of(tree: xr.DataTree) -> Iterator[tuple[int, xr.Dataset]]:
 def named_in(run: xr.DataTree) -> str:
     """The candidate that the choice names for a run of a fit dataset; "" where it names none."""
     return str(run.children[CHOICE_GROUP].attrs["selected"]) if CHOICE_GROUP in run.children else ""
-
-
-def explained_in(run: xr.DataTree) -> bool:
-    """Whether the candidate that the choice names for a run of a fit dataset explains it."""
-    return bool(run.children[CHOICE_GROUP].attrs["explained"])
