@@ -99,8 +99,7 @@ class ExpectedRun:
         stated, true = self.laboratory, moved or self.laboratory
         candidate = CANDIDATES[self.model]
         used = {name: values[name] for name in (*self.names, "theta0", "t0")}
-        if true.tilt:
-            used["tilt"] = values["tilt"] + true.tilt
+        used |= {"tilt": values["tilt"] + true.tilt} if true.tilt else {}
         used["theta0"] = float(stated.reread(np.array([used["theta0"]]), true)[0])
         theta = as_measured(
             candidate.law,

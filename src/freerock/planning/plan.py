@@ -154,9 +154,7 @@ def _numbers(run: ExpectedRun, bound: Floats, total: Floats, i: int) -> tuple[fl
 def _fault(run: ExpectedRun, time_s: Floats) -> str:
     """Why a run can't be expected; "" where it can."""
     candidate, angle = CANDIDATES[run.model], run.values["theta0"]
-    rules = candidate.rules(run.debonding)
-    _, outcome = simulate_theta(
-        candidate.law, run.laboratory.block, run.values, time_s[-1:], theta0=angle, rules=rules
-    )
-    known = outcome in ("completed", "at_rest")
-    return "" if known else f"{run.model} released at {math.degrees(angle):g}°: {outcome}"
+    block, rules = run.laboratory.block, candidate.rules(run.debonding)
+    _, outcome = simulate_theta(candidate.law, block, run.values, time_s[-1:], theta0=angle, rules=rules)
+    what = f"{run.model} released at {math.degrees(angle):g}°: {outcome}"
+    return "" if outcome in ("completed", "at_rest") else what

@@ -27,7 +27,7 @@ from freerock.products.provenance import provenance
 from freerock.review.remembered import Remembered
 
 ROTATIONS = 1  # remembered: that of the record on the desk
-FITS = 60  # runs whose fits are remembered
+FITS = 12  # runs whose fits are remembered: some ten megabytes each
 M_MMAP_THRESHOLD, LARGE_BYTES = -3, 1 << 20  # of mallopt(3)
 SETTINGS_BY_HAND = ("overrides", "exclusions", "stretches", "excluded")
 

@@ -1,7 +1,4 @@
-"""What is drawn of a record over time: samples in single precision, thinned so that no extreme is lost.
-
-They stand in files: the memory is for the fits.
-"""
+"""What is drawn of a record over time: samples in single precision, thinned so that no extreme is lost."""
 
 import math
 from collections.abc import Iterator
@@ -13,7 +10,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from freerock.arrays import Flags, Floats, extremes
-from freerock.review.remembered import OnDisk
 from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.units import BASE
 
@@ -27,7 +23,7 @@ class ShownChannel(NamedTuple):
 
     label: str
     unit: str
-    values: OnDisk
+    values: NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -41,9 +37,9 @@ class Signals:
     n : int
         Samples.
     channels : list of ShownChannel
-    theta : OnDisk, shape (n,), or None
+    theta : ndarray, shape (n,), or None
         Rotation [rad] in single precision; None where the channels could not become one.
-    flags : OnDisk of uint8, shape (n,), or None
+    flags : ndarray of uint8, shape (n,), or None
         As `rotation.flags.FLAGS` has them.
     """
 
@@ -51,8 +47,8 @@ class Signals:
     step_s: float
     n: int
     channels: list[ShownChannel]
-    theta: OnDisk | None = None
-    flags: OnDisk | None = None
+    theta: NDArray[np.float32] | None = None
+    flags: Flags | None = None
 
     @property
     def span_s(self) -> tuple[float, float]:
@@ -93,7 +89,7 @@ def signals_of(record: xr.Dataset) -> Signals:
     even = Signals(float(time_s[0]), step_s, len(time_s), [*_channels(record)])
     if "theta" not in record:
         return even
-    return replace(even, theta=_single(record["theta"]), flags=OnDisk(record["flags"].values))
+    return replace(even, theta=_single(record["theta"]), flags=record["flags"].values)
 
 
 def _channels(record: xr.Dataset) -> Iterator[ShownChannel]:
@@ -105,8 +101,8 @@ def _channels(record: xr.Dataset) -> Iterator[ShownChannel]:
             yield ShownChannel(label, unit, _single(variable))
 
 
-def _single(variable: xr.DataArray) -> OnDisk:
-    return OnDisk(variable.values.astype(np.float32))
+def _single(variable: xr.DataArray) -> NDArray[np.float32]:
+    return variable.values.astype(np.float32)
 
 
 def thinned(time_s: Floats, values: Floats | NDArray[np.float32]) -> Json:
