@@ -5,7 +5,6 @@ of one.
 """
 
 __all__ = [
-    "angular_rate",
     "beginning",
     "by_hand",
     "impacts",

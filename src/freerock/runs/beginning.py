@@ -116,6 +116,7 @@ def from_hold(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -> B
         text += f"or held beyond the range of the sensor; {FROM_PEAK}, {peak.release.instant_s:.3f} s"
         return peak._replace(reasons=(*reasons, Reason.of("hold_unseen", text)))
     held = held_angle(signal, hold, release.instant_s, limits)
+    held = held._replace(stderr=math.hypot(held.stderr, release.top_off))
     return Beginning(hold.start_s, release, held, release.instant_s + limits.finger_s, tuple(reasons))
 
 

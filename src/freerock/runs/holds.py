@@ -71,6 +71,7 @@ SURE = 8.0  # standard errors by which a rate falls
 SLOWER = 0.3  # of the rate before, likewise
 STANDS = 0.1  # of the rate before: so slow a block stands
 SHORTEST_S = 0.05  # in which a block that stands shows the angle it is let go from
+HAND_S, FEWEST_RATES = 1.0, 10  # of a hold, over so long and from so many rates, a hand's tremor is seen
 
 
 class Stop(NamedTuple):
@@ -104,6 +105,8 @@ def find_stop(signal: Signal, hold: Phase, end_s: float) -> Stop | None:
         return None
     means = theta[: n * size].reshape(n, size).mean(axis=1)  # NaN where a sample is invalid: no rate
     noise = float(np.nanmedian(signal.sigma[during][: n * size])) * _stderr_of_rate(signal, size)
+    shakes, shaken = _tremor(signal, hold, size)
+    noise = max(noise, shakes)
     falls = -np.sign(hold.level) * np.diff(means)
     fastest = np.fmax.accumulate(np.nan_to_num(falls))
     slower = fastest - falls > np.maximum(SURE * noise, SLOWER * fastest)
@@ -112,7 +115,22 @@ def find_stop(signal: Signal, hold: Phase, end_s: float) -> Stop | None:
         return None
     first, last = spans[-1]
     stop = _stop(t, means, falls, size, first, last, STANDS * fastest[first] + SURE / 2 * noise)
-    return stop._replace(fallen=abs(stop.fallen - hold.level))
+    fallen_by = abs(stop.fallen - hold.level)
+    return stop._replace(fallen=fallen_by) if fallen_by > SURE * shaken else None
+
+
+def _tremor(signal: Signal, hold: Phase, size: int) -> tuple[float, float]:
+    """How a hand trembles: root mean square of the difference of neighbouring means of so many samples [rad],
+    and standard deviation of these means [rad].
+
+    A hand that trembles moves the block up and down before it leaves, which is no stop.
+    """
+    theta = signal.theta[signal.during(max(hold.mid_s, hold.end_s - HAND_S), hold.end_s)]
+    means = theta[: theta.size // size * size].reshape(-1, size).mean(axis=1)
+    rates, means = (each[np.isfinite(each)] for each in (np.diff(means), means))
+    if rates.size < FEWEST_RATES:
+        return 0.0, 0.0
+    return float(np.sqrt(np.mean(rates**2))), float(np.std(means))
 
 
 def _stderr_of_rate(signal: Signal, size: int) -> float:

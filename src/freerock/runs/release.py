@@ -26,6 +26,7 @@ SEARCH_S = 0.005  # medians over this long show when the block falls, whatever s
 SWINGS = 8  # so many tell the noise in motion
 SURE = 4.0  # standard errors of a push
 FAR = 0.1  # of θ0, off the hold: how far a fit looks for the release
+FLED = 2.0  # of θ0, off the hold: a fit that ends further has not found it
 HOLD_BLOCK_S = 0.025  # a hold shows in means over this long whether it moves
 MIN_BLOCKS = 4  # fewer of them are no hold
 QUICK = 0.3  # of the noise's variance at least must be within such means, to tell how loud a hold is
@@ -48,6 +49,9 @@ class Release(NamedTuple):
         From here on invalid samples count [s].
     timed : bool
         Whether the early motion gave the instant.
+    top_off : float
+        By how much the motion began off the held angle, as a standard uncertainty [rad]: a hand that
+        trembles leaves slowly, and lets go elsewhere. 0 after a steady hold.
     """
 
     instant_s: float
@@ -55,6 +59,7 @@ class Release(NamedTuple):
     push: float
     watched_s: float
     timed: bool = True
+    top_off: float = 0.0
 
 
 class HeldAngle(NamedTuple):
@@ -120,11 +125,16 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
             return Release(guess, finger_s, 0.0, min(hold.end_s, guess), timed=False)
         release = begun
     free = _early_motion(means, noise, held, math.inf)
-    pushed = abs(free.above) > SURE * free.above_stderr
+    trembles = held.moved > 0 and abs(free.above) < FAR * abs(held.theta0)
+    top_off = math.hypot(free.above, free.above_stderr) if trembles else 0.0
+    if top_off > math.hypot(held.moved, leaves):
+        found = _early_motion(means, noise, held, top_off, start)
+        release += found.start_s
+    pushed = SURE * free.above_stderr < abs(free.above) < FLED * abs(held.theta0)
     push = free.above / held.theta0 if pushed else 0.0
     timed = not math.isnan(found.start_stderr_s)
     stderr = found.start_stderr_s if timed else finger_s
-    return Release(release, stderr, push, min(hold.end_s, release), timed)
+    return Release(release, stderr, push, min(hold.end_s, release), timed, top_off)
 
 
 def _in_motion(signal: Signal, hold: Phase, end_s: float) -> Noise:
