@@ -84,13 +84,8 @@ def fits_of(tree: xr.DataTree) -> Iterator[tuple[int, str, xr.Dataset]]:
     for run, group in runs_of(tree).items():
         for model in MODELS:
             if model in group.children:
-                node = group.children[model]
-                within = [each.dataset for each in node.children.values()]
-                yield (
-                    run,
-                    model,
-                    xr.merge([node.dataset, *within], combine_attrs="override") if within else node.dataset,
-                )
+                parts = [each.dataset for each in group.children[model].subtree]
+                yield run, model, xr.merge(parts, combine_attrs="override")
 
 
 def usable_runs(tree: xr.DataTree) -> dict[int, xr.DataTree]:

@@ -11,9 +11,9 @@ from freerock.arrays import Floats
 from freerock.models.given import legal
 from freerock.models.laws import CANDIDATES
 from freerock.products.choices import CHOICE_GROUP, choice_dataset
-from freerock.products.groups import Attrs, reasons_in
+from freerock.products.groups import Attrs
 from freerock.products.names import IMPACT_VARIABLES, RUN_VARIABLES, WITH_TOTAL, root_attributes
-from freerock.products.storage import open_product, root_of, root_text, write_groups
+from freerock.products.storage import open_product, root_of, write_groups
 from freerock.runs.verdict import Level, Reason
 
 # In seconds: of a time "since" a date xarray makes dates.
@@ -191,22 +191,6 @@ def samples_in(path: str | Path, names: Iterable[str]) -> dict[str, Floats]:
 def open_fits(path: str | Path, samples: bool = True, only: Collection[str] = ()) -> xr.DataTree:
     """Read the dataset of a record's fits into memory, as `open_record` does."""
     return open_product(path, "fits", samples, only=only)
-
-
-def start_of(path: str | Path) -> str:
-    """When a record was taken, as ISO 8601; "" where it is not known; raises as `open_record`."""
-    return root_text(path, "time_coverage_start", "")
-
-
-def sampling_rate_of(path: str | Path) -> float:
-    """Sampling rate of a record [Hz]; 0 where it is not known; raises as `open_record`."""
-    return float(root_text(path, "sampling_rate_hz", 0.0))
-
-
-def verdict_of(path: str | Path) -> tuple[Level, tuple[Reason, ...]]:
-    """Verdict and reasons of a record or of its fits, without reading more; raises as `open_record`."""
-    found: Any = root_text(path, "verdict")
-    return found, reasons_in({"reasons": root_text(path, "reasons")})
 
 
 def _record_verdict(runs: Sequence["Run"]) -> tuple[Level, list[Reason]]:

@@ -2,10 +2,8 @@
 
 import json
 import platform
-import re
 import subprocess
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -93,18 +91,5 @@ def _git_state() -> str:
             command = ["git", "-C", str(here.parent), *words.split()]
             done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=30)
     except (OSError, subprocess.SubprocessError):
-        return _archived_state(here)
+        return f"freerock {version('freerock')} as installed"
     return done.stdout.strip()
-
-
-def _archived_state(here: Path) -> str:
-    """State of the code as an archive without git tells it, in the manner of `git archive`."""
-    with suppress(OSError, IndexError):
-        text = (here.parents[3] / ".git_archival.txt").read_text(encoding="utf-8")
-        if found := re.search(r"^describe-name: (.+)$", text, re.M):
-            return found[1]
-    return (
-        f"freerock {version('freerock')} as installed"
-        if (here.parents[1] / "snakemake").is_dir()
-        else "unknown"
-    )
