@@ -27,22 +27,8 @@ def changed(**run):
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        ("[" * 100_000, "is not JSON (brackets without end)"),
         ("{", "is not JSON (Expecting property name enclosed in double quotes"),
-        ("[" * 900 + "]" * 900, "does not hold the model and its parameters run by run"),
-        ("9" * 5000, "is not JSON (Exceeds the limit"),
-        (
-            changed(k=True),
-            "one: does not hold the model and its parameters run by run (ValueError: True is no ",
-        ),
-        (changed(k="1"), "one: does not hold the model and its parameters run by run (ValueError: 1 is no "),
         (changed(k=None), "one: does not hold the model and its parameters run by run (TypeError"),
-        (
-            changed(k=float("nan")),
-            "one: does not hold the model and its parameters run by run (ValueError: nan ",
-        ),
-        (changed(k=10**400), "one: does not hold the model and its parameters run by run (OverflowError"),
-        ('{"one": {"model": [], "runs": []}}', "one: does not hold the model and its parameters run by run"),
         ('{"one": {"model": "winkler", "runs": 5}}', "one: does not hold the model and its parameters"),
         ("\xff", "is not JSON ('utf-8' codec can't decode"),
     ],
