@@ -21,7 +21,7 @@ from freerock.tables.choices import accepted_fits
 from freerock.tables.csvfile import write_csv
 from freerock.tables.paper import summary_table, table1, table2, table3
 from freerock.tables.populations import foundations_table
-from freerock.tables.swings import peaks_of_runs
+from freerock.tables.swings import measured_swings
 from freerock.tables.tidy_tables import joined, rows_of
 
 AT_ONCE = 40  # records whose fits are in memory together
@@ -60,7 +60,7 @@ def make_tables(
     named = set(selected[["test", "run", "model"]].astype(str).itertuples(index=False, name=None))
     chosen = [each for each in estimates if (each.test, str(each.run), each.model) in named]
     tables["bands"] = bands(
-        chosen, motions, blocks, peaks_of_runs(tables["restitution"]), settings["debonding"]
+        chosen, motions, blocks, measured_swings(tables["restitution"]), settings["debonding"]
     )
     tables["foundations"] = foundations_table(tables["populations"])
     tables["summary"] = summary_table(tables)

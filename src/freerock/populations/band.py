@@ -1,4 +1,4 @@
-"""The next run of a record as a band: peaks of many motions whose impacts and parameters scatter."""
+"""The next run of a record as a band: of peaks and impacts of motions whose impacts and law scatter."""
 
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -27,10 +27,10 @@ def bands(
     estimates: Iterable[Estimate],
     motions: Callable[[str], Mapping[int, Motion]],
     blocks: Mapping[str, Block],
-    peaks_deg: Mapping[tuple[str, int], Floats],
+    swings: Mapping[tuple[str, int], tuple[Floats, Floats]],
     debonding: str = "geometric",
 ) -> pd.DataFrame:
-    """Where the peaks of a run should lie, by the other runs of its record.
+    """Where the peaks and impacts of a run should lie, by the other runs of its record.
 
     The parameters are drawn about the mean of the other runs, with the spread between them and their own
     uncertainty; the rate after each impact is multiplied by 1 + δ with δ drawn from σ_r; the release is that
@@ -44,8 +44,8 @@ def bands(
         Takes a test and returns its runs' motions by run number; called once per test.
     blocks : mapping of str to Block
         The campaign's blocks by name.
-    peaks_deg : mapping of (str, int) to ndarray
-        Measured peaks |θ_n| after the n-th impact [°], by test and run.
+    swings : mapping of (str, int) to (ndarray, ndarray)
+        Measured peaks |θ_n| after the n-th impact [°], and when that was [s], by test and run.
     debonding : str
         "geometric" or "tensionless".
 
@@ -64,16 +64,18 @@ def bands(
                 for each in known
                 if each is not own and (each.model, each.foundation) == (own.model, own.foundation)
             ]
-            seen = peaks_deg.get((own.test, own.run), np.empty(0))[:MOST_PEAKS]
-            if not others or own.run not in measured or not len(seen):
+            known_of = swings.get((own.test, own.run), (np.empty(0), np.empty(0)))
+            seen = np.stack(known_of)[:, :MOST_PEAKS]
+            if not others or own.run not in measured or not seen.size:
                 continue
             drawn = _drawn(others, *_spread(of_law), np.random.default_rng(_seed(own)))
             low, middle, high = foretold(
-                own, drawn, measured[own.run], blocks[own.block], debonding, len(seen)
+                own, drawn, measured[own.run], blocks[own.block], debonding, seen.shape[1]
             )
             names = own.campaign, own.test, own.run, own.block, own.foundation, own.model, len(others)
             inside = (low <= seen) & (seen <= high)
-            each = zip(range(1, len(seen) + 1), seen, low, middle, high, inside, strict=True)
+            columns = [(seen[i], low[i], middle[i], high[i], inside[i]) for i in (0, 1)]
+            each = zip(range(1, seen.shape[1] + 1), *columns[0], *columns[1], strict=True)
             rows += [(*names, *row) for row in each]
     return pd.DataFrame(rows, columns=columns_of("bands"))
 
@@ -86,8 +88,11 @@ def foretold(
     debonding: str,
     n_peaks: int,
 ) -> tuple[Floats, Floats, Floats]:
-    """2.5, 50 and 97.5 % of the first peaks [°] of a run foretold by others, shape (n_peaks,) each."""
-    rng, candidate, peaks = np.random.default_rng(_seed(own) + 1), CANDIDATES[own.model], []
+    """2.5, 50 and 97.5 % of the first peaks [°] and impacts [s] of a run foretold by others.
+
+    Shape (2, n_peaks) each.
+    """
+    rng, candidate, drawn_swings = np.random.default_rng(_seed(own) + 1), CANDIDATES[own.model], []
     time_s = np.arange(0.0, motion.time_s[-1], 1 / RATE_HZ)
     for law, sigma_r in drawn:
         values: dict[str, object] = {"theta0": motion.theta0, **own.release, **law}
@@ -101,9 +106,10 @@ def foretold(
             own.view_of(motion.view, block),
             rules=candidate.rules(debonding),
         )
-        found = np.degrees(peaks_of(theta)[1 : n_peaks + 1])
-        peaks.append(np.pad(found, (0, n_peaks - len(found))))
-    low, middle, high = np.percentile(peaks, INSIDE, axis=0)
+        found = swings_of(time_s, theta)[:, :n_peaks]
+        rests = np.array([[0.0], [motion.time_s[-1]]])  # no peak, and no impact within the run
+        drawn_swings.append(np.hstack([found, np.tile(rests, n_peaks - found.shape[1])]))
+    low, middle, high = np.percentile(drawn_swings, INSIDE, axis=0)
     return low, middle, high
 
 
@@ -111,11 +117,12 @@ def _seed(own: Estimate) -> int:
     return zlib.crc32(f"{own.test} {own.run} {own.model}".encode())
 
 
-def peaks_of(theta: Floats) -> Floats:
-    """Largest |θ| between its zero crossings, in order; the first is the release."""
-    starts = np.flatnonzero(np.diff(np.sign(theta)) != 0) + 1
-    pieces = np.split(np.abs(theta), starts)
-    return np.array([piece.max() for piece in pieces[:-1]])
+def swings_of(time_s: Floats, theta: Floats) -> Floats:
+    """Largest |θ| after each zero crossing [°] and when that was [s], shape (2, n_swings)."""
+    before = np.flatnonzero(np.diff(np.sign(theta)) != 0)
+    crossed = time_s[before] - theta[before] * np.diff(time_s)[before] / np.diff(theta)[before]
+    peaks = [np.abs(piece).max() for piece in np.split(theta, before + 1)[1:-1]]
+    return np.stack([np.degrees(peaks), crossed[: len(peaks)]])
 
 
 def _drawn(

@@ -58,10 +58,11 @@ def first_runs(found: pd.DataFrame) -> pd.DataFrame:
     return found.merge(recorded.drop_duplicates(["block", "foundation"])[["test", "run"]])
 
 
-def peaks_of_runs(restitution: pd.DataFrame) -> dict[tuple[str, int], Floats]:
-    """Measured |θ| of each peak after the n-th impact [°], by test and run, from the tidy table."""
-    seen = restitution[(restitution["source"] == "experiment") & (restitution["impact"] > 1)]
-    return {
-        (str(test), int(run)): own["peak_before_deg"].abs().to_numpy(float)
-        for (test, run), own in seen.groupby(["test", "run"], sort=False)
-    }
+def measured_swings(restitution: pd.DataFrame) -> dict[tuple[str, int], tuple[Floats, Floats]]:
+    """Measured |θ| of each peak after the n-th impact [°] and when that was [s], by test and run."""
+    seen = restitution[restitution["source"] == "experiment"].sort_values(["test", "run", "impact"])
+    found = {}
+    for (test, run), own in seen.groupby(["test", "run"], sort=False):
+        peaks, times = (own[name].to_numpy(float) for name in ("peak_before_deg", "time_s"))
+        found[str(test), int(run)] = np.abs(peaks[1:]), times[:-1]
+    return found
