@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from freerock.noise import still
 from freerock.noise.still import stationary_phases
-from freerock.rotation import still
 
 RATE = 1000.0
 

@@ -3,6 +3,8 @@
 from dataclasses import replace
 from pathlib import Path
 
+from openpyxl import load_workbook
+
 from freerock.identification.fit import fit_run
 from freerock.records.read import read_record
 from freerock.rotation.rotation import find_rotation
@@ -16,9 +18,12 @@ SHIPPED = ROOT / "raw/wooden_blocks" / workbook.FILE
 
 
 def test_the_shipped_workbook_is_what_the_virtual_laboratory_writes(tmp_path):
+    """Cell by cell: how openpyxl writes them depends on what else is installed."""
     workbook.write_campaign(tmp_path)
-    for name in (workbook.FILE, "truth.json", "manifest.csv"):
-        assert (tmp_path / name).read_bytes() == (SHIPPED.parent / name).read_bytes(), name
+    assert (tmp_path / "truth.json").read_bytes() == (SHIPPED.parent / "truth.json").read_bytes()
+    made, shipped = (load_workbook(path, read_only=True) for path in (tmp_path / workbook.FILE, SHIPPED))
+    for one, other in zip(made, shipped, strict=True):
+        assert list(one.iter_rows(values_only=True)) == list(other.iter_rows(values_only=True))
 
 
 def fitted(name, model):

@@ -20,4 +20,5 @@ __all__ = [
     "step_settings",
     "uncertainty",
     "values",
+    "yaml_lines",
 ]
