@@ -68,7 +68,6 @@ def record(test="b1_marble", block="b1", foundation="marble", origin="simulated"
                 sigma_theta=SIGMA,
                 n_impacts=4,
                 verdict=Verdict((LEFT_OUT,) if excluded else ()),
-                excluded=excluded,
             )
         )
         found.append(impacts(release, angle))

@@ -15,7 +15,7 @@ TREMOR = butter(2, (4, 12), "bandpass", fs=RATE_HZ, output="sos")
 
 
 def one_run(draw, block):
-    """θ [rad] from tilt to rest; when the hand begins to leave; when the free motion has its top, and that."""
+    """θ [rad] from tilt to rest, when the hand begins to leave, and the top of the free motion [s, rad]."""
     theta_cr, p = block.theta_cr, block.p
     theta0, fade_s = theta_cr * draw.uniform(0.35, 0.7), draw.uniform(0.02, 0.05)
     n = round(RATE_HZ * draw.uniform(1.5, 2.5))

@@ -70,11 +70,10 @@ def made_up_runs():
         theta0_stderr=1e-5,
         sigma_theta=1e-4,
         n_impacts=7,
-        excluded=False,
-        overridden=False,
     )
     late = Reason("warn", "late", "late; and short"), Reason("ok", "overridden", "overridden: so")
-    return [run, replace(run, number=2, verdict=Verdict(late), excluded=True, overridden=True)]
+    left_out = Reason("ok", "excluded", "excluded: so")
+    return [run, replace(run, number=2, verdict=Verdict((*late, left_out)))]
 
 
 def made_up_record():

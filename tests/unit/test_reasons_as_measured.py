@@ -47,10 +47,10 @@ GOOD = Facts(
     n_impacts=20,
 )
 ONE_FACT = [
-    ({"override": "a truck passed by"}, "ok", "overridden"),
-    ({"exclusion": "slipped"}, "ok", "excluded"),
-    ({"reasons_by_hand": [Reason("fail", "by_hand", "why")]}, "fail", "by_hand"),
-    ({"reasons_by_hand": [Reason("warn", "renumbered", "why")]}, "warn", "renumbered"),
+    ({"by_hand": [Reason("ok", "overridden", "why")]}, "ok", "overridden"),
+    ({"by_hand": [Reason("ok", "excluded", "why")]}, "ok", "excluded"),
+    ({"by_hand": [Reason("fail", "by_hand", "why")]}, "fail", "by_hand"),
+    ({"by_hand": [Reason("warn", "renumbered", "why")]}, "warn", "renumbered"),
     ({"beginning": BEGUN._replace(reasons=(Reason("warn", "hold_unseen", "why"),))}, "warn", "hold_unseen"),
     ({"beginning": BEGUN._replace(reasons=(Reason("warn", "braked", "why"),))}, "warn", "braked"),
     ({"beginning": BEGUN._replace(reasons=(Reason("ok", "let_go_again", "why"),))}, "ok", "let_go_again"),

@@ -26,8 +26,6 @@ def runs_in(record: xr.DataTree) -> list[Run]:
             **{field: group.dataset[name].item() for field, name in RUN_VARIABLES.items()},
             number=int(group.attrs["run"]),
             verdict=Verdict(reasons_in(group.attrs)),
-            excluded=bool(group.attrs["excluded"]),
-            overridden=bool(group.attrs["overridden"]),
         )
         for group in record.children.values()
     ]

@@ -53,10 +53,8 @@ class Facts:
     sigma_theta : float
         Standard deviation of the noise of θ [rad].
     n_impacts : int
-    override, exclusion : str or None
-        Why release and end were set by hand, and why the run was left out; None where they were not.
-    reasons_by_hand : sequence of Reason
-        What can't be as it was set by hand.
+    by_hand : sequence of Reason
+        That release and end were set by hand, or the run left out, and what can't be as it was set.
     """
 
     signal: Signal
@@ -69,9 +67,7 @@ class Facts:
     end_s: float
     sigma_theta: float
     n_impacts: int
-    override: str | None = None
-    exclusion: str | None = None
-    reasons_by_hand: Sequence[Reason] = ()
+    by_hand: Sequence[Reason] = ()
 
     @property
     def release(self) -> Release:
@@ -94,9 +90,7 @@ def verdict_on(run: Facts) -> Verdict:
 
 def overridden(run: Facts) -> Iterator[Reason]:
     """Release and end set by hand: noted, and what of it can't be."""
-    if run.override is not None:
-        yield Reason.of("overridden", f"overridden: {run.override}")
-    yield from run.reasons_by_hand
+    yield from (each for each in run.by_hand if each.name != "excluded")
 
 
 def begun(run: Facts) -> Iterator[Reason]:
@@ -179,7 +173,7 @@ def hold_wanders(run: Facts) -> Iterator[Reason]:
 
 def ends_at_rest(run: Facts) -> Iterator[Reason]:
     """The motion ends at rest, where it was at rest before."""
-    if run.rest is None and run.override is not None:
+    if run.rest is None and any(each.name == "overridden" for each in run.by_hand):
         return
     if run.rest is None:
         yield Reason.of("cut_short", "the record ends before the block is at rest: record longer")
@@ -216,8 +210,7 @@ def faults_met(run: Facts) -> Iterator[Reason]:
 
 def excluded(run: Facts) -> Iterator[Reason]:
     """Left out by hand: noted."""
-    if run.exclusion is not None:
-        yield Reason.of("excluded", f"excluded: {run.exclusion}")
+    yield from (each for each in run.by_hand if each.name == "excluded")
 
 
 CHECKS: tuple[Check, ...] = (

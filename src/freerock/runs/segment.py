@@ -57,8 +57,6 @@ class Run:
         Sign changes of θ that stand out of the noise.
     verdict : Verdict
         What speaks against the run, and what was set by hand.
-    excluded, overridden : bool
-        Left out by hand; release and end set by hand.
     zero_stderr : float
         Standard error of the zero of θ during the run by the noise of the rests, which all its peaks share;
         without what a drift between them may do, which theta0_stderr has as well [rad].
@@ -75,9 +73,17 @@ class Run:
     sigma_theta: float
     n_impacts: int
     verdict: Verdict = field(default_factory=Verdict)
-    excluded: bool = False
-    overridden: bool = False
     zero_stderr: float = 0.0
+
+    @property
+    def excluded(self) -> bool:
+        """Whether it was left out by hand."""
+        return "excluded" in self.verdict.names
+
+    @property
+    def overridden(self) -> bool:
+        """Whether its release and end were set by hand."""
+        return "overridden" in self.verdict.names
 
 
 def find_runs(
@@ -237,8 +243,6 @@ class _Search:
             sigma_theta=motion.sigma_theta,
             n_impacts=facts.n_impacts,
             verdict=verdict_on(facts),
-            excluded=facts.exclusion is not None,
-            overridden=facts.override is not None,
             zero_stderr=zero_stderr,
         )
 
@@ -269,6 +273,9 @@ class _Search:
         free = signal.theta[signal.during(begins.release.instant_s + self.limits.finger_s, end_s)]
         side = np.sign(free[np.abs(free) > OUT_OF_NOISE * motion.sigma_theta])
         later = bisect(self.rests, begins.hold_start_s, key=lambda each: each.end_s)
+        notes = [Reason.of("overridden", f"overridden: {motion.override.reason}")] if motion.override else []
+        if (why := self.by_hand.exclusion_of(number)) is not None:
+            notes.append(Reason.of("excluded", f"excluded: {why}"))
         return Facts(
             signal=signal,
             faults=self.quality.faults,
@@ -280,7 +287,5 @@ class _Search:
             end_s=end_s,
             sigma_theta=motion.sigma_theta,
             n_impacts=int(np.count_nonzero(np.diff(side))),
-            override=motion.override.reason if motion.override else None,
-            exclusion=self.by_hand.exclusion_of(number),
-            reasons_by_hand=reasons,
+            by_hand=[*notes, *reasons],
         )
