@@ -235,8 +235,7 @@ def _same_signal(csv: Path, source: Source) -> Iterator[FreerockError]:
         for channel in record.channels:
             test = first.setdefault((record.file, channel), record.test)
             if test != record.test:
-                named = f", channel {channel}," if channel else ""
-                what = f"{record.file}{named} is the signal of {test} too"
+                what = f"channel {channel or 'without a name'} of {record.file} is the signal of {test} too"
                 where = f"{csv}:{line}: {record.test}"
                 yield FreerockError(where, what, "name the file and channel of this record")
 

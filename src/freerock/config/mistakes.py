@@ -29,9 +29,6 @@ class ConfigError(FreerockError):
         first = self.problems[0]
         super().__init__(first.where, first.what, first.remedy)
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.problems,)
-
     def __str__(self) -> str:
         return "\n".join(map(str, self.problems))
 
