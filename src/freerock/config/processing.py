@@ -19,9 +19,7 @@ class RotationOptions(Section):
         than this [degree].
     """
 
-    mains_hz: Positive | None = key(
-        "the mains frequency in hertz, whose interference is subtracted; empty to keep it", 50.0
-    )
+    mains_hz: Positive | None = key("the mains frequency in hertz, subtracted; empty to keep it", 50.0)
     window_s: Positive = key("the window in which a still signal is sought, in seconds", 0.25)
     max_disagreement_deg: Positive = key(
         "the largest difference between two lasers without a warning, in degrees", 0.5
@@ -59,27 +57,17 @@ class RunLimits(Section):
     """
 
     window_s: Positive = key("the window in which a still block is sought, in seconds", 0.25)
-    held_s: Positive = key(
-        "the time before the release over which the release angle is read, in seconds", 1.0
-    )
-    finger_s: NotNegative = key(
-        "the time the finger takes to leave, in seconds; its samples are not fitted", 0.03
-    )
+    held_s: Positive = key("how long before the release θ0 is read, in seconds", 1.0)
+    finger_s: NotNegative = key("how long the finger takes to leave, in seconds; not fitted", 0.03)
     min_impacts: Whole = key("the least number of impacts; with fewer the run fails", 3, ge=0)
     max_flagged_fraction: Number = key(
         "the largest share of invalid samples; above it the run fails", 0.02, ge=0, le=1
     )
-    max_push_fraction: NotNegative = key(
-        "the largest push at the release without a warning, as a share of θ0", 0.02
-    )
-    max_hold_drift_deg: NotNegative = key(
-        "the largest creep of the held block without a warning, in degrees", 0.05
-    )
-    max_rest_shift_deg: NotNegative = key(
-        "the largest shift of the rest position without a warning, in degrees", 0.05
-    )
+    max_push_fraction: NotNegative = key("the largest push without a warning, as a share of θ0", 0.02)
+    max_hold_drift_deg: NotNegative = key("the largest creep of a hold without a warning, in degrees", 0.05)
+    max_rest_shift_deg: NotNegative = key("the largest shift of the rest without a warning, in degrees", 0.05)
     max_growth_fraction: NotNegative = key(
-        "the largest growth of a swing over the one before, as a share; above it the run fails", 0.05
+        "the largest growth from swing to swing, as a share; above it the run fails", 0.05
     )
 
 
@@ -99,9 +87,7 @@ class ImpactLimits(Section):
     """
 
     min_amplitude_sigmas: Positive = key("the lowest peak that is used, as a multiple of σ_θ", 10.0)
-    min_uplift_ratio: Number = key(
-        "the lowest peak that is used, as a multiple of the uplift amplitude", 2.0, ge=1
-    )
+    min_uplift_ratio: Number = key("the lowest peak that is used, over the uplift amplitude", 2.0, ge=1)
     min_samples: Whole = key("the fewest samples of a swing that is used", 12, ge=3)
 
 
