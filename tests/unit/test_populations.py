@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from freerock.columns import columns_of
-from freerock.tables.populations import populations_table
+from freerock.tables.populations import foundations_table, populations_table
 
 
 def fitted(test, foundation, values, parameter="k", model="hunt_crossley", stderr=1e-5):
@@ -78,28 +78,20 @@ def test_r_belongs_to_the_block_and_stays_below_one():
     assert 0 < row["next_low"] < row["mean"] < row["next_high"] < 1
 
 
-def choice_of(parameters, explained):
-    """The tidy table choice, where the law of each fit is named and explains its run, or is rejected."""
-    named = np.array(explained)
-    return parameters[["test", "run", "model"]].assign(
-        status=np.where(named, "selected", "rejected"), explains=named
-    )
-
-
-def test_a_run_that_the_law_does_not_explain_is_in_no_mean():
+def test_means_hold_every_run_that_may_be_used():
     parameters = pd.concat([fitted("a", "mat", [3e6, 3.1e6, 9e6]), fitted("b", "mat", [8e6, 8.1e6])])
-    explained = [True, True, False, False, False]
-    levels = by_level(populations_table(parameters, choice=choice_of(parameters, explained)))
-    a, b = levels["record"].itertuples()
-    assert (a.n_runs, b.n_runs) == (2, 2)  # of b none is explained: its numbers describe the fits
-    assert a.mean == pytest.approx(math.sqrt(3e6 * 3.1e6), rel=1e-3)
-    assert "foundation" not in levels  # one record is left
-    nearest = choice_of(parameters, [True] * 5).assign(explains=explained)
-    assert by_level(populations_table(parameters, choice=nearest))["record"]["n_runs"].tolist() == [2, 2]
+    parameters["success"] = [True, True, False, True, True]
+    levels = by_level(populations_table(parameters))
+    assert levels["record"]["n_runs"].tolist() == [2, 2]
+    assert levels["record"]["mean"].iloc[0] == pytest.approx(math.sqrt(3e6 * 3.1e6), rel=1e-3)
+    assert levels["foundation"]["n_runs"].tolist() == [4]
 
 
-def test_a_law_that_explains_no_run_keeps_the_means_of_all():
-    parameters = pd.concat([fitted("a", "mat", [3e6, 3.1e6]), fitted("b", "mat", [3.2e6, 3.3e6])])
-    without = populations_table(parameters)
-    rejected = populations_table(parameters, choice=choice_of(parameters, [False] * 4))
-    pd.testing.assert_frame_equal(without, rejected)
+def test_a_law_that_does_not_transfer_to_another_block_says_so():
+    values = np.array([0.98, 1.0, 1.02])
+    apart = [fitted(test, "mat", k * values) for test, k in (("a", 3e6), ("b", 4e6), ("c", 5e6))]
+    alike = [fitted(test, "stone", 3e6 * values) for test in ("d", "e", "f")]
+    found = foundations_table(populations_table(pd.concat([*apart, *alike]))).set_index("foundation")
+    assert found["transfers"].to_dict() == {"mat": False, "stone": True}
+    assert found.loc["mat", "u_total"] > found.loc["mat", "tau"] / math.sqrt(3)  # holds the scatter of blocks
+    assert found.loc["mat", "next_low"] < 3e6 and found.loc["mat", "next_high"] > 5e6

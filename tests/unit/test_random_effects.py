@@ -7,24 +7,26 @@ from scipy.stats import t
 from freerock.populations.random_effects import common_spread, population
 
 
-def test_equal_noise_gives_the_intervals_of_a_sample():
+def test_runs_that_scatter_far_beyond_their_noise_give_the_intervals_of_a_sample():
     values, n = np.array([1.0, 1.3, 0.8, 1.1]), 4
-    found = population(values, np.full(n, 0.05))
+    found = population(values, np.full(n, 1e-4))
     s, quantile = values.std(ddof=1), t.ppf(0.975, n - 1)
     assert found.mean == pytest.approx(values.mean())
-    assert found.stderr == pytest.approx(s / math.sqrt(n))
-    assert (found.high - found.low) / 2 == pytest.approx(quantile * s / math.sqrt(n))
-    assert found.tau == pytest.approx(math.sqrt(s**2 - 0.05**2))
-    assert (found.next_high - found.next_low) / 2 == pytest.approx(quantile * s * math.sqrt(1 + 1 / n))
+    assert (found.high - found.low) / 2 == pytest.approx(quantile * s / math.sqrt(n), rel=0.02)
+    assert found.stderr == pytest.approx((found.high - found.low) / 2 / 1.96, rel=1e-3)
+    assert found.tau == pytest.approx(s, rel=1e-3)
+    following = quantile * s * math.sqrt(1 + 1 / n)
+    assert (found.next_high - found.next_low) / 2 == pytest.approx(following, rel=0.02)
     assert found.tau_low < found.tau < found.tau_high
     assert found.p < 1e-6
 
 
-def test_runs_that_scatter_less_than_their_noise_have_no_spread():
+def test_runs_that_agree_by_chance_are_known_no_better_than_their_noise_allows():
     found = population([1.0, 1.001, 0.999], [0.01, 0.01, 0.01])
     assert (found.tau, found.tau_low) == (0.0, 0.0)
     assert found.p > 0.9
-    assert found.stderr == pytest.approx(0.001 / math.sqrt(3))
+    assert 0.01 / math.sqrt(3) < found.u < 2 * 0.01 / math.sqrt(3)
+    assert 1.96 * 0.01 * math.sqrt(4 / 3) < found.next_high - found.mean < 2 * 1.96 * 0.01 * math.sqrt(4 / 3)
 
 
 def test_values_with_next_to_no_noise():
@@ -53,10 +55,11 @@ def test_values_without_noise_are_refused(stderrs):
 
 
 @pytest.mark.parametrize(
-    ("n", "tau", "sigma"), [(3, 0.03, 1e-4), (3, 0.03, 0.03), (3, 0.0, 1e-3), (10, 0.03, 1e-3)]
+    ("n", "tau", "sigma"),
+    [(3, 0.03, 1e-4), (3, 0.03, 0.03), (3, 0.03, 0.01), (3, 0.0, 1e-3), (10, 0.03, 1e-3)],
 )
 def test_intervals_hold_the_truth_as_often_as_they_say(n, tau, sigma):
-    draw, runs = np.random.default_rng(5), 2000
+    draw, runs = np.random.default_rng(5), 600
     held = np.zeros(3)
     for _ in range(runs):
         values = draw.normal(0, tau, n + 1) + draw.normal(0, sigma, n + 1)
@@ -67,9 +70,9 @@ def test_intervals_hold_the_truth_as_often_as_they_say(n, tau, sigma):
             found.tau_low <= tau,
         )
     mean, following, spread = held / runs
-    assert 0.935 < mean < 0.965
-    assert 0.935 < following < 0.965
-    assert spread > 0.96
+    assert 0.9 < mean < (0.98 if tau else 1)
+    assert 0.9 < following < (0.98 if tau else 1)
+    assert spread > 0.95
 
 
 @pytest.mark.parametrize("tau", [0.0, 0.01, 0.05])

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.populations.random_effects import Population, common_spread, population, population_of_means
+from freerock.populations.random_effects import RECORDS, Population, common_spread, population
 from freerock.rotation.u_total import OF_LAW
 
 Key = tuple[str, str]  # owner and name of an input
@@ -60,7 +60,7 @@ def over_records(records: Sequence[Mean]) -> Mean:
     values = np.array([each.found.mean for each in records])
     shared = [key[1] != OF_LAW and all(key in each.shifts for each in records) for key in keys]
     dof = sum(len(each.values) - 1 for each in records) or math.inf
-    found = population_of_means(values, own, by, dof, shared)
+    found = population(values, np.sqrt(own), by, prior=RECORDS, dof=dof, shared=shared)
     return Mean(found, values, own, _shifted(keys, found.weights @ by))
 
 

@@ -13,7 +13,6 @@ from freerock.models.free_parameters import OF_RECORD
 from freerock.models.laws import MODELS, law_of
 from freerock.populations.means import Key, Mean, over_records, over_runs, spread_of_runs
 from freerock.populations.random_effects import Population
-from freerock.tables.choices import accepted_fits
 
 INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
 COMMON = ["campaign", "foundation", "model", "parameter", "unit"]  # of the records of a foundation
@@ -43,9 +42,7 @@ def scale_of(parameter: str) -> _Scale:
     return {"r": LOGIT, "tilt": AS_IT_IS, "edge_radius": AS_IT_IS}.get(parameter, LOGARITHM)
 
 
-def populations_table(
-    parameters: pd.DataFrame, contributions: pd.DataFrame | None = None, choice: pd.DataFrame | None = None
-) -> pd.DataFrame:
+def populations_table(parameters: pd.DataFrame, contributions: pd.DataFrame | None = None) -> pd.DataFrame:
     """Random effects of the identified parameters (`populations.random_effects`).
 
     Values are taken as logarithms, r as the logit, tilt and edge radius as they are. Of a foundation its
@@ -55,10 +52,9 @@ def populations_table(
 
     Parameters
     ----------
-    parameters, contributions, choice : pandas.DataFrame
-        Tidy tables. Without contributions the inputs are taken for exact. With a choice the mean of a law
-        holds the runs alone that the law explains, where it explains any of the record; the mean of a
-        foundation the records with such runs, where there are any.
+    parameters, contributions : pandas.DataFrame
+        Tidy tables. Without contributions the inputs are taken for exact. A mean holds all runs that are
+        neither failed nor excluded and whose fit may be used.
 
     Returns
     -------
@@ -72,8 +68,8 @@ def populations_table(
         in the parameter's unit. scatter_p: p-value of tau = 0. Of a single run n_runs is 1, mean and error
         are its own, and the rest is NaN.
     """
-    records = list(_records(parameters, contributions, choice))
-    rows = [scene | _told(scene["parameter"], member.found) for scene, member, _ in records]
+    records = list(_records(parameters, contributions))
+    rows = [scene | _told(scene["parameter"], member.found) for scene, member in records]
     members = _by_foundation(records)
     for scene, record in _foundations(members):
         rows.append(scene | _told(scene["parameter"], record.found) | {"n_runs": scene["n_runs"]})
@@ -103,14 +99,12 @@ def foundations_table(populations: pd.DataFrame) -> pd.DataFrame:
     return rows.assign(transfers=~(rows["scatter_p"] < SIGNIFICANT))[columns_of("foundations")]
 
 
-def budget_table(
-    parameters: pd.DataFrame, contributions: pd.DataFrame, choice: pd.DataFrame | None = None
-) -> pd.DataFrame:
+def budget_table(parameters: pd.DataFrame, contributions: pd.DataFrame) -> pd.DataFrame:
     """Uncertainty budget of the means of `populations_table` (JCGM 100:2008, 7.2.7 and H).
 
     Parameters
     ----------
-    parameters, contributions, choice : pandas.DataFrame
+    parameters, contributions : pandas.DataFrame
         Tidy tables, as of `populations_table`.
 
     Returns
@@ -123,8 +117,8 @@ def budget_table(
         the parameter]; share_percent of the square of u_total.
     """
     known, rows = _inputs_by_key(contributions), list[dict[str, Any]]()
-    records = list(_records(parameters, contributions, choice))
-    means = [(scene, member) for scene, member, _ in records if member.found.n]
+    records = list(_records(parameters, contributions))
+    means = [(scene, member) for scene, member in records if member.found.n]
     for scene, member in [*means, *_foundations(_by_foundation(records))]:
         scale, found = scale_of(scene["parameter"]), member.found
         mean = float(scale.back(found.mean))
@@ -149,10 +143,9 @@ def budget_table(
 
 
 def _records(
-    parameters: pd.DataFrame, contributions: pd.DataFrame | None, choice: pd.DataFrame | None
-) -> Iterator[tuple[dict[str, Any], Mean, bool]]:
-    """What each row of a record is of, what its runs say, and whether the law explains any of them."""
-    accepted = accepted_fits(choice) if choice is not None else set()
+    parameters: pd.DataFrame, contributions: pd.DataFrame | None
+) -> Iterator[tuple[dict[str, Any], Mean]]:
+    """What each row of a record is of, and what its runs say."""
     own = [each.parameter in (*MODELS[each.model], *OF_RECORD) for each in parameters.itertuples()]
     used = parameters[np.array(own, bool) & parameters["success"].astype(bool)]
     shifts: dict[tuple[Any, ...], dict[Key, float]] = {}
@@ -162,27 +155,21 @@ def _records(
         shifts.setdefault(of, {})[row.input_owner, row.input] = row.contribution / slope
     for key, runs in used.groupby(RECORD, sort=False):
         scene = dict(zip(RECORD, key, strict=True)) | {"unit": runs["unit"].iloc[0]}
-        explained = [(scene["test"], str(run), scene["model"]) in accepted for run in runs["run"]]
-        runs = runs[explained] if any(explained) else runs
         of_runs = [
             shifts.get((scene["campaign"], scene["test"], run, scene["model"], scene["parameter"]), {})
             for run in runs["run"]
         ]
         member = _member(scene["parameter"], runs, of_runs)
-        yield scene | {"level": "record", "n_records": 1, "n_runs": member.found.n}, member, any(explained)
+        yield scene | {"level": "record", "n_records": 1, "n_runs": member.found.n}, member
 
 
-def _by_foundation(records: Iterable[tuple[dict[str, Any], Mean, bool]]) -> dict[tuple[str, ...], list[Mean]]:
-    """The records of each parameter on a foundation: those that the law explains, else all."""
-    found: dict[tuple[str, ...], list[tuple[Mean, bool]]] = {}
-    for scene, member, explained in records:
+def _by_foundation(records: Iterable[tuple[dict[str, Any], Mean]]) -> dict[tuple[str, ...], list[Mean]]:
+    """The records of each parameter on a foundation."""
+    found: dict[tuple[str, ...], list[Mean]] = {}
+    for scene, member in records:
         if member.found.n:
-            common = tuple(scene[name] for name in COMMON)
-            found.setdefault(common, []).append((member, explained))
-    return {
-        common: [member for member, explained in own if explained] or [member for member, _ in own]
-        for common, own in found.items()
-    }
+            found.setdefault(tuple(scene[name] for name in COMMON), []).append(member)
+    return found
 
 
 def _member(parameter: str, runs: pd.DataFrame, shifts: list[dict[Key, float]]) -> Mean:

@@ -451,8 +451,8 @@ def joined(parts: Sequence[Mapping[str, pd.DataFrame]]) -> dict[str, pd.DataFram
         tables[name] = pd.concat(filled, ignore_index=True) if filled else first
     contributions = tables.pop("contributions")
     parameters = tables["parameters"]
-    tables["populations"] = populations_table(parameters, contributions, tables["choice"])
-    tables["budget"] = budget_table(parameters, contributions, tables["choice"])
+    tables["populations"] = populations_table(parameters, contributions)
+    tables["budget"] = budget_table(parameters, contributions)
     return tables
 
 
