@@ -7,6 +7,7 @@ import subprocess
 import sys
 from dataclasses import fields, replace
 
+import lmfit
 import netCDF4
 import numpy as np
 import pytest
@@ -14,11 +15,14 @@ import xarray as xr
 
 from freerock.errors import FreerockError
 from freerock.files import sha256
-from freerock.identification.fit import Fit, ImpactEnergy
-from freerock.identification.model_discrepancy import Part
-from freerock.models.free_parameters import unit_of
-from freerock.models.laws import CANDIDATES, MODELS, law_of
+from freerock.identification.fit import Curve, Evidence, Fit, ImpactScatter, Uncertainty
+from freerock.identification.paper_fit import PaperFit
+from freerock.identification.scatter import Scatter
+from freerock.models.given import legal
+from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS
 from freerock.noise.spectrum import white_noise
+from freerock.populations.impact_energy import ImpactEnergy
+from freerock.products.estimates import parameters_in
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import (
     open_fits,
@@ -35,6 +39,7 @@ from freerock.runs.impacts import Impacts
 from freerock.runs.measured_total import MeasuredTotal
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason, Verdict, in_one_line
+from freerock.selection.choice import Choice, Judged
 
 ATTRS = {
     "campaign": "lab",
@@ -96,48 +101,58 @@ INPUTS = (Input("b1", "width_m", 3e-4, False), Input("laser", "scale_fraction", 
 def made_up_energies():
     time_s = made_up_impacts().time_s
     each = np.linspace(0.8, 0.9, time_s.size)
-    return ImpactEnergy(time_s, each + 1, each, 0 * each + 1e-3, 0 * each + 2e-3)
+    return ImpactEnergy(time_s, each, 0 * each + 2e-3)
+
+
+def made_up_curve():
+    time = np.arange(SAMPLES) / 400
+    theta = np.cos(7 * time)
+    return Curve(time, theta, 0.9 * theta)
+
+
+def made_up_result(names):
+    params = lmfit.Parameters()
+    for i, name in enumerate(names):
+        params.add(legal(name), value=1.0 + i, min=0.5, vary=name != "t0")
+    return lmfit.minimizer.MinimizerResult(params=params, method="least_squares", nfev=80)
 
 
 def made_up_fit(model, **changes):
-    names = (*MODELS[model], *(["width"] if CANDIDATES[model].width else []))
-    names += ("theta0", "t0")
-    n = len(names)
-    time = np.arange(SAMPLES) / 400
-    theta = np.cos(7 * time)
+    names = (*MODELS[model], *(["width"] if CANDIDATES[model].width else []), "theta0", "t0")
+    n, delta = len(names), np.array([0.01, -0.02, 0.005])
+    contributions = Contributions.held(INPUTS, np.full((n, len(INPUTS)), 0.2))
+    covariance = np.diag(np.full(n, 0.1**2 + 0.3**2 + 2 * 0.2**2))
     fit = {
         "model": model,
-        "parameters": names,
-        "value": np.arange(1.0, n + 1),
-        "stderr": np.full(n, 0.1),
-        "ci95_low": np.arange(n) + 0.8,
-        "ci95_high": np.arange(n) + 1.2,
-        "discrepancy": np.full(n, 0.3),
-        "covariance": 0.01 * np.eye(n),
-        "units": tuple(map(unit_of, names)),
-        "time": time,
-        "theta": theta,
-        "theta_model": 0.9 * theta,
-        "residual": -0.1 * theta,
-        "epsilon_theta": 0.01,
-        "final_time_s": 1.0,
-        "epsilon_holdout": np.nan,
-        "aic": -10.0,
-        "bic": -9.0,
-        "n_parameters": n,
+        "values": dict(zip(names, np.arange(1.0, n + 1).tolist(), strict=True)),
+        "uncertainty": Uncertainty(covariance, np.full(n, 0.1), np.full(n, 0.3), contributions),
+        "curve": made_up_curve(),
+        "evidence": Evidence(0.01, True, 0.5, 1.01, 1.0, 2.0, -10.0, len(MODELS[model]), 80),
+        "scatter": ImpactScatter(
+            Scatter(0.012, 0.008, 0.02, 30.0, 9.0), delta, 0 * delta + 1e-3, np.eye(3), np.zeros((n, 3))
+        ),
         "success": True,
         "message": "converged",
+        "result": made_up_result(names),
         "impacts": made_up_impacts(),
-        "result": None,
-        "diagnostics": {"rtol": 1e-8, "evaluations": 80.0},
-        "contributions": Contributions.held(INPUTS, np.full((n, len(INPUTS)), 0.2)),
-        "energies": made_up_energies() if law_of(model).is_foundation else None,
-        "parts": [
-            Part(0.0, 0.5, np.full(n, 1.5), np.full(n, 0.2), 0.04 * np.eye(n)),
-            Part(0.5, 1.0, np.ones(n), np.ones(n), np.eye(n)),
-        ],
     }
     return Fit(**fit | changes)
+
+
+def made_up_paper(law):
+    names = (*MODELS[law], "theta0", "t0")
+    values = dict.fromkeys(names, 2.0)
+    result = made_up_result(names)
+    return PaperFit(law, values, np.full(len(names), 0.1), 0.02, made_up_curve(), True, "converged", result)
+
+
+CHOICE = Choice(
+    "winkler",
+    "repeatability",
+    "prediction",
+    "because",
+    (Judged("housner", "rejected", "no", 900.0, 1, 40.0), Judged("winkler", "selected", "yes", 10.0, 2, 1.2)),
+)
 
 
 def write(folder, name="a"):
@@ -149,7 +164,14 @@ def write(folder, name="a"):
         folder / f"record_{name}.nc", made_up_record(), runs, impacts, ATTRS, totals=totals, noise=noise
     )
     fits = {number: {model: made_up_fit(model) for model in MODELS} for number in (1, 2)}
-    write_fits(folder / f"fits_{name}.nc", fits, ATTRS | {"verdict": "ok", "reasons": []})
+    write_fits(
+        folder / f"fits_{name}.nc",
+        fits,
+        ATTRS | {"verdict": "ok", "reasons": []},
+        dict.fromkeys((1, 2), CHOICE),
+        {number: {law: made_up_paper(law) for law in PAPER_MODELS} for number in (1, 2)},
+        energies={number: {"winkler": made_up_energies()} for number in fits},
+    )
 
 
 @pytest.fixture(scope="module")
@@ -186,33 +208,50 @@ def test_runs_and_impacts_come_back(folder):
 def test_fits_come_back(folder):
     tree = open_fits(folder / "fits_a.nc")
     assert list(tree.children) == ["run_1", "run_2"]
+    papers = [f"paper_{law}" for law in PAPER_MODELS]
     for group in ("run_1", "run_2"):
-        assert list(tree[group].children) == list(MODELS)
+        assert {*tree[group].children} == {*MODELS, *papers, "choice"}
         for model in MODELS:
             node, fit = tree[f"{group}/{model}"], made_up_fit(model)
             assert tuple(node["parameter"].values) == fit.parameters
             assert tuple(node["unit"].values) == fit.units
-            for name in ("value", "stderr", "covariance", "u_total", "theta_model", "residual"):
-                np.testing.assert_array_equal(node[name].values, getattr(fit, name))
-            np.testing.assert_array_equal(node["u_law"].values, fit.discrepancy)
-            assert node["epsilon_theta"].item() == fit.epsilon_theta
-            for name in ("epsilon_holdout", "aic", "bic", "n_parameters", "success", "final_time_s"):
-                np.testing.assert_array_equal(node.attrs[name], getattr(fit, name))
-            assert (node.attrs["message"], node.attrs["rtol"]) == ("converged", 1e-8)
-            assert node.attrs["model"] == fit.model
+            for name, expected in (
+                ("value", fit.value),
+                ("stderr", fit.uncertainty.stderr),
+                ("u_law", fit.uncertainty.u_law),
+                ("u_total", fit.u_total),
+                ("covariance", fit.uncertainty.covariance),
+                ("theta_model", fit.curve.theta_model),
+                ("residual", fit.curve.residual),
+                ("delta", [0.01, -0.02, 0.005, np.nan, np.nan]),
+                ("impact_time", made_up_impacts().time_s),
+            ):
+                np.testing.assert_array_equal(node[name].values, expected)
+            assert (node["epsilon_theta"].item(), node["sigma_r"].item()) == (0.01, 0.012)
+            assert node.attrs["agrees_with_noise"] == node.attrs["success"] == 1
+            assert (node.attrs["sigma_r_low"], node.attrs["residual_over_noise"]) == (0.008, 1.01)
+            assert (node.attrs["message"], node.attrs["nfev"]) == ("converged", 80)
             assert node.attrs["law"] == CANDIDATES[model].law
             assert node.attrs["kinematics"] == CANDIDATES[model].kinematics
             assert node.attrs["width_freed"] == CANDIDATES[model].width
-        np.testing.assert_array_equal(tree[group]["time"].values, fit.time)
-        np.testing.assert_array_equal(tree[group]["theta"].values, fit.theta)
+        np.testing.assert_array_equal(tree[group]["theta"].values, made_up_curve().theta)
     energies, node = made_up_energies(), tree["run_1/winkler"]
     np.testing.assert_array_equal(node["restitution_energy"].values, energies.restitution)
-    np.testing.assert_array_equal(node["impact_time"].values, made_up_impacts().time_s)
     np.testing.assert_array_equal(node["restitution_energy_u"].values, energies.u_total)
-    np.testing.assert_array_equal(node["impact_speed"].values, energies.speed_m_s)
-    assert node["impact_speed"].attrs["units"] == "m s-1"
     assert "restitution_energy" not in tree["run_1/housner"]
-    np.testing.assert_array_equal(tree["run_1/winkler"]["time"].values, tree["run_1"]["time"].values)
+    paper = tree["run_2/paper_winkler"]
+    assert paper["value"].sel(parameter="c").item() == 2.0 and paper["epsilon_theta"].item() == 0.02
+    choice = tree["run_1/choice"]
+    assert (choice.attrs["selected"], choice.attrs["level"]) == ("winkler", "repeatability")
+    assert choice["residual_over_noise"].sel(candidate="housner").item() == 40.0
+
+
+def test_parameters_come_back_as_lmfit_has_them(folder):
+    fit = open_fits(folder / "fits_a.nc")["run_1/winkler"].to_dataset()
+    found = parameters_in(fit)
+    assert [*found] == ["k", "c", "theta0", "t0"]
+    assert (found["c"].value, found["c"].min, found["c"].vary, found["t0"].vary) == (2.0, 0.5, True, False)
+    assert found["k"].stderr == pytest.approx(fit["u_total"].values[0]) and found["t0"].stderr is None
 
 
 def test_plain_xarray_selects_by_time_and_impact_in_every_group(folder):

@@ -7,7 +7,6 @@ TIDY = [
     "epsilon",
     "choice",
     "restitution",
-    "parts",
 ]
 TIDY += ["pulls", "paper", "predictions", "foundations", "populations", "budget", "summary", "bands"]
 PRINTED = {"table1": "1, block configurations", "table2": "2, parameters", "table3": "3, ε_θ"}

@@ -16,24 +16,17 @@ class FitSettings:
     Parameters
     ----------
     free : sequence of str
-        Further free parameters: "theta0" and "t0", within six standard errors of their measured values, or
-        0.2 % and 1 ms if those are more; "width", the distance between the corners of rotation; "tilt" of
-        the base; "edge_radius"; "release": "theta0" and "t0" may differ from the measured ones by 10 % and
-        50 ms, as after a push or with a slow finger.
+        Further free parameters: "theta0" and "t0", with the uncertainty of their measurement; "width", the
+        distance between the corners of rotation; "tilt" of the base; "edge_radius"; "release": "theta0" and
+        "t0" may differ from the measured ones by 10 % and 50 ms, as after a push or with a slow finger.
     debonding : str
         "geometric" or "tensionless".
-    integrator_error : float
-        Largest shift of a parameter by the integrator's error, as a share of its standard error.
-    profile : bool
-        Whether the intervals of the model's parameters are those of the profile likelihood.
     parameters : mapping of str to mapping of str to Given or mapping
         Options of each parameter, by law, in lmfit's words: value, min, max, vary, expr.
     """
 
     free: Sequence[str] = PER_RUN
     debonding: str = "geometric"
-    integrator_error: float = 0.2
-    profile: bool = False
     parameters: Mapping[str, Mapping[str, Given | Mapping[str, Any]]] = field(
         default_factory=dict, hash=False
     )

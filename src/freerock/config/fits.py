@@ -61,15 +61,6 @@ class FitsSection(Section):
         " also pushes)",
         FIT_SETTINGS.debonding,
     )
-    integrator_error: Number = key(
-        "the largest shift of a parameter by the integrator's error, as a share of its standard error",
-        FIT_SETTINGS.integrator_error,
-        gt=0,
-        le=1,
-    )
-    profile: bool = key(
-        "true to take 95 % intervals from the profile likelihood: some seconds per fit", FIT_SETTINGS.profile
-    )
 
     @field_validator("parameters")
     @classmethod

@@ -1,448 +1,446 @@
-"""Model parameters from measured θ(t).
+"""Fits of a candidate to the runs of a record: one model with impacts that scatter, and the paper's own fit."""
 
-The objective is the paper's: the mean square error between measured and modelled θ(t)
-(Spanos et al. 2017, section 4.2, doi:10.1016/j.proeng.2017.09.024).
-"""
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
 from freerock.config.fit_settings import FitSettings
-from freerock.identification.against_noise import is_white
 from freerock.identification.epsilon_theta import epsilon_theta
-from freerock.identification.inputs_with_priors import Nuisances, Posterior, held, settled
-from freerock.identification.intervals import Uncertainty, uncertainty, with_profile
-from freerock.identification.least_squares import Solution, in_si_units, least_squares
-from freerock.identification.likelihood import Likelihood
-from freerock.identification.model_discrepancy import (
-    Part,
-    added_number,
-    failure,
-    first_half,
-    fitted_parts,
-    model_discrepancy,
-)
-from freerock.identification.problem import Problem
-from freerock.identification.search import Resolution, search, stopped
+from freerock.identification.goodness import noise_of
+from freerock.identification.posed import Ended, Posed, minimised
+from freerock.identification.posterior import Posterior
+from freerock.identification.run_model import RTOL, Point, RunModel
+from freerock.identification.scatter import NONE, Scatter, Told, find_scatter
 from freerock.identification.settings import check
-from freerock.identification.significance_levels import REJECTS, RESIDUAL, chance_of, weight_against
-from freerock.identification.start import posed
+from freerock.identification.significance_levels import NORMAL_95
+from freerock.identification.start import START, Followed, horizons_s, with_impacts
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
-from freerock.models.laws import MODELS
-from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
 
-# Of a number: least uncertainty beside inputs that moved, whose second order is left out. Set on 16 rigid
-# blocks: r of three, known to 2e-7 by the first order, was 2.3 to 4.3 times as far off.
-LINEAR_STEP = 1e-6
-
 
 @dataclass(frozen=True)
-class ImpactEnergy:
-    """Of each impact of a modelled motion, in the order of time.
+class RoundSettings:
+    """When the fits of a record end; by judgement.
 
     Parameters
     ----------
-    time_s : ndarray, shape (n_impacts,)
-        Since the release, on the clock of the fit [s].
-    speed_m_s : ndarray, shape (n_impacts,)
-        Of the corner that comes down, about the other one: 2 b |θ̇| [m/s].
-    restitution, stderr, u_total : ndarray, shape (n_impacts,)
-        √(energy at the top after the impact over that at the top before it), its standard error by the noise
-        and its total uncertainty, with those of the laboratory's inputs and of the law. NaN of impacts
-        without a further top.
+    most : int
+        Rounds of σ_r and of the level.
+    changed : float
+        Relative change of σ_r or of the level from which a further round is worth its time.
+    poor : float
+        Times the mean square of another run of the record, from which a start is sought for a run by itself.
+    exact, rough : (int, float)
+        Evaluations of the residual in a round, and the relative change at which it ends.
+    far : float
+        Times the noise, from which a law's round is a rough one.
     """
 
-    time_s: Floats
-    speed_m_s: Floats
-    restitution: Floats
+    most: int = 4
+    changed: float = 0.15
+    poor: float = 3.0
+    exact: tuple[int, float] = (30, 1e-6)
+    rough: tuple[int, float] = (12, 1e-3)
+    far: float = 3.0
+
+
+ROUNDS = RoundSettings()
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """What is known of the numbers of a fit.
+
+    Parameters
+    ----------
+    covariance : ndarray, shape (n_parameters, n_parameters)
+        In the product of the parameters' units: noise, inputs, scatter of the impacts, error of the law.
+    stderr : ndarray, shape (n_parameters,)
+        Standard uncertainty by noise and scatter of the impacts, with the inputs exact.
+    u_law : ndarray, shape (n_parameters,)
+        What a residual beyond the noise adds to it.
+    contributions : Contributions
+        Of the inputs of the laboratory.
+    """
+
+    covariance: Floats
     stderr: Floats
-    u_total: Floats
+    u_law: Floats
+    contributions: Contributions
+
+    @property
+    def u_total(self) -> Floats:
+        """Standard uncertainty by all of it, shape (n_parameters,)."""
+        return self.contributions.total(self.stderr, self.u_law)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Measured and modelled rotation.
+
+    Parameters
+    ----------
+    time, theta, theta_model : ndarray, shape (n_time,)
+        Time since the release [s], measured and modelled rotation [rad].
+    """
+
+    time: Floats
+    theta: Floats
+    theta_model: Floats
+
+    @property
+    def residual(self) -> Floats:
+        """Model less measurement [rad]."""
+        return self.theta_model - self.theta
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """How well a fit explains its run.
+
+    Parameters
+    ----------
+    epsilon_theta : float
+        ε_θ as a fraction.
+    agrees : bool
+        Whether the residual agrees with the noise at rest.
+    noise_p, residual_over_noise, noise_low_hz, noise_high_hz : float
+        See `freerock.identification.goodness.Goodness`.
+    minus_two_log : float
+        -2 ln of the evidence under the noise at rest, but for a constant of the run.
+    n_parameters : int
+        Numbers of the law, and a width that was freed.
+    evaluations : int
+        Of the residual.
+    """
+
+    epsilon_theta: float
+    agrees: bool
+    noise_p: float
+    residual_over_noise: float
+    noise_low_hz: float
+    noise_high_hz: float
+    minus_two_log: float
+    n_parameters: int
+    evaluations: int
+
+
+@dataclass(frozen=True)
+class ImpactScatter:
+    """Scatter of the impacts of a run.
+
+    Parameters
+    ----------
+    of_record : Scatter
+        σ_r of the record that the run belongs to.
+    delta, u_delta : ndarray, shape (n_impacts,)
+        After impact i the rate is multiplied by 1 + δ_i; standard uncertainty of δ.
+    covariance : ndarray, shape (n_impacts, n_impacts)
+        Of δ.
+    with_parameters : ndarray, shape (n_parameters, n_impacts)
+        Covariance of the parameters with δ.
+    """
+
+    of_record: Scatter
+    delta: Floats
+    u_delta: Floats
+    covariance: Floats
+    with_parameters: Floats
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Identified parameters of one model on one run, or on several runs jointly.
+    """A candidate fitted to a run.
 
     Parameters
     ----------
     model : str
         A key of `freerock.models.laws.CANDIDATES`.
-    parameters : tuple of str
-        Model parameters, then what else was freed (width; theta0, t0, numbered by run in a joint fit;
-        r_2, r_3 and so on).
-    value, stderr, ci95_low, ci95_high : ndarray, shape (n_parameters,)
-        In the unit of each parameter; all but the value NaN where the data do not determine it.
-    discrepancy : ndarray, shape (n_parameters,)
-        Standard uncertainty by errors of the law (`model_discrepancy`; `selection` adds what else may be),
-        same units.
-    covariance : ndarray, shape (n_parameters, n_parameters)
-        In the product of the parameters' units.
-    units : tuple of str
-        Unit of each parameter.
-    time, theta, theta_model, residual : ndarray, shape (n_time,)
-        Time since release [s], measured and modelled rotation and their difference
-        (model minus measured) [rad]; the runs of a joint fit one after the other.
-    epsilon_theta : float
-        ε_θ as a fraction, up to `final_time_s` [s].
-    epsilon_holdout : float
-        ε_θ of the second half of the run under the parameters fitted to the first half.
-    aic, bic : float
-        Information criteria of the least-squares fit.
-    n_parameters : int
-        Number of freed parameters.
+    values : mapping of str to float
+        Numbers of the law, then width, theta0, t0 where they were freed [SI].
+    uncertainty : Uncertainty
+    curve : Curve
+    evidence : Evidence
+    scatter : ImpactScatter
     success : bool
-        False where the fit is not to be used; `message` says why.
-    impacts : Impacts or None
-        Impacts of the modelled motion, found by the estimator of the measured one.
-    diagnostics : dict
-        evaluations; rtol; integrator_error (largest shift of a parameter over its standard error); averaged
-        (samples averaged into one); residual_over_sigma; mean_square (of the residual and the pulls [rad²],
-        with the inputs moved also where that does not explain the run); coloured (1 where neighbouring
-        residuals correlate); white (1 where the residual agrees with
-        white noise); noise (1 where it agrees with the noise at rest), noise_p, noise_ratio, noise_low_hz,
-        noise_high_hz (chance of that, and the band that tells most, see `against_noise.AgainstRest`);
-        effective_samples; charged (part of the BIC that is for freed numbers and inputs);
-        widened (largest factor by which a standard error was raised, of a run whose first
-        half disagrees with the whole); in_phase_r, in_phase_epsilon_theta (of a rigid block that stops
-        rocking at the minimum: the local one that keeps the phase); added_damping (of a law that a wider one
-        extends: how many standard errors a number that it lacks would be above zero); profile (1 where the
-        intervals are those of the profile likelihood).
-    contributions : Contributions or None
-        Of the inputs to the uncertainty of the parameters (`populations.sensitivity`).
-    energies : ImpactEnergy or None
-        Restitution by energy of each of `impacts`, under a foundation's law.
-    parts : tuple of Part
-        The same numbers from each part of the run (`model_discrepancy`); empty of a fit not to be used.
-    pulled : str
-        The input that would have to be wrong by most, in words.
+        Whether the least squares converged; `message` says why not.
+    message : str
     result : lmfit.minimizer.MinimizerResult
-        Of the reported least squares: its parameters are those of the fit [SI], and inputs that moved
-        [standard uncertainties]; chi-square is that of its own samples and weights.
+        Of the least squares, with the covariance of `uncertainty`.
+    posterior : Posterior or None
+        The linear model at the end; None of the paper's fit.
+    impacts : Impacts or None
+        Impacts of the modelled motion.
     """
 
     model: str
-    parameters: tuple[str, ...]
-    value: Floats
-    stderr: Floats
-    ci95_low: Floats
-    ci95_high: Floats
-    discrepancy: Floats
-    covariance: Floats
-    units: tuple[str, ...]
-    time: Floats
-    theta: Floats
-    theta_model: Floats
-    residual: Floats
-    epsilon_theta: float
-    final_time_s: float
-    epsilon_holdout: float
-    aic: float
-    bic: float
-    n_parameters: int
+    values: Mapping[str, float]
+    uncertainty: Uncertainty
+    curve: Curve
+    evidence: Evidence
+    scatter: ImpactScatter
     success: bool
     message: str
+    result: "lmfit.minimizer.MinimizerResult" = field(compare=False, repr=False)
+    posterior: Posterior | None = field(default=None, compare=False, repr=False)
     impacts: Impacts | None = None
-    diagnostics: dict[str, float] = field(default_factory=dict)
-    contributions: Contributions | None = None
-    energies: ImpactEnergy | None = None
-    parts: tuple[Part, ...] = ()
-    pulled: str = ""
-    result: "lmfit.minimizer.MinimizerResult | None" = field(default=None, compare=False, repr=False)
 
     @property
-    def values(self) -> dict[str, float]:
-        """The freed numbers by name [SI]."""
-        return dict(zip(self.parameters, self.value.tolist(), strict=True))
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the numbers."""
+        return tuple(self.values)
+
+    @property
+    def value(self) -> Floats:
+        """The numbers, shape (n_parameters,) [SI]."""
+        return np.array(list(self.values.values()))
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Unit of each number."""
+        return tuple(map(unit_of, self.values))
 
     @property
     def u_total(self) -> Floats:
-        """Standard uncertainty of each by noise, law and, where they are known, inputs [SI]."""
-        known = self.contributions
-        if known is None:
-            return np.hypot(self.stderr, self.discrepancy)
-        return known.total(self.stderr, self.discrepancy)
+        """Standard uncertainty of each number by all that is known [SI]."""
+        return self.uncertainty.u_total
+
+    @property
+    def ci95(self) -> tuple[Floats, Floats]:
+        """95 % interval of each number [SI]."""
+        return self.value - NORMAL_95 * self.u_total, self.value + NORMAL_95 * self.u_total
+
+    @property
+    def epsilon_theta(self) -> float:
+        """ε_θ as a fraction."""
+        return self.evidence.epsilon_theta
 
 
-def fit_run(model: str, block: Block, motion: Motion, settings: FitSettings | None = None) -> Fit:
-    """Identify a model on one run.
+def fit_run(candidate: str, block: Block, motion: Motion, settings: FitSettings | None = None) -> Fit:
+    """Identify a candidate on one run; see `fit_record`."""
+    return fit_record(candidate, block, {1: motion}, settings)[1]
 
-    A scan over a grid gives starts on the first swings; each is followed over growing horizons to
-    the whole run by least squares; the best end wins. The last fit averages as many samples, and uses as
-    loose a tolerance of the integrator, as the standard errors allow.
+
+def fit_record(
+    candidate: str, block: Block, motions: Mapping[int, Motion], settings: FitSettings | None = None
+) -> dict[int, Fit]:
+    """Identify a candidate on each run of a record, with one scatter of the impacts for all.
+
+    A scan over a grid gives starts on the first swing. Horizons grow from there with the impacts free. Then
+    inputs of the laboratory move within their priors, and σ_r follows from the marginal likelihood.
 
     Parameters
     ----------
-    model : str
-        A key of `freerock.models.laws.CANDIDATES`: a law, such as "hunt_crossley", or a law with
-        other kinematics or with the contact width freed: "hunt_crossley_pivoting", "housner_width".
+    candidate : str
+        A key of `freerock.models.laws.CANDIDATES`: a law, such as "hunt_crossley", or a law with other
+        kinematics or with the contact width freed: "hunt_crossley_pivoting", "housner_width".
     block : Block
-        The block.
-    motion : Motion
-        The measured run.
+    motions : mapping of int to Motion
+        Measured runs by their number.
     settings : FitSettings, optional
-        What is freed besides the model's parameters, and how exact the fit is.
+        What is freed besides the law's numbers, and what is given of these.
 
     Returns
     -------
-    Fit
+    dict of int to Fit
 
     Raises
     ------
     FreerockError
-        Unknown model or nuisance; fewer valid samples than parameters.
+        Unknown candidate or nuisance; fewer valid samples than parameters.
     """
-    return fit_record(model, block, [motion], settings)
+    return finished(settled(Followers(candidate, block, motions, settings or FitSettings()).ends()))
 
 
-def fit_record(
-    model: str,
-    block: Block | Sequence[Block],
-    motions: Sequence[Motion],
-    settings: FitSettings | None = None,
-    *,
-    start: Sequence[float] | Mapping[str, float] | None = None,
-    moved: Mapping[Input, float] | None = None,
-) -> Fit:
-    """Identify a model on several runs jointly: one set of parameters, nuisances per run.
+class Followers:
+    """The runs of a record, each followed over growing horizons with wide priors of the impacts.
 
-    `block` is that of all runs, or a sequence with the block of each; `motions` is a sequence of Motion;
-    `start` are the model's parameters to start from [SI], in their order, or by name with what is known of
-    width, theta0 and t0; by default a scan finds them on the first run. `moved` are the inputs beside that
-    start [standard uncertainties]; by default as stated. All else, and the errors, as in `fit_run`.
+    Parameters are those of `fit_record`, and the errors.
     """
-    settings = settings or FitSettings()
-    blocks = (block,) * len(motions) if isinstance(block, Block) else tuple(block)
-    check(model, blocks, settings)
-    problem = posed(model, blocks, motions, settings)
-    if start is not None and not isinstance(start, Mapping):
-        start = dict(zip(MODELS[model], start, strict=True))
-    if moved:
-        nuisances = Nuisances.of(problem)
-        beside = replace(nuisances.posed(nuisances.starting(moved)), walled=problem.walled)
-        beside, end, resolution = search(beside, start)
-        problem = replace(problem, rtol=beside.rtol, directions=beside.directions)
-    else:
-        problem, end, resolution = search(problem, start)
-    fit, nearest = _fit(problem, end, resolution, moved, start), stopped(problem, end)
-    return fit if nearest is None or fit.diagnostics["noise"] else _of_stopped(*nearest, fit, resolution)
+
+    def __init__(
+        self, candidate: str, block: Block, motions: Mapping[int, Motion], settings: FitSettings
+    ) -> None:
+        check(candidate, (block,), settings)
+        self.models = {run: RunModel(candidate, block, each, settings) for run, each in motions.items()}
+        self.first = next(iter(self.models))
+        self._followed = self._of(self.first)
+
+    def screened(self, swings: int) -> tuple[float, int]:
+        """Mean square of the residual and priors over the noise on the first swings of the first run; samples."""
+        end = self._followed.until(swings)
+        return self._followed.over_noise(end), end.n_samples
+
+    def end_of_first(self) -> tuple[float, int]:
+        """As `screened`, on the whole first run."""
+        end = self._followed.to_the_end()
+        return self._followed.over_noise(end), end.n_samples
+
+    def ends(self, roughly: bool = False) -> dict[int, Ended]:
+        """Where each run ends; a run starts with the law's numbers of the one before it.
+
+        `roughly` of a law that is far from the runs.
+        """
+        if roughly:
+            self._followed.hurry()
+        found = {self.first: self._followed.to_the_end()}
+        left = {self.first: self._followed.over_noise(found[self.first])}
+        for run in self.models:
+            if run == self.first:
+                continue
+            followed = self._of(run, found[min(left, key=lambda other: left[other])])
+            if roughly:
+                followed.hurry()
+            end = followed.to_the_end()
+            if not roughly and followed.over_noise(end) > ROUNDS.poor * max(min(left.values()), 1.0):
+                anew = self._of(run)
+                other = anew.to_the_end()
+                end = min(end, other, key=followed.over_noise)
+            found[run], left[run] = end, followed.over_noise(end)
+        return found
+
+    def _of(self, run: int, best: Ended | None = None) -> Followed:
+        """A run from the law's numbers of another one, with the release as measured."""
+        model = self.models[run]
+        noise = float(max(model.motion.sigma_theta, noise_of(model.motion).variance ** 0.5))
+        if best is None:
+            return Followed(model, noise)
+        values = {**best.at.values, "theta0": model.motion.theta0, "t0": 0.0}
+        start = Point({name: values[name] for name in model.names}, best.at.inputs, np.zeros(0))
+        return Followed(model, noise, [start], growth=1)
 
 
-def _of_stopped(problem: Problem, end: Solution, in_phase: Fit, resolution: Resolution) -> Fit:
-    """The fit of a rigid block that comes nearest where it stops rocking; it is not to be used."""
-    with np.errstate(divide="ignore", invalid="ignore"):  # at r = 0 nothing depends on r
-        fit = _held(problem, end, resolution)
-    r, kept = fit.value[0], in_phase.value[0]
-    message = (
-        f"the block stops rocking at the minimum, r = {r:.3g} with ε_θ = {100 * fit.epsilon_theta:.3g} %; "
-        f"r = {kept:.4g} keeps the phase, with ε_θ = {100 * in_phase.epsilon_theta:.3g} %"
+def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple[Posterior, Ended, Scatter]]:
+    """The runs of a record with one σ_r, each where its fit ends.
+
+    Parameters
+    ----------
+    ends : mapping of int to Ended
+        Of `Followers.ends`.
+    roughly : bool
+        Of a law that is far from the runs: one round on the samples of the ends.
+    """
+    now, posteriors = dict(ends), {run: _posterior(end) for run, end in ends.items()}
+    scatter, sigma_r = find_scatter(_told(posteriors)), START.sigma_r
+    for _ in range(1 if roughly else ROUNDS.most):
+        for run, end in now.items():
+            now[run] = _round(end, scatter.sigma_r, posteriors[run].level, roughly)
+        posteriors = {run: _posterior(end) for run, end in now.items()}
+        sigma_r, wanted = scatter.sigma_r, find_scatter(_told(posteriors))
+        changes = [np.log(each.level / each.posed.level) for each in posteriors.values()]
+        if sigma_r and wanted.sigma_r:
+            changes.append(np.log(wanted.sigma_r / sigma_r))
+        if sigma_r:  # 0 is kept: the impacts are no longer free
+            scatter = wanted
+        if max(map(abs, changes)) < ROUNDS.changed and bool(sigma_r) == bool(scatter.sigma_r):
+            break
+    return {run: (posteriors[run], now[run], scatter) for run in now}
+
+
+def _told(posteriors: Mapping[int, Posterior]) -> list[Told]:
+    return [each.told for each in posteriors.values() if each.at.impacts.size]
+
+
+def _posterior(end: Ended) -> Posterior:
+    return Posterior.of(end, noise_of(end.posed.model.motion))
+
+
+def _round(end: Ended, sigma_r: float, level: float, roughly: bool) -> Ended:
+    """The fit of a run to all its samples, or roughly to those of its end."""
+    model, samples = end.posed.model, end.posed.samples
+    if not roughly:
+        m = noise_of(model.motion).averaged
+        samples = replace(model.until(horizons_s(model.motion)[-1], 10**9), m=m)
+    start = with_impacts(end.at, len(end.at.impacts) if sigma_r else 0)
+    posed = Posed(model, samples, sigma_r, level, RTOL)
+    far = roughly or level > ROUNDS.far * noise_of(model.motion).variance ** 0.5
+    found = minimised(posed, start, *(ROUNDS.rough if far else ROUNDS.exact))
+    found.result.nfev += end.result.nfev
+    return found
+
+
+def finished(runs: Mapping[int, tuple[Posterior, Ended, Scatter]]) -> dict[int, Fit]:
+    """The fits of a record, of the linear models where they ended."""
+    return {run: _fit(*each) for run, each in runs.items()}
+
+
+def _fit(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
+    model, at, n = ended.posed.model, ended.at, posterior.n_names
+    contributions, found = posterior.contributions(), posterior.goodness
+    plain, whole = np.diag(posterior.inverse)[:n], np.diag(posterior.covariance)[:n]
+    by_inputs = np.sum(contributions.values**2, axis=1)
+    moved = [contributions.inputs.index(each) for each in model.inputs]
+    by_moved = np.sum(contributions.values[:, moved] ** 2, axis=1)
+    stderr = np.sqrt(np.maximum(np.minimum(plain, whole) - by_moved, 0.0))
+    u_law = np.sqrt(np.maximum(whole - np.minimum(plain, whole), 0.0))
+    covariance = posterior.covariance[:n, :n] + 0.0
+    beside = [j for j in range(len(contributions.inputs)) if j not in moved]
+    covariance += contributions.values[:, beside] @ contributions.values[:, beside].T
+    del by_inputs
+    curve = Curve(model.whole.time_s, model.whole.theta, model.curve(at, model.whole.time_s))
+    epsilon = epsilon_theta(curve.time, curve.theta_model, curve.theta)
+    message = _failure(ended, posterior, epsilon)
+    first = n + posterior.n_inputs
+    of_impacts = ImpactScatter(
+        scatter if at.impacts.size else NONE,
+        at.impacts,
+        np.sqrt(np.diag(posterior.covariance)[first:]),
+        posterior.covariance[first:, first:],
+        posterior.covariance[:n, first:],
     )
-    beside = {"in_phase_r": float(kept), "in_phase_epsilon_theta": in_phase.epsilon_theta}
-    return replace(fit, message=message, diagnostics=fit.diagnostics | beside)
-
-
-def _fit(
-    problem: Problem,
-    solution: Solution,
-    resolution: Resolution,
-    moved_by: Mapping[Input, float] | None = None,
-    start: Mapping[str, float] | None = None,
-) -> Fit:
-    """What the end of the search is worth: with the inputs moved where that leaves noise, else held.
-
-    With inputs as stated, edges that are rounded may become sharp: these move from the start of the search.
-    """
-    moves = solution.success and Nuisances.of(problem).sources
-    bound = problem.at_bound(solution.x)[: len(problem.common)].any()
-    x = problem.start_at(start) if start and bound else solution.x
-    best = settled(problem, x, moved=moved_by) if moves else None
-    if best is None or best.result is None:
-        return _held(problem, solution, resolution)
-    moved = _End(best, *uncertainty(best))
-    pulled = _pulled(problem.motions[0].laboratory, moved.contributions)
-    if moved.is_noise:
-        evaluations = solution.evaluations + best.result.nfev
-        at_inputs = replace(solution, evaluations=evaluations, result=best.result)
-        _, holdout = first_half(best.problem, best.x, resolution.m, best.jacobian, best.curve)
-        fit = _told(moved, at_inputs, resolution, holdout, moved)
-        if fit.success:
-            return replace(fit, contributions=moved.contributions, pulled=pulled)
-    return replace(_held(problem, solution, resolution, moved), pulled=pulled)
-
-
-def _held(problem: Problem, solution: Solution, resolution: Resolution, moved: "_End | None" = None) -> Fit:
-    """The fit with the inputs as stated; `moved` is what they would leave, were they to move."""
-    if problem.directions is None:
-        last = least_squares(problem, solution.x, problem.samples(m=resolution.m), reported=True)
-        solution = (
-            replace(last, evaluations=solution.evaluations + last.evaluations)
-            if solution.success
-            else replace(solution, result=last.result)
-        )
-    best, holdout, apart = held(problem, solution.x), float("nan"), None
-    if len(problem.motions) == 1:
-        x_half, holdout = first_half(problem, best.x, resolution.m, best.jacobian, best.curve)
-        apart = None if _is_noise(best) else x_half - best.x
-    return _told(_End(best, *uncertainty(best, apart)), solution, resolution, holdout, moved)
-
-
-def _is_noise(best: Posterior) -> bool:
-    """Whether the residual agrees with the noise: for that at rest, and for white where no rest shows it."""
-    known = all(motion.noise is not None for motion in best.problem.motions)
-    return best.against_rest.is_noise and (known or is_white(best.residual))
-
-
-@dataclass(frozen=True, eq=False)
-class _End:
-    """Where a fit ended, with its inputs stated or moved, and what is known there."""
-
-    best: Posterior
-    known: Uncertainty
-    contributions: Contributions
-
-    @cached_property
-    def is_noise(self) -> bool:
-        """Whether the residual agrees with the noise."""
-        return _is_noise(self.best)
-
-    @cached_property
-    def likely(self) -> Likelihood:
-        """Of the residual."""
-        return self.best.whitened.likelihood()
-
-    @property
-    def weight_against(self) -> float:
-        """How far the residual speaks against the law."""
-        known = all(motion.noise is not None for motion in self.best.problem.motions)
-        return (
-            weight_against(self.best.against_rest.p, RESIDUAL)
-            if known or is_white(self.best.residual)
-            else 1.0
-        )
-
-    @property
-    def shown(self) -> tuple[Floats, Floats, Floats]:
-        """Time, measured and modelled rotation of all samples, by the stated inputs."""
-        best, stated = self.best, self.best.nuisances.problem.motions
-        curves = [best.problem.motion(best.x, i, own.time_s) for i, own in enumerate(best.problem.motions)]
-        measured = [np.concatenate([getattr(own, name) for own in stated]) for name in ("time_s", "theta")]
-        return measured[0], measured[1], best.nuisances.read(best.z, np.concatenate(curves))
-
-
-def _told(end: _End, solution: Solution, resolution: Resolution, holdout: float, moved: _End | None) -> Fit:
-    """The report of the end of a fit, whether its inputs moved or not."""
-    best, known, likely = end.best, end.known, end.likely
-    problem, x = best.problem, best.x
-    solution = replace(solution, x=x, mean_square=float(np.mean(best.residual**2)))  # of all samples
-    time_s, theta, theta_model = end.shown
-    epsilon = epsilon_theta(time_s, theta_model, theta)
-    failed = failure(problem, solution, known, epsilon)
-    diagnostics = _diagnostics(best, solution, resolution, known)
-    diagnostics |= _against_noise((moved or end).best, likely)
-    parts, against = tuple[Part, ...](), [end.weight_against]
-    if moved:
-        diagnostics["pulls_p"] = moved.contributions.p_of_pulls
-        against += [weight_against(moved.contributions.p_of_pulls, REJECTS)] if end.weight_against < 1 else []
-    if failed:
-        known = known.unknown()
-    else:
-        parts = tuple(fitted_parts(problem, x, best.residual, best.jacobian))
-        lacking = added_number(problem, x, best.curve, best.whitened, likely)
-        diagnostics |= {} if lacking is None else {"added_damping": lacking}
-        against += [] if lacking is None else [weight_against(chance_of(lacking), REJECTS)]
-    value, fixed = problem.physical(x), known.stderr == 0
-    law = np.where(fixed, 0.0, model_discrepancy(value, parts)) if any(against) else np.zeros(len(x))
-    law *= max(against)
-    if moved is end:
-        law = np.hypot(law, moved.contributions.excess)
-        if moved.contributions.p_of_pulls <= REJECTS:
-            law = np.hypot(law, moved.contributions.if_as_stated)
-        least = np.where(fixed, 0.0, LINEAR_STEP * np.abs(value))
-        law = np.where(moved.contributions.total(known.stderr, law) < least, least, law)
-    if problem.settings.profile and not failed:
-        known, profiled = with_profile(problem, x, resolution.m, known)
-        diagnostics |= {"profile": 1.0} if profiled else {}
-    pinned = problem.at_bound(x) & (best.result is None)
-    notes = [f"{problem.names[i]} held at its bound" for i in np.flatnonzero(pinned)]
-    n_freed = int(problem.varied.sum())
-    n_charged = n_freed - int(best.is_wide[best.free].sum()) + problem.settings.loose_release
-    aic, bic = (each + best.charge for each in likely.criteria(n_charged))
-    diagnostics["charged"] = bic - likely.minus_two_log
+    evidence = Evidence(
+        epsilon,
+        found.agrees,
+        found.p,
+        found.over_noise,
+        found.low_hz,
+        found.high_hz,
+        posterior.minus_two_log(),
+        len(model.law_names),
+        int(ended.result.nfev),
+    )
+    with_covariance(ended.result, posterior.covariance[np.ix_(posterior.varied, posterior.varied)])
     return Fit(
-        model=problem.model,
-        parameters=problem.names,
-        value=value,
-        stderr=known.stderr,
-        ci95_low=known.low,
-        ci95_high=known.high,
-        discrepancy=np.where(np.isfinite(known.stderr), law, np.nan),
-        covariance=known.covariance,
-        units=tuple(map(unit_of, problem.names)),
-        time=time_s,
-        theta=theta,
-        theta_model=theta_model,
-        residual=theta_model - theta,
-        epsilon_theta=epsilon,
-        final_time_s=float(time_s.max()),
-        epsilon_holdout=holdout,
-        aic=aic,
-        bic=bic,
-        n_parameters=n_freed,
-        success=not failed,
-        message=failed or "; ".join(["converged", *notes]),
-        diagnostics=diagnostics,
-        parts=parts,
-        result=solution.result and in_si_units(solution.result, problem, x, known.covariance),
+        model.candidate,
+        {name: at.values[name] for name in model.names},
+        Uncertainty(covariance, stderr, u_law, contributions),
+        curve,
+        evidence,
+        of_impacts,
+        not message,
+        message or "converged",
+        ended.result,
+        posterior,
     )
 
 
-def _pulled(laboratory: Laboratory | None, found: Contributions) -> str:
-    """The input with the largest pull, and by how much it would be off without its prior, in words."""
-    j = found.most_pulled
-    if laboratory is None or j is None:
-        return ""
-    source, pull = found.inputs[j], found.pulls[j]
-    alone = found.moved[j] / max(1 - found.remaining[j] ** 2, np.finfo(float).eps)
-    by = f"{alone * source.u:+.3g} {source.unit}".replace(" 1", "")
-    return f"{source.label} off by {by}, {abs(pull):.1f} standard uncertainties"
+def _failure(ended: Ended, posterior: Posterior, epsilon: float) -> str:
+    """Why a fit is not to be used; "" of one that is."""
+    if not ended.result.success and ended.result.nfev < ROUNDS.rough[0]:
+        return str(ended.result.message)
+    if not np.isfinite(epsilon) or epsilon > 1:
+        return "worse than a block at rest: ε_θ above 1"
+    diagonal = np.diag(posterior.covariance)[: posterior.n_names]
+    if not np.isfinite(diagonal).all() or (diagonal < 0).any():
+        return "the run does not determine the parameters"
+    return ""
 
 
-def _diagnostics(
-    best: Posterior, solution: Solution, resolution: Resolution, known: Uncertainty
-) -> dict[str, float]:
-    """Diagnostics of every fit; see `Fit`."""
-    residual = best.residual
-    sigma = float(np.sqrt(np.mean([m.sigma_theta**2 for m in best.problem.motions])))
-    scatter = float(np.sqrt(residual @ residual / len(residual)))
-    return {
-        "evaluations": float(solution.evaluations),
-        "rtol": best.problem.rtol,
-        "integrator_error": resolution.shift,
-        "averaged": float(resolution.m),
-        "residual_over_sigma": scatter / sigma if sigma else float("nan"),
-        "coloured": float(known.coloured),
-        "widened": known.widened,
-        "white": float(is_white(residual)),
-    }
-
-
-def _against_noise(best: Posterior, likely: Likelihood) -> dict[str, float]:
-    """Diagnostics of a residual beside the noise at rest; see `Fit`."""
-    rest = best.against_rest
-    return {
-        "mean_square": best.mean_square,
-        "noise": float(rest.is_noise),
-        "noise_p": rest.p,
-        "noise_ratio": rest.ratio,
-        "noise_low_hz": rest.low_hz,
-        "noise_high_hz": rest.high_hz,
-        "effective_samples": likely.effective,
-    }
+def with_covariance(result: "lmfit.minimizer.MinimizerResult", covariance: Floats) -> None:
+    """Give a result the covariance of the numbers that vary: standard errors and correlations follow."""
+    stderr = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    result.covar, result.errorbars = covariance, True
+    for i, name in enumerate(result.var_names):
+        parameter = result.params[name]
+        parameter.stderr = float(stderr[i])
+        parameter.correl = {
+            other: float(covariance[i, j] / (stderr[i] * stderr[j]))
+            for j, other in enumerate(result.var_names)
+            if j != i and stderr[i] > 0 and stderr[j] > 0
+        }

@@ -9,13 +9,12 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.config.fit_settings import FitSettings
-from freerock.identification.problem import RTOL_DERIVATIVES
-from freerock.identification.search import approach
-from freerock.identification.start import posed
+from freerock.identification.run_model import RTOL, RunModel
+from freerock.identification.start import Followed
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS, PER_RUN
 from freerock.models.given import legal
-from freerock.models.laws import GEOMETRIC, LAWS, MODELS, Candidate, Rules
+from freerock.models.laws import GEOMETRIC, LAWS, Candidate, Rules
 from freerock.models.simulate import Solver
 from freerock.rotation.as_measured import as_measured
 from freerock.rotation.view import View
@@ -48,9 +47,7 @@ class RockingModel(lmfit.Model):  # type: ignore[misc]
 
         def theta(time: Floats, **values: float) -> Floats:
             named = {self.sources[name]: float(value) for name, value in values.items()}
-            return as_measured(
-                self.law, block, named, time, view, rules=rules, solver=Solver(RTOL_DERIVATIVES)
-            )
+            return as_measured(self.law, block, named, time, view, rules=rules, solver=Solver(RTOL))
 
         arguments = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in ("time", *self.sources)]
         theta.__signature__ = Signature(arguments)  # type: ignore[attr-defined]
@@ -79,9 +76,9 @@ class RockingModel(lmfit.Model):  # type: ignore[misc]
         motion = Motion(time, theta, sigma, float(theta[0]), sigma, float(time[1] - time[0]))
         kinematics = self.rules.kinematics if LAWS[self.law].is_foundation else LAWS[self.law].kinematics[0]
         candidate = Candidate(self.law, kinematics).name
-        problem = posed(candidate, (self.block,), (motion,), FitSettings(debonding=self.rules.debonding))
-        values = problem.physical(approach(problem).x).tolist()
-        found = dict(zip([*MODELS[candidate], *PER_RUN], values, strict=True))
+        settings = FitSettings(debonding=self.rules.debonding)
+        model = RunModel(candidate, self.block, motion, settings, moves_inputs=False)
+        found = dict(Followed(model, sigma).to_the_end().at.values)
         return self.make_params(**({legal(name): value for name, value in found.items()} | given))
 
     def derivatives(

@@ -1,6 +1,6 @@
-"""Start of a fit: estimates from the measured motion, and a scan over a grid on the first swings."""
+"""Starts of a fit: a scan over a grid on the first swings, then horizons that grow with the impacts free."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -8,298 +8,75 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from freerock.arrays import Floats, Mask
-from freerock.config.fit_settings import FitSettings
-from freerock.errors import FreerockError
-from freerock.identification.problem import Problem, Samples, fitted
-from freerock.identification.settings import freed
-from freerock.models.block import Block
+from freerock.identification.posed import Ended, Posed, minimised
+from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel, Samples
 from freerock.models.free_parameters import PARAMETERS
-from freerock.models.housner import housner_swings
-from freerock.models.laws import MODELS, alike, law_of
-from freerock.runs.beginning import TOP_STDERR, TOP_STDERR_S, Top, find_tops
+from freerock.models.laws import LAWS, law_of
 from freerock.runs.motion import Motion
 
 
 @dataclass(frozen=True)
 class StartSettings:
-    """Grids from which fits start, and what is read from the swings; by judgement.
+    """How starts are sought and followed; by judgement, shown in docs/validation.md on drawn scenes.
 
     Parameters
     ----------
-    samples : int
-        Per run, of the error over a grid.
-    of_swing : int
-        Among which the first impact is sought.
-    rtol : float
-        Of the integrator.
-    finer : (int, int)
-        Values of k, and of the damping, of the finer grid of low dampings.
-    lowest : float
-        Highest over lowest damping of that grid.
-    of_finer : int
-        Starts that it gives.
-    every_r : int
-        Every how manieth r is tried where the width is sought beside it.
-    width_cell : float
-        Exactness of that width, as a share of the full one.
-    stands : float
-        Times the width at which the block overturns: the least width.
-    least_peak : float
-        Of the release angle: in the noise of lower swings any law hides.
+    grid, screening : int
+        Samples of the error over a grid, and of a horizon before the whole run.
+    followed : int
+        Local minima of the grid that are followed.
+    sigma_r : float
+        Prior of the impacts' scatter while horizons grow: wide, so that no start loses the phase.
+    ftol, most : float, int
+        Relative change at which a horizon ends, and its evaluations.
+    hurried : (int, float)
+        Evaluations and relative change of a law that is far from the run.
     clear : float
-        Standard deviations of the noise, likewise.
-    heights : tuple of int
-        From how many heights a curve of the first, second, third degree leaves one to tell a tilt. The
-        degrees rise as do those of the restitutions (`runs.uneven_restitution`). Of 71 bases off level the
-        fits that start from this tilt all found it within 0.002 degrees.
+        Standard deviations of the noise, above which a rotation has a sign.
+    missing : float
+        Times the two swings before it, from which a swing holds one that the noise hides.
+    growth : int
+        One over the share by which the swings of a horizon grow.
+    promising : float
+        Times the least mean square of a horizon, up to which its ends are followed.
+    misfit : float
+        Times the noise's power, from which a residual sets the level of a sample itself.
+    same : float
+        Relative difference of the first number, up to which two ends are one.
     """
 
-    samples: int = 250
-    of_swing: int = 1000
-    rtol: float = 1e-4
-    finer: tuple[int, int] = (90, 8)
-    lowest: float = 20.0
-    of_finer: int = 16
-    every_r: int = 7
-    width_cell: float = 1e-3
-    stands: float = 1.002
-    least_peak: float = 0.1
-    clear: float = 50.0
-    heights: tuple[int, ...] = (4, 6, 9)
+    grid: int = 250
+    screening: int = 1000
+    followed: int = 3
+    sigma_r: float = 0.03
+    ftol: float = 1e-3
+    most: int = 12
+    hurried: tuple[int, float] = (8, 3e-3)
+    clear: float = 10.0
+    missing: float = 1.4
+    growth: int = 2
+    promising: float = 5.0
+    misfit: float = 1.5
+    same: float = 3e-3
 
 
 START = StartSettings()
-R_GRID = 1 - np.geomspace(*PARAMETERS["r"].grid)
 
 
-def posed(model: str, blocks: Sequence[Block], motions: Sequence[Motion], settings: FitSettings) -> Problem:
-    """The problem of fitting a model to runs.
+def crossings_s(motion: Motion) -> Floats:
+    """Instants at which the measured rotation changes its sign while the block moves [s].
 
-    Raises
-    ------
-    FreerockError
-        A run has no more valid samples than there are parameters.
+    Swings grow shorter: what follows one that is missing in the noise is left out.
     """
-    free = freed(model, settings.free)
-    settings = replace(settings, free=free)
-    problem = Problem(
-        model,
-        tuple(blocks),
-        tuple(motions),
-        settings,
-        r_low=_least_r(blocks[0], motions[0], "width" in settings.free) if "r" in MODELS[model] else 0.0,
-    )
-    if "tilt" in settings.free:
-        low, high = PARAMETERS["tilt"].bounds
-        tilt = tilt_of_swings(blocks[0], motions[0])
-        problem = replace(problem, tilt=float(np.clip(tilt, 0.9 * low, 0.9 * high)))
-    if min(problem.samples().lengths, default=0) <= len(problem.names):
-        what = "fewer valid samples than parameters"
-        raise FreerockError("fit", what, "exclude the run or widen it by an override")
-    return problem
-
-
-def _least_r(block: Block, motion: Motion, any_width: bool) -> float:
-    """Least r with which the rigid block, or the narrowest that stands, rocks for half the measured time."""
-    if any_width:
-        block = replace(block, contact_width_m=block.width_m * width_range(block, motion)[0])
-    return rocking_for(block, motion, moving_s(motion) / 2)
-
-
-def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
-    """Starts of the model's fitted numbers: lowest local minima of the error over the model's grid.
-
-    Housner's r: the lowest minimum inside the range. At its lower end the error may fall further, as the
-    block that stops early is out of step for less time. A law with cases starts from the minima of these,
-    with a trace of the number that each lacks.
-
-    Parameters
-    ----------
-    problem : Problem
-        Of a single run.
-    horizon_s : float
-        End of the samples that count, but for Housner's r [s].
-    """
-    law = law_of(problem.model)
-    if not law.is_foundation:
-        return _scan_r_and_width(problem, horizon_s) if "width" in problem.common else [[_scan_r(problem)]]
-    if law.cases:
-        traces = {name: fitted(name, PARAMETERS[name].trace) for name in law.parameters[1:]}
-        return [
-            [(traces | dict(zip(MODELS[case], found, strict=True)))[name] for name in law.parameters]
-            for case in law.cases
-            for found in scan(replace(problem, model=alike(problem.model, case)), horizon_s)[:2]
-        ]
-    samples = problem.samples(horizon_s, START.samples)
-    coarse = replace(problem, rtol=START.rtol)
-    grids = [_grid(problem, name) for name in law.parameters]
-    middle = [fitted(name, grid[len(grid) // 2]) for name, grid in zip(law.parameters, grids, strict=True)]
-    grids[0] = np.sort(np.append(grids[0], _first_swing_k(coarse, horizon_s, middle[1:])))
-    beside = {name: each.value for name, each in problem.given.items() if each.value is not None}
-    if {*law.ratios} & {*beside}:
-        grids[1] = np.append(grids[1], np.nan)  # stands for the value that is given
-    points = [
-        [
-            fitted(name, value if np.isfinite(value) else beside[name] / point[0])
-            for name, value in zip(law.parameters, point, strict=True)
-        ]
-        for point in product(*grids)
-    ]
-    return _lowest(coarse, points, [len(grid) for grid in grids], samples)
-
-
-def _grid(problem: Problem, name: str) -> Floats:
-    """Values of a parameter to start from: of the stiffness within what is given, and its value; of a damping
-    ratios to it."""
-    low, high, n = PARAMETERS[name].grid
-    if name != "k" or name not in problem.given:
-        return np.geomspace(low, high, n)
-    least, most = np.exp(problem.bounds()[0])
-    low, high = (max(low, least), min(high, most)) if max(low, least) < min(high, most) else (least, most)
-    value = problem.given[name].value
-    return np.sort(np.append(np.geomspace(low, high, n), [] if value is None else value))
-
-
-def is_lively(problem: Problem, x: Floats) -> bool:
-    """Whether a fitted damping is so low that the grid of the scan may have missed the minimum."""
-    law = law_of(problem.model)
-    if not law.is_foundation or law.cases:
-        return False
-    (name,) = law.ratios
-    i = law.parameters.index(name)
-    ratio = x[i] if problem.is_ratio[i] else x[i] - x[0]
-    return bool(ratio < fitted(name, PARAMETERS[name].lively))
-
-
-def finer_scan(problem: Problem, horizon_s: float) -> list[list[float]]:
-    """Starts of a law with one damping from a finer grid of low ones.
-
-    A block that is hardly damped rattles, and the error has many narrow minima.
-
-    Parameters
-    ----------
-    problem : Problem
-        Of a single run.
-    horizon_s : float
-        End of the samples that count [s].
-    """
-    law = law_of(problem.model)
-    (damping,), (stiffness, *_) = law.ratios, law.parameters
-    highest = PARAMETERS[damping].lively
-    grids = (
-        np.geomspace(*PARAMETERS[stiffness].grid[:2], START.finer[0]),
-        np.geomspace(highest / START.lowest, highest, START.finer[1]),
-    )
-    middle = {name: _grid(problem, name)[PARAMETERS[name].grid[2] // 2] for name in law.parameters}
-    points = [
-        [fitted(name, (middle | {stiffness: k, damping: ratio})[name]) for name in law.parameters]
-        for k, ratio in product(*grids)
-    ]
-    samples = problem.samples(horizon_s, START.samples)
-    return _lowest(replace(problem, rtol=START.rtol), points, START.finer, samples, START.of_finer)
-
-
-def _lowest(
-    problem: Problem,
-    points: Sequence[list[float]],
-    shape: Sequence[int],
-    samples: Samples,
-    most: int = 3,
-) -> list[list[float]]:
-    """Lowest local minima of the error on a grid of so many points each way."""
-    residuals = (problem.residual(problem.start(point), samples) for point in points)
-    errors = np.array([left @ left / len(left) for left in residuals])
-    cells = errors.reshape(shape)
-    beside = np.lib.stride_tricks.sliding_window_view(np.pad(cells, 1, mode="edge"), (3,) * cells.ndim)
-    minima = np.flatnonzero(cells == beside.min(axis=tuple(range(cells.ndim, 2 * cells.ndim))))
-    return [points[i] for i in sorted(minima.tolist(), key=lambda i: errors[i])[:most]]
-
-
-def _scan_r_and_width(problem: Problem, horizon_s: float) -> list[list[float]]:
-    """Restitution and contact width of a rigid block on the first swings: until the first impact the motion
-    is that of the width alone, the swings after it give r by their height. On the whole run the error has
-    false minima in both."""
-    grid = R_GRID[problem.r_low <= R_GRID][:: START.every_r].tolist()
-    block, motion = problem.blocks[0], problem.motions[0]
-    fall = problem.samples(max(first_impact_s(motion), 2 * motion.fit_start_s), START.samples)
-
-    def error(width: float) -> float:
-        return float(np.mean(problem.residual(problem.start([grid[0], width]), fall) ** 2))
-
-    width = minimize_scalar(error, bounds=width_range(block, motion), options={"xatol": START.width_cell}).x
-    points = [[r, float(width)] for r in grid]
-    return _lowest(problem, points, [len(points)], problem.samples(horizon_s, START.samples))
-
-
-def _first_swing_k(problem: Problem, horizon_s: float, others: Sequence[float]) -> float:
-    """Stiffness that puts the first impact where it was measured; near overturning the grid is too coarse.
-
-    `others` are the fitted numbers of the law's further parameters.
-    """
-    motion = problem.motions[0]
-    time_s = np.linspace(0.0, horizon_s, START.of_swing)
-
-    def first_impact(theta: Floats) -> int:
-        crossed = np.flatnonzero(theta * motion.theta0 < 0)
-        return int(crossed[0]) if len(crossed) else len(theta)
-
-    measured = first_impact(np.interp(time_s, motion.time_s, np.nan_to_num(motion.theta, nan=motion.theta0)))
-    low, high, _ = PARAMETERS["k"].grid
-    while high > 1.001 * low:
-        k = np.sqrt(low * high)
-        theta = problem.motion(problem.start([np.log(k), *others]), 0, time_s)
-        if first_impact(theta) > measured:
-            low = k
-        else:
-            high = k
-    return float(high)
-
-
-def _scan_r(problem: Problem) -> float:
-    """Restitution of the lowest inner minimum, among those that let it rock about as long as it did."""
-    motion, high = problem.motions[0], R_GRID[0]
-    samples = problem.samples(np.inf, START.samples)
-    moving = moving_s(motion)
-    if moving < 0.95 * motion.time_s[-1]:
-        high = rocking_for(problem.blocks[0], motion, 4 * moving)
-    if "r" in problem.given:
-        low, high = problem.bounds()[0]
-        value = problem.given["r"].value
-        grid = np.append(np.linspace(high, low, len(R_GRID)), [] if value is None else value)
-        grid = np.sort(grid)[::-1]
-    else:
-        grid = R_GRID[(R_GRID >= problem.r_low) & (R_GRID <= high)]  # noqa: SIM300
-    residuals = (problem.residual(problem.start([r]), samples) for r in grid)
-    errors = np.array([left @ left / len(left) for left in residuals])
-    inside = np.flatnonzero((errors[1:-1] <= errors[:-2]) & (errors[1:-1] <= errors[2:])) + 1
-    return float(grid[inside[np.argmin(errors[inside])] if len(inside) else np.argmin(errors)])
-
-
-def width_range(block: Block, motion: Motion) -> tuple[float, float]:
-    """Least and largest contact width to start from, as shares of the full one; under less it overturns."""
-    low, high, _ = PARAMETERS["width"].grid
-    stands = block.height_m / block.width_m * np.tan(abs(motion.theta0))
-    return max(low, START.stands * float(stands)), high
-
-
-def rocking_for(block: Block, motion: Motion, time_s: float) -> float:
-    """Least r of the grid with which the rigid block rocks for longer than a time."""
-    few, many = 0, len(R_GRID) - 1  # the grid falls, and with it the time to rest
-    while few < many:
-        middle = (few + many + 1) // 2
-        if housner_swings(block, R_GRID[middle], motion.theta0, until=time_s).rest_time > time_s:
-            few = middle
-        else:
-            many = middle - 1
-    return float(R_GRID[few])
-
-
-def first_impact_s(motion: Motion) -> float:
-    """First change of sign of θ [s]; an eighth of the run where there is none."""
-    counts = np.isfinite(motion.theta)
-    theta, time_s = motion.theta[counts], motion.time_s[counts]
-    crossings = time_s[1:][np.signbit(theta[1:]) != np.signbit(theta[:-1])]
-    return float(crossings[0] if len(crossings) else time_s[-1] / 8)
+    counts = np.isfinite(motion.theta) & (motion.time_s >= 0)
+    time_s, theta = motion.time_s[counts], motion.theta[counts]
+    clear = np.abs(theta) > START.clear * motion.sigma_theta
+    time_s, theta = time_s[clear], theta[clear]
+    turned = np.flatnonzero(np.signbit(theta[1:]) != np.signbit(theta[:-1]))
+    found = 0.5 * (time_s[turned] + time_s[turned + 1])
+    swings = np.diff(found)
+    longer = np.flatnonzero(swings[2:] > START.missing * np.maximum(swings[1:-1], swings[:-2]))
+    return np.asarray(found[: longer[0] + 3] if longer.size else found)
 
 
 def moving_s(motion: Motion) -> float:
@@ -313,39 +90,204 @@ def _moves(motion: Motion) -> Mask:
     return np.asarray(np.abs(motion.theta) > max(10 * motion.sigma_theta, 1e-3 * abs(motion.theta0)))
 
 
-def tops_of(motion: Motion) -> list[Top]:
-    """The tops of the swings after the first, as long as they are high."""
-    lowest = max(START.least_peak * abs(motion.theta0), START.clear * motion.sigma_theta)
-    return find_tops(motion.time_s, motion.theta, motion.sigma_theta, lowest)
+def horizons_s(motion: Motion, growth: int | None = None) -> list[float]:
+    """Ends of growing horizons [s]: the first peak after an impact, swings in growing number, all clear swings.
 
-
-def from_top(motion: Motion, top: Top) -> Motion:
-    """The rest of a run from a peak on."""
-    later = motion.time_s >= top.time_s
-    return replace(
-        motion,
-        time_s=motion.time_s[later] - top.time_s,
-        theta=motion.theta[later],
-        theta0=top.height,
-        theta0_stderr=TOP_STDERR * abs(top.height),
-        t0_stderr=TOP_STDERR_S,
-        fit_start_s=0.0,
-    )
-
-
-def tilt_of_swings(block: Block, motion: Motion) -> float:
-    """Tilt of the base to the right [rad], as the heights of the swings have it; 0 where they are too few.
-
-    The energy of a rigid block at a top is m g (y - τ x), with y its rise and x its way to the right, both of
-    the centre of mass turning about a corner. It falls evenly from swing to swing: its logarithm is a
-    polynomial in the number of the swing, beside which τ x/y alternates.
+    What follows these is no more than noise, and holds impacts that no one sees. Up to that peak the error has few minima; each further one adds at most half of the swings before it.
     """
-    heights = np.array([motion.theta0, *(top.height for top in tops_of(motion))])
-    degree = sum(n <= heights.size for n in START.heights)
-    rise = block.b * np.sin(np.abs(heights)) - 2 * block.h * np.sin(heights / 2) ** 2
-    if not degree or rise.min() <= 0:
-        return 0.0
-    way = block.h * np.sin(heights) + 2 * block.b * np.sign(heights) * np.sin(heights / 2) ** 2
-    number = np.arange(heights.size) - (heights.size - 1) / 2
-    design = np.column_stack([way / rise, np.vander(number, degree + 1)])
-    return float(np.linalg.lstsq(design, np.log(rise), rcond=None)[0][0])
+    crossings = crossings_s(motion)
+    if crossings.size < 3:
+        return [1.1 * moving_s(motion) + 0.1]
+    last = float(crossings[-1])
+    found, n = [0.5 * float(crossings[0] + crossings[1])], 2
+    while n < crossings.size:
+        found.append(float(crossings[n]))
+        n = n + max(1, n // (growth or START.growth))
+    return [*(each for each in found if each < 0.95 * last), last]
+
+
+def scan(model: RunModel) -> list[Point]:
+    """Starts of a law: the lowest local minima of the error over a grid, until the peak after the first impact.
+
+    A law with cases starts from the minima of these, with a trace of the number that each lacks.
+    """
+    return _scan(model, horizons_s(model.motion)[0], START.followed)
+
+
+def scan_whole(model: RunModel, most: int) -> list[Point]:
+    """Starts of a law whose every impact is believed: the lowest local minima of the error of the whole run."""
+    return _scan(model, np.inf, most)
+
+
+def _scan(model: RunModel, horizon_s: float, most: int) -> list[Point]:
+    law = law_of(model.candidate)
+    beside = _beside(model)
+    if not law.is_foundation:
+        return _scan_rigid(model, horizon_s, beside, most)
+    samples = model.until(horizon_s, START.grid)
+    laws = law.cases or (model.law,)
+    found = list[tuple[float, Point]]()
+    for case in laws:
+        ratio = LAWS[case].ratios[0]
+        k_grid = np.geomspace(*PARAMETERS["k"].grid)
+        ratios = np.geomspace(*PARAMETERS[ratio].grid)
+        lacking = {name: PARAMETERS[name].trace for name in law.ratios if name != ratio}
+        middle = {ratio: float(ratios[len(ratios) // 2]), **lacking}
+        first_s = horizons_s(model.motion)[0]
+        k_grid = np.sort(np.append(k_grid, _first_swing_k(model, first_s, middle, beside)))
+        points = [
+            _at(model, {"k": k, ratio: k * c, **{name: k * each for name, each in lacking.items()}, **beside})
+            for k, c in product(k_grid.tolist(), ratios.tolist())
+        ]
+        found += _lowest(model, points, (len(k_grid), len(ratios)), samples, most)
+    return [point for _, point in sorted(found, key=lambda each: each[0])[:most]]
+
+
+def _beside(model: RunModel) -> dict[str, float]:
+    """What is freed beside the law, as stated."""
+    stated = {"width": 2 * model.block.b, "tilt": 0.0, "edge_radius": PARAMETERS["edge_radius"].trace}
+    stated["theta0"], stated["t0"] = model.motion.theta0, 0.0
+    own = law_of(model.candidate).parameters
+    return {name: stated[name] for name in model.names if name not in own}
+
+
+def _at(model: RunModel, values: Mapping[str, float]) -> Point:
+    return Point({name: values[name] for name in model.names}, np.zeros(len(model.inputs)), np.zeros(0))
+
+
+def _lowest(
+    model: RunModel, points: list[Point], shape: tuple[int, ...], samples: Samples, most: int
+) -> list[tuple[float, Point]]:
+    """Lowest local minima of the mean square error on a grid of so many points each way."""
+    errors = np.array(
+        [
+            np.mean((model.curve(point, samples.time_s, 10 * RTOL_SCREENING) - samples.theta) ** 2)
+            for point in points
+        ]
+    )
+    cells = errors.reshape(shape)
+    beside = np.lib.stride_tricks.sliding_window_view(np.pad(cells, 1, mode="edge"), (3,) * cells.ndim)
+    minima = np.flatnonzero(cells == beside.min(axis=tuple(range(cells.ndim, 2 * cells.ndim))))
+    best = sorted(minima.tolist(), key=lambda i: errors[i])[:most]
+    return [(float(errors[i]), points[i]) for i in best]
+
+
+def _first_swing_k(
+    model: RunModel, horizon_s: float, ratios: Mapping[str, float], beside: Mapping[str, float]
+) -> float:
+    """Stiffness that puts the first impact where it was measured; near overturning the grid is too coarse."""
+    crossings = crossings_s(model.motion)
+    measured = float(crossings[0]) if crossings.size else horizon_s
+    time_s = np.linspace(0.0, horizon_s, 4 * START.grid)
+    low, high, _ = PARAMETERS["k"].grid
+    while high > 1.002 * low:
+        k = float(np.sqrt(low * high))
+        values = {"k": k, **{name: k * each for name, each in ratios.items()}, **beside}
+        theta = model.curve(_at(model, values), time_s, 10 * RTOL_SCREENING)
+        crossed = np.flatnonzero(theta * model.motion.theta0 < 0)
+        late = time_s[crossed[0]] > measured if crossed.size else True
+        low, high = (k, high) if late else (low, k)
+    return float(high)
+
+
+def _scan_rigid(model: RunModel, horizon_s: float, beside: Mapping[str, float], most: int) -> list[Point]:
+    """Restitution of a rigid block; a width that is freed first, from the time of the first impact.
+
+    Until then the motion is that of the width alone; the swings after it give r by their height.
+    """
+    grid = 1 - np.geomspace(*PARAMETERS["r"].grid)[::3]
+    if "width" in beside:
+        crossings = crossings_s(model.motion)
+        fall = model.until(float(crossings[0]) if crossings.size else horizon_s, START.grid)
+        low, high, _ = PARAMETERS["width"].grid
+        stands = 1.002 * model.block.height_m * float(np.tan(abs(model.motion.theta0)))
+
+        def error(width: float) -> float:
+            at = _at(model, {"r": 0.9, **beside, "width": width})
+            return float(np.mean((model.curve(at, fall.time_s) - fall.theta) ** 2))
+
+        limits = max(low * model.block.width_m, stands), high * model.block.width_m
+        width = float(minimize_scalar(error, bounds=limits, options={"xatol": 1e-3 * limits[1]}).x)
+        beside = {**beside, "width": width}
+    points = [_at(model, {"r": r, **beside}) for r in grid.tolist()]
+    samples = model.until(horizon_s, START.grid)
+    return [point for _, point in _lowest(model, points, (len(points),), samples, most)]
+
+
+class Followed:
+    """The starts of a run, followed over growing horizons with the impacts free, as far as they are asked for.
+
+    A horizon of one swing knows nothing of what follows; with the impacts free none loses the phase. Where a
+    law leaves more than the noise, the level of a sample is that of its residual.
+
+    Parameters
+    ----------
+    model : RunModel
+    noise : float
+        Standard deviation of the noise of a sample [rad].
+    starts : list of Point, optional
+        By default those of `scan`.
+    growth : int, optional
+        As in `StartSettings`.
+    """
+
+    def __init__(
+        self, model: RunModel, noise: float, starts: list[Point] | None = None, growth: int | None = None
+    ) -> None:
+        self.model, self.noise = model, noise
+        self._starts, self._ends, self._done, self._level = starts, list[Ended](), 0, noise
+        self._horizons, self._crossings = horizons_s(model.motion, growth), crossings_s(model.motion)
+        self.search = START.most, START.ftol
+
+    def hurry(self) -> None:
+        """Follow a law that is far from the run with fewer evaluations."""
+        self.search = START.hurried
+
+    def until(self, swings: int) -> Ended:
+        """The best end of the first horizon that holds so many swings, or of the last one."""
+        while self._done < len(self._horizons):
+            if self._done and np.searchsorted(self._crossings, self._horizons[self._done - 1]) >= swings:
+                break
+            self._grow()
+        return min(self._ends, key=lambda end: end.objective)
+
+    def to_the_end(self) -> Ended:
+        """The best end of the last horizon."""
+        while self._done < len(self._horizons):
+            self._grow()
+        return min(self._ends, key=lambda end: end.objective)
+
+    def over_noise(self, end: Ended) -> float:
+        """Mean square of the residual and the priors at an end, over the noise."""
+        return end.mean_square * (end.posed.level / self.noise) ** 2
+
+    def _grow(self) -> None:
+        horizon_s = self._horizons[self._done]
+        begun = [end.at for end in _promising(self._ends)] if self._ends else self._starts or scan(self.model)
+        last = self._done == len(self._horizons) - 1
+        n_impacts = int(np.searchsorted(self._crossings, horizon_s))
+        samples = self.model.until(horizon_s, START.screening)
+        posed = Posed(self.model, samples, START.sigma_r, self._level, RTOL if last else 10 * RTOL)
+        self._ends = [minimised(posed, with_impacts(start, n_impacts), *self.search) for start in begun]
+        left = min(map(self.over_noise, self._ends))
+        self._level = self.noise * float(np.sqrt(left)) if left > START.misfit else self.noise
+        self._done += 1
+
+
+def _promising(ends: list[Ended]) -> list[Ended]:
+    """Ends that are worth following, without those that have come to the same numbers."""
+    least, found = min(end.mean_square for end in ends), list[Ended]()
+    for end in sorted(ends, key=lambda each: each.mean_square):
+        name = end.posed.model.names[0]
+        alike = [abs(other.at.values[name] / end.at.values[name] - 1) < START.same for other in found]
+        if end.mean_square <= START.promising * least and not any(alike):
+            found.append(end)
+    return found
+
+
+def with_impacts(at: Point, n_impacts: int) -> Point:
+    """A point with the scatter of so many impacts; that of further ones is zero."""
+    impacts = np.zeros(n_impacts)
+    known = min(n_impacts, at.impacts.size)
+    impacts[:known] = at.impacts[:known]
+    return replace(at, impacts=impacts)

@@ -425,7 +425,7 @@ def _event(i, y, law):
     """
     z, v, theta, w = y
     if i == 5:
-        return theta if law[7] > 0 else -theta
+        return theta * math.copysign(1.0, law[7])
     k, c, lam, b = law[0], law[1], law[2], law[3]
     s, cos = _sincos(theta)
     spin = w * cos
@@ -443,7 +443,7 @@ def _event(i, y, law):
 def _event_rate(i, y, law):
     """Rate of event functions 0, 1 and 5."""
     if i == 5:
-        return y[3] if law[7] > 0 else -y[3]
+        return y[3] * math.copysign(1.0, law[7])
     swing = law[3] * y[3] * _sincos(y[2])[1]
     return y[1] - swing if i == 1 else y[1] + swing
 
@@ -729,7 +729,7 @@ def _first_event(regime, bits, tensionless, pivots, dense, law):
 def _may_cross(bits, pivots, y, swing, v_before, swing_before, law):
     """Whether a corner's depth, or a θ that counts, has changed its sign over a step, or its rate has."""
     z, v, theta, _ = y
-    reach, a = law[3] * _sincos(theta)[0], law[7]
+    reach, a = law[3] * _sincos(theta)[0], math.copysign(1.0, law[7])
     return (
         (z + reach > 0) != (bits & 1 > 0)
         or (z - reach > 0) != (bits & 2 > 0)
@@ -832,7 +832,19 @@ def _is_steady(coefficients, segment):
 
 @compiled()
 def _integrate(
-    law, restitution, tensionless, y, time, breaks, coefficients, tolerance, max_steps, out, rates
+    law,
+    restitution,
+    tensionless,
+    y,
+    time,
+    breaks,
+    coefficients,
+    tolerance,
+    max_steps,
+    factors,
+    passages,
+    out,
+    rates,
 ):
     k, c, lam, b, h, inertia, g, corner, radius, e = law
     housner = restitution >= 0
@@ -851,7 +863,8 @@ def _integrate(
     record = rates.size > 0
     impacts = np.empty(0)
     n_time, n_segments = time.size, coefficients.shape[0]
-    steps = rejected = implicit = evaluations = 0
+    steps = rejected = implicit = evaluations = n_passed = 0
+    lifted = housner
     n, segment = _begun(y, time, breaks, out, rates)
     right = y[2] > 0 or (y[2] == 0 and y[3] > 0)
     sign = 1.0 if right else -1.0
@@ -934,7 +947,9 @@ def _integrate(
                 size = max(step * growth, size if whole else 0.0)
                 log_before = log_error
                 swing1 = b * y1[3] * _sincos(y1[2])[1]
-                pivots = housner or kick * step * max(y[3] * y[3], y1[3] * y1[3]) > least
+                lifted = lifted or regime != FULL
+                counts = lifted and n_passed < factors.size
+                pivots = housner or counts or kick * step * max(y[3] * y[3], y1[3] * y1[3]) > least
                 if tensionless or housner or _may_cross(bits, pivots, y1, swing1, y[1], swing, law):
                     first, which = _first_event(regime, bits, tensionless, pivots, dense, law)
                 if which < 0:
@@ -985,19 +1000,26 @@ def _integrate(
         implicit += stiff
         t, y, f, swing = end, y1, f1, swing1
         fresh = whole or which >= 0 or (turned and corner > 0)
+        counted = which == 5 and lifted and n_passed < factors.size
+        factor = factors[n_passed] if counted else 1.0
         if which == 5 and not housner:
-            y = (y[0], y[1], 0.0, y[3])
+            y = (y[0], y[1], 0.0, factor * y[3])
         elif which == 5:
             x, gravity = _ground(coefficients, segment, t - t_segment, g)
             hold = gravity * b - abs(x + gravity * e / h) * h
             # the impact is located within a tolerance: the rate where θ is zero, by the work done since
-            w = restitution * math.copysign(math.sqrt(max(y[3] * y[3] - 2 * f[1] * y[2], 0.0)), y[3])
+            w = factor * restitution * math.copysign(math.sqrt(max(y[3] * y[3] - 2 * f[1] * y[2], 0.0)), y[3])
             # of a swing whose top is hardly beyond what an impact is located to, none is told from rest
             if hold > 0 and w * w * (inertia + b * b) < 0.05 * tolerance * hold:
                 w = 0.0
                 regime = HOUSNER_REST
             y = (0.0, 0.0, 0.0, w)
-        elif which >= 0:
+        if counted:
+            if n_passed < passages.shape[0]:
+                passages[n_passed, 0], passages[n_passed, 1], passages[n_passed, 2] = end, y[0], y[1]
+                passages[n_passed, 3], passages[n_passed, 4] = 0.0, y[3]
+            n_passed, lifted = n_passed + 1, housner
+        if 0 <= which < 5:
             bits ^= 1 << which
             if which < 4 and y[2] == 0 and y[3] == 0:
                 # upright and not turning: what happens at one corner happens at the other
@@ -1064,6 +1086,12 @@ def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.floa
         Error allowed in θ per step [rad]; that of the other components is scaled by b and p.
     max_steps : int
         Steps, taken or rejected, after which to give up.
+    factors : ndarray, shape (n_impacts,)
+        What the rate is multiplied with at the first passages of θ = 0 from one lifted side to the other;
+        beside the restitution of Housner's block.
+    passages : ndarray, shape (n_impacts, 5)
+        Receives instant [s], z_cb, ż_cb, θ and θ̇ just after each of these passages; without rows they are
+        not wanted.
     out : ndarray, shape (n_time,)
         Receives θ.
     rates : ndarray, shape (n_time, 3)

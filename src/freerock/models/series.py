@@ -149,7 +149,7 @@ def _fastest(length, depth, law):
 
 
 @compiled(fastmath=FAST)
-def _rock(law, corner, state, time, tolerance, allowed, max_steps, theta, rates):
+def _rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passages, theta, rates):
     k, c, lam, b, h, J, g, ground = law
     p = math.sqrt(g * math.sqrt(b * b + h * h) / (J + h * h + b * b))
     theta_cr = math.atan2(b, h)
@@ -173,7 +173,8 @@ def _rock(law, corner, state, time, tolerance, allowed, max_steps, theta, rates)
     right, left = depth + b * s > 0, depth - b * s > 0
     depth, v = depth - h * cos, v + h * s * w
     outcome = COMPLETED
-    n = n_impacts = steps = stiff = 0
+    n = n_impacts = n_passed = steps = stiff = 0
+    lifted = False
     while n < time.size and time[n] <= 0:
         theta[n] = angle
         if record:
@@ -188,6 +189,7 @@ def _rock(law, corner, state, time, tolerance, allowed, max_steps, theta, rates)
             law = (k, c, lam, b, h, J, g, sign * ground)
             right, left = True, False
         a = corner if angle > 0 or (angle == 0 and w > 0) else -corner
+        lifted = lifted or not (right and left)
         if right and left:
             on_whole_base(z, t, depth, v, angle, w, s, cos, a, law)
         elif right:
@@ -221,7 +223,10 @@ def _rock(law, corner, state, time, tolerance, allowed, max_steps, theta, rates)
                 z, t, step, -1.0, left, rate - turn, base - b * s1, rate1 - turn1, within, law
             )
         turned = math.inf
-        if a * angle1 < 0 and kick * step * max(w * w, w1 * w1) > least:
+        counts = (
+            lifted and n_passed < factors.size and (angle * angle1 < 0 or (angle == 0 and w * angle1 < 0))
+        )
+        if counts or (a * angle1 < 0 and kick * step * max(w * w, w1 * w1) > least):
             turned = _passage(z, t, step)
         if min(of_right, of_left, turned) < math.inf:
             step = min(of_right, of_left, turned)
@@ -231,6 +236,13 @@ def _rock(law, corner, state, time, tolerance, allowed, max_steps, theta, rates)
             both = angle1 == 0 and w1 == 0
             if turned < min(of_right, of_left):
                 angle1, s1, cos1 = 0.0, 0.0, 1.0
+                if counts:
+                    w1 *= factors[n_passed]
+                    if passages.size > 0:
+                        passages[n_passed, 0], passages[n_passed, 1] = clock + step, depth1 + h
+                        passages[n_passed, 2], passages[n_passed, 3] = v1, 0.0
+                        passages[n_passed, 4] = sign * w1
+                    n_passed, lifted = n_passed + 1, False
             elif of_right <= of_left:
                 right, left = not right, left != both
             else:
@@ -273,7 +285,7 @@ def _rock(law, corner, state, time, tolerance, allowed, max_steps, theta, rates)
                 rates[i, 0] = flat if rests else math.nan
                 rates[i, 1] = rates[i, 2] = 0.0 if rests else math.nan
     there = depth + h * cos, v - h * s * w, sign * angle, sign * w
-    return outcome, steps, n, clock, there, impacts[:n_impacts]
+    return outcome, steps, n, clock, there, impacts[:n_impacts], n_passed
 
 
 def integrate_series(
@@ -284,6 +296,8 @@ def integrate_series(
     coefficients: Floats,
     tolerance: float,
     max_steps: int,
+    factors: Floats,
+    passages: Floats,
     theta: Floats,
     rates: Floats,
 ) -> tuple[int, int, int, int, int, Floats]:
@@ -298,7 +312,9 @@ def integrate_series(
     ground, less = (float(coefficients[0, 0]), float(coefficients[0, 7])) if len(coefficients) else (0.0, 0.0)
     scene = (k, c, lam, b, h, inertia - h * h, g + less, ground), corner, state
     accuracy = tolerance, SHARPER * tolerance, max_steps
-    outcome, steps, n, clock, there, impacts = _rock(*scene, time, *accuracy, theta, rates)
+    outcome, steps, n, clock, there, impacts, passed = _rock(
+        *scene, time, *accuracy, factors, passages, theta, rates
+    )
     if outcome != STIFF:
         return outcome, steps, 0, 0, steps, impacts
     later, own, *others, further = kernel.integrate(
@@ -311,8 +327,11 @@ def integrate_series(
         coefficients,
         tolerance,
         max_steps - steps,
+        factors[passed:],
+        passages[passed:],
         theta[n:],
         rates[n:] if rates.size else rates,
     )
     rejected, implicit, evaluations = others
+    passages[passed:, 0] += clock
     return later, steps + own, rejected, implicit, steps + evaluations, np.append(impacts, clock + further)

@@ -1,6 +1,6 @@
 """The one public door to the rocking models."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -17,7 +17,7 @@ from freerock.models.laws import GEOMETRIC, LAWS, Law, Rules
 from freerock.models.refusals import check_scene
 
 OUTCOMES = ("completed", "at_rest", "overturned", "step_limit", "non_finite")
-NO_RATES = np.empty((0, 3))
+NO_RATES, NO_IMPACTS, NO_PASSAGES = np.empty((0, 3)), np.empty(0), np.empty((0, 5))
 STILL = GroundMotion(np.empty(0), np.empty((0, 14)))
 
 
@@ -176,8 +176,8 @@ def simulate_fitted(
     """Rotation [rad], shape (n_time,), under what a fit finds; an overturned block lies at ±π/2.
 
     `values` holds the parameters of the model, theta0 [rad] and, where they were freed, the release t0 on the
-    clock of `time` [s], the width of the corners and the radius of the edges [m] and the tilt of the base
-    [rad]. All else as in `simulate_theta`, which fits share.
+    clock of `time` [s], the width of the corners and the radius of the edges [m], the tilt of the base
+    [rad] and, as "impacts", δ of each impact, after which the rate is multiplied by 1 + δ. All else as in `simulate_theta`, which fits share.
     """
     theta, _ = simulate_theta(
         model,
@@ -195,6 +195,70 @@ def simulate_fitted(
         if rates is not None:
             rates[lost] = 0.0
     return theta
+
+
+def restarts(
+    model: str,
+    block: Block,
+    values: Mapping[str, float],
+    time: Floats,
+    *,
+    rules: Rules = GEOMETRIC,
+    solver: Solver = SOLVER,
+    step: float = 1e-4,
+) -> Iterator[tuple[int, int, Floats, Floats]]:
+    """The motion after each impact whose rate is a little larger, for derivatives by the scatter of impacts.
+
+    A motion before an impact does not depend on it: each of these begins where the impact was.
+
+    Parameters
+    ----------
+    values : mapping
+        As in `simulate_fitted`; "impacts" holds δ of each impact, shape (n_impacts,): the rate after it is
+        multiplied by 1 + δ.
+    step : float
+        What is added to δ of one impact.
+
+    Yields
+    ------
+    impact, begin : int
+        Number of the impact, and of the first sample after it.
+    theta, z_cb : ndarray, shape (n_time - begin,)
+        Rotation [rad], and depth of the base centre [m].
+    """
+    scene = _Scene(model, block.as_found(values), values, None, rules, solver)
+    block, tilt, theta0 = scene.block, float(values.get("tilt", 0.0)), values["theta0"]
+    time = time - values.get("t0", 0.0)
+    n = scene.factors.size
+    if not (tilt or scene.law.is_foundation or block.e):
+        whole = housner_swings(block, scene.restitutions, theta0, 0.0, time[-1], solver.max_steps)
+        for i in range(min(n, whole.impact_time.size)):
+            moved = np.array(values["impacts"], float)
+            moved[i] += step
+            scene = replace(scene, parameters={**values, "impacts": moved})
+            begin = int(np.searchsorted(time, whole.impact_time[i], "right"))
+            if begin < time.size:
+                theta, _ = _released(scene, theta0, time)
+                yield i, begin, theta[begin:], _corner_kept(block, theta[begin:], theta[begin:])[0]
+        return
+    if tilt:
+        scene = replace(scene, motion=tilted(tilt, float(time[-1]), block.g))
+    stands = depth = 0.0
+    if scene.law.is_foundation:
+        depth = static_depth(block, scene.foundation, theta0)
+        stands = lean(block, scene.foundation, tilt) if tilt or block.e else 0.0
+    passages, unwanted = np.full((n, 5), np.nan), np.empty(time.size)
+    scene.integrate(State(depth, 0.0, theta0 + stands, 0.0), time, unwanted, NO_RATES, passages)
+    for i in range(n):
+        clock, z, z_rate, theta, rate = passages[i].tolist()
+        begin = int(np.searchsorted(time, clock, "right")) if np.isfinite(clock) else time.size
+        if begin == time.size:
+            return
+        later = time[begin:] - clock
+        start = State(z, z_rate, theta, rate * (1 + step / scene.factors[i]))
+        moved, rates = np.empty(later.size), np.empty((later.size, 3))
+        scene.integrate(start, later, moved, rates, first=i + 1)
+        yield i, begin, moved - stands if stands else moved, rates[:, 0]
 
 
 @dataclass(frozen=True)
@@ -218,10 +282,29 @@ class _Scene:
         """What it stands on; none under a rigid block."""
         return Foundation.of(self.parameters) if self.law.is_foundation else Foundation(0.0)
 
+    @property
+    def restitutions(self) -> Floats:
+        """r of Housner's block at each of the first impacts, at last that of all further ones."""
+        return float(self.parameters["r"]) * np.append(self.factors, 1.0)
+
+    @cached_property
+    def factors(self) -> Floats:
+        """What the rate is multiplied with at each of the first impacts, 1 + δ."""
+        return 1.0 + np.asarray(self.parameters.get("impacts", NO_IMPACTS), float)
+
     def integrate(
-        self, start: State, time: Floats, theta: Floats, rates: Floats
+        self,
+        start: State,
+        time: Floats,
+        theta: Floats,
+        rates: Floats,
+        passages: Floats = NO_PASSAGES,
+        first: int = 0,
     ) -> tuple[int, int, int, int, int, Floats]:
-        """Outcome, steps, rejected, implicit, evaluations and impacts; fills theta and rates."""
+        """Outcome, steps, rejected, implicit, evaluations and impacts; fills theta, rates and passages.
+
+        The start lies before the impact of the number `first`.
+        """
         block, foundation, motion = self.block, self.foundation, self.motion
         is_foundation = self.law.is_foundation
         # one signature, so that the kernel is compiled once
@@ -244,7 +327,7 @@ class _Scene:
         constants = foundation.constants(block, pivots or not is_foundation)
         odd = tensionless or block.edge_radius or block.e
         on = motion.breaks, motion.coefficients
-        accuracy = tolerance, max_steps
+        accuracy = tolerance, max_steps, self.factors[first:], passages
         if is_foundation and not odd and (not len(motion.coefficients) or motion.leans(time, self.block.g)):
             return series.integrate_series(constants, state, time, *on, *accuracy, theta, rates)
         r = -1.0 if is_foundation else float(self.parameters["r"])
@@ -258,7 +341,7 @@ def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None =
     if tilt:
         scene = replace(scene, motion=tilted(tilt, float(time[-1]), block.g))
     if scene.motion is None and not is_foundation and not block.e:
-        swings = housner_swings(block, scene.parameters["r"], theta0, 0.0, time[-1], scene.solver.max_steps)
+        swings = housner_swings(block, scene.restitutions, theta0, 0.0, time[-1], scene.solver.max_steps)
         theta, rate = housner_motion(swings, time, theta0, 0.0, rates=rates is not None)
         if rates is not None:
             rates[:, -1] = rate

@@ -1,11 +1,10 @@
-"""Impacts under a fitted law: restitution as a ratio of true energies.
+"""Impacts under a fitted law: restitution as the root of a ratio of true energies.
 
 On a compliant base a tilted block has sunk, moves up and down and has pressed the foundation: its height
 alone is not its energy, and the restitution from two peaks of a rigid block is not the ratio of energies.
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -15,46 +14,37 @@ from numpy.typing import NDArray
 
 from freerock.arrays import Floats
 from freerock.config.processing import RUN_LIMITS
-from freerock.identification.fit import Fit, ImpactEnergy
-from freerock.identification.model_discrepancy import model_discrepancy
+from freerock.identification.fit import Fit
 from freerock.models.block import Block
 from freerock.models.contact import Foundation, energy
-from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, Rules, law_of
-from freerock.models.simulate import Response, Solver, simulate
+from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, law_of
+from freerock.models.simulate import Solver, simulate
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
 from freerock.runs.release import lowered
 
+RTOL, STEP_S = 1e-9, 5e-4  # of the integrator; between instants of the modelled motion [s]
+RELATIVE, SHARE = 1e-4, 0.1  # steps: of a number, and of the uncertainty of an input
+LEAST = 1e-3  # of a force that the motion hardly determines, where it would become negative
+BEYOND = 2.0  # times the time between the last two impacts, for the top after the last one
+APART = 0.25  # of the time between two impacts, by which a measured one may lie off that of the law
 
-@dataclass(frozen=True)
-class EnergySettings:
-    """How the motion of a law is sampled, and its numbers moved.
+
+class ImpactEnergy(NamedTuple):
+    """Of each impact of a modelled motion, in the order of time, shape (n_impacts,).
 
     Parameters
     ----------
-    rtol : float
-        Of the integrator.
-    step_s : float
-        Between instants of the modelled motion [s].
-    relative : float
-        Step of the difference quotients.
-    share : float
-        Of its uncertainty, by which an input of the laboratory is moved.
-    least : float
-        Of a force that the motion hardly determines, where it would become negative.
-    beyond : float
-        Times the time between the last two impacts, for the top after the last one.
+    time_s : ndarray
+        Since the release, on the clock of the fit [s].
+    restitution, u_total : ndarray
+        √(energy at the top after the impact over that at the top before it), and its total uncertainty. NaN
+        of impacts without a further top.
     """
 
-    rtol: float = 1e-9
-    step_s: float = 5e-4
-    relative: float = 1e-4
-    share: float = 0.1
-    least: float = 1e-3
-    beyond: float = 2.0
-
-
-ENERGY = EnergySettings()
+    time_s: Floats
+    restitution: Floats
+    u_total: Floats
 
 
 def impact_energy(
@@ -69,17 +59,16 @@ def impact_energy(
     """Restitution by energy of the impacts of a fitted motion.
 
     At a top θ̇ is zero, and the energy has these parts only: of rising and sinking, of weight, and in the
-    foundation (`freerock.models.contact.energy`). Standard errors are to first order those of the fitted
-    numbers, through the law; inputs of the laboratory, such as the width, reach it both through these and by
-    themselves. The energy before the first impact is that of the block when the finger has left; the total
-    uncertainty has what the finger may have taken of the held block's (`runs.release.lowered`). What a law
-    does not explain reaches it as it does the numbers: by what the parts of the run
-    make of it (`model_discrepancy`).
+    foundation (`freerock.models.contact.energy`). The uncertainty is to first order that of the fitted
+    numbers and of the scatter δ of the impacts, and that of the inputs, which reach it through the numbers
+    and by themselves. The energy before the first impact is that of the block when the finger has left; the
+    total uncertainty has what the finger may have taken (`runs.release.lowered`). A rigid block's r of impact
+    i is r (1 + δ_i).
 
     Parameters
     ----------
     fit : Fit
-        Of one run, by a law of the foundation, to be used.
+        Of one run, to be used.
     block : Block
     time_s : ndarray, shape (n_impacts,)
         Impacts that are requested, each the nearest of the law [s].
@@ -88,90 +77,95 @@ def impact_energy(
     view : View, optional
         What the sensor made of the motion.
     laboratory : Laboratory, optional
-        What is known of the inputs, where the fit has their contributions.
-
-    Raises
-    ------
-    ValueError
-        Of a rigid block, whose energies are those of its heights.
+        What is known of the inputs.
     """
+    asked, delta = np.asarray(time_s, float), fit.scatter.delta
     if not law_of(fit.model).is_foundation:
-        raise ValueError("a rigid block's restitution by energy is that from its peaks")
-    asked = np.asarray(time_s, float)
-    law = _Law(fit.model, debonding, view, asked, float(fit.theta_model[0]))
-    nominal = law.of(block, fit.values)
-    columns = []
-    for name, value in fit.values.items():
-        if name == "t0" or not value:
-            columns.append(np.zeros(asked.size))
-            continue
-        step = ENERGY.relative * abs(value)
-        up, down = (law.of(block, {**fit.values, name: value + side * step}) for side in (1, -1))
-        columns.append((up[2] - down[2]) / (2 * step))
-    gradient = np.reshape(columns, (len(fit.values), asked.size)).T
-    known = np.isfinite(np.diag(fit.covariance))  # one held at a bound has no error
-    own = gradient[:, known]
-    variance = np.sum(own @ fit.covariance[np.ix_(known, known)] * own, axis=1)
-    total = variance + _discrepancy(fit, gradient * known) ** 2
-    if laboratory is not None and fit.contributions is not None:
-        for source, shift in zip(fit.contributions.inputs, fit.contributions.values.T, strict=True):
-            there = law.of(laboratory.moved(source, ENERGY.share).block, _shifted(fit, ENERGY.share * shift))
-            total += ((there[2] - nominal[2]) / ENERGY.share) ** 2
-    total += (nominal[2] * (nominal[3] == 0) * _taken(block, fit.values.get("theta0", law.theta0))) ** 2
-    return ImpactEnergy(*nominal[:3], np.sqrt(variance), np.sqrt(total))
+        return _rigid(fit, asked)
+    law = _Law(fit.model, debonding, view, asked, float(fit.curve.theta_model[0]))
+    nominal = law.of(block, fit.values, delta)
+
+    def slope(values: dict[str, float], by: Floats, step: float) -> Floats:
+        return (law.of(block, values, by).restitution - nominal.restitution) / step
+
+    columns = [
+        slope({**fit.values, name: value * (1 + RELATIVE)}, delta, RELATIVE * value)
+        if value and name != "t0"
+        else np.zeros(asked.size)
+        for name, value in fit.values.items()
+    ]
+    by_numbers = np.nan_to_num(np.reshape(columns, (len(fit.values), asked.size)).T)
+    contributions = fit.uncertainty.contributions
+    noise = fit.uncertainty.covariance - contributions.values @ contributions.values.T
+    total = np.sum(by_numbers @ np.nan_to_num(noise) * by_numbers, axis=1)
+    own = nominal.number < delta.size
+    if own.any():  # an impact has a δ of its own, which the others hardly move
+        at = nominal.number[own]
+        by_delta = slope(dict(fit.values), delta + RELATIVE, RELATIVE)[own]
+        both = 2 * np.sum(by_numbers[own] * fit.scatter.with_parameters[:, at].T, axis=1)
+        total[own] += by_delta * (by_delta * np.diag(fit.scatter.covariance)[at] + both)
+    if laboratory is not None:
+        for source, shift in zip(contributions.inputs, contributions.values.T, strict=True):
+            moved = laboratory.moved(source, SHARE).block
+            there = law.of(moved, _shifted(fit, SHARE * shift), delta).restitution
+            total += ((there - nominal.restitution) / SHARE) ** 2
+    total += (
+        nominal.restitution * (nominal.number == 0) * _taken(block, abs(fit.values.get("theta0", law.theta0)))
+    ) ** 2
+    return ImpactEnergy(nominal.time_s, nominal.restitution, np.sqrt(np.maximum(total, 0.0)))
 
 
-def of_measured(found: ImpactEnergy, time_s: Floats) -> ImpactEnergy:
-    """The energies at measured impacts: those of the nearest impact of the law; NaN where it has none.
+def of_measured(time_s: Floats, law_s: Floats) -> NDArray[np.intp]:
+    """The impact of the law at each measured one, shape (n_impacts,): the nearest, -1 where none is near.
 
     Parameters
     ----------
-    found : ImpactEnergy
-        Of the law's own impacts.
-    time_s : ndarray, shape (n_impacts,)
-        Of the measured ones, since the release [s].
+    time_s, law_s : ndarray
+        Instants of the measured impacts and of those of the law [s].
     """
-    if not len(found.time_s) or not len(time_s):
-        nothing = np.full(len(time_s), np.nan)
-        return ImpactEnergy(time_s, nothing, nothing, nothing, nothing)
-    apart = np.abs(np.nan_to_num(found.time_s, nan=np.inf)[:, None] - time_s)
+    if not len(time_s) or not len(law_s):
+        return np.full(len(time_s), -1)
+    apart = np.abs(law_s[:, None] - time_s)
     nearest = np.argmin(apart, axis=0)
-    own = np.argmin(apart, axis=1)[nearest] == np.arange(len(time_s))
-    numbers = found.speed_m_s, found.restitution, found.stderr, found.u_total
-    return ImpactEnergy(time_s, *(np.where(own, each[nearest], np.nan) for each in numbers))
+    gap = APART * np.min(np.diff(law_s), initial=np.inf) if len(law_s) > 1 else np.inf
+    near = np.argmin(apart, axis=1)[nearest] == np.arange(len(time_s))
+    return np.where(near & (apart.min(axis=0) < max(gap, APART * 0.1)), nearest, -1)
+
+
+def _rigid(fit: Fit, asked: Floats) -> ImpactEnergy:
+    """r (1 + δ_i) of a rigid block, and its uncertainty."""
+    i, r, delta = list(fit.values).index("r"), fit.values["r"], np.zeros(asked.size)
+    own, n = np.zeros(asked.size), min(asked.size, fit.scatter.delta.size)
+    both = np.zeros(asked.size)
+    delta[:n], own[:n] = fit.scatter.delta[:n], np.diag(fit.scatter.covariance)[:n]
+    both[:n] = fit.scatter.with_parameters[i, :n]
+    square = (1 + delta) ** 2 * fit.uncertainty.covariance[i, i] + r**2 * own + 2 * r * (1 + delta) * both
+    return ImpactEnergy(asked, r * (1 + delta), np.sqrt(np.maximum(square, 0.0)))
 
 
 def _shifted(fit: Fit, shift: Floats) -> dict[str, float]:
     """The numbers of a fit, shifted; a force or a length that the motion hardly determines stays above 0."""
     above = {*MODELS[fit.model], "width", "edge_radius"}
     return {
-        name: max(value + by, ENERGY.least * value) if name in above else value + by
+        name: max(value + by, LEAST * value) if name in above else value + by
         for (name, value), by in zip(fit.values.items(), shift.tolist(), strict=True)
     }
 
 
-def _taken(block: Block, theta0: float) -> float:
-    """Half the share of a rigid block's energy that a finger may take at the release."""
-    height = min(abs(theta0), 0.99 * block.theta_cr)
+def _taken(block: Block, height: float) -> float:
+    """Half the share of a rigid block's energy that a finger may take at the release from an angle [rad]."""
+    height = min(height, 0.99 * block.theta_cr)
     slope = math.sin(block.theta_cr - height)
     energy = 2 * math.sin(height / 2) * math.sin(block.theta_cr - height / 2)
     return lowered(block.p**2 * slope, RUN_LIMITS.finger_s) * slope / energy / 2
 
 
-def _discrepancy(fit: Fit, gradient: Floats) -> Floats:
-    """Standard uncertainty of the restitutions as the law does not explain the run, shape (n_impacts,).
+class _Found(NamedTuple):
+    """Instants [s] and restitutions of the impacts requested, and their numbers from 0."""
 
-    By the parts of the run, as much of it as the numbers have of theirs.
-
-    `gradient` holds their derivatives by the fitted numbers, shape (n_impacts, n_parameters).
-    """
-    if not np.any(fit.discrepancy > 0):
-        return np.zeros(len(gradient))
-    of_numbers = model_discrepancy(fit.value, fit.parts)
-    told = (of_numbers > 0) & np.isfinite(fit.discrepancy)
-    share = float(np.max(fit.discrepancy[told] / of_numbers[told], initial=0.0))
-    parts = [part.following(fit.value, gradient) for part in fit.parts]
-    return min(share, 1.0) * model_discrepancy(np.zeros(len(gradient)), parts)
+    time_s: Floats
+    restitution: Floats
+    number: NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -184,37 +178,11 @@ class _Law:
     asked: Floats
     theta0: float
 
-    def of(self, block: Block, values: Mapping[str, float]) -> tuple[Floats, Floats, Floats, Floats]:
-        """Instants [s], speeds [m/s], restitutions of the impacts requested; how many come before."""
+    def of(self, block: Block, values: dict[str, float], delta: Floats) -> _Found:
+        """What a block shows under such numbers."""
         nothing = np.full(self.asked.size, np.nan)
         if not self.asked.size:
-            return nothing, nothing, nothing, nothing
-        moved = self._moved(block, values)
-        motion, impacts = moved.motion, moved.impacts
-        speeds = np.abs(np.interp(impacts, motion.time, motion.theta_rate))
-        at = np.append(moved.tops, moved.tops + 1)
-        z_cb, z_cb_rate, theta, theta_rate = (
-            each[at] for each in (motion.z_cb, motion.z_cb_rate, motion.theta, motion.theta_rate)
-        )
-        on = moved.block, moved.foundation
-        left, right = np.split(np.asarray(energy(*on, z_cb, z_cb_rate, theta, theta_rate, moved.rules)), 2)
-        at_tops = left + moved.share * (right - left)
-        if len(at_tops) < 2:
-            return nothing, nothing, nothing, nothing
-        restitution = np.full(len(speeds), np.nan)
-        restitution[: len(at_tops) - 1] = np.sqrt(at_tops[1:] / at_tops[:-1])
-        nearest = self._nearest(moved, values)
-        before = nearest.astype(float)
-        times = impacts[nearest] + values.get("t0", 0.0)
-        return times, 2 * moved.block.b * speeds[nearest], restitution[nearest], before
-
-    def _nearest(self, moved: "_Moved", values: Mapping[str, float]) -> NDArray[np.intp]:
-        """The impact of the law nearest to each that is requested."""
-        return np.asarray(
-            np.argmin(np.abs(moved.impacts[:, None] + values.get("t0", 0.0) - self.asked), axis=0)
-        )
-
-    def _moved(self, block: Block, values: Mapping[str, float]) -> "_Moved":
+            return _Found(nothing, nothing, np.empty(0, np.intp))
         candidate, turning = CANDIDATES[self.model], block.as_found(values)
         rules, foundation = candidate.rules(self.debonding), Foundation.of(values)
         theta0, t0 = values.get("theta0", self.theta0), values.get("t0", 0.0)
@@ -222,26 +190,24 @@ class _Law:
             theta0 = replace(self.view, block=block).released(theta0, turning, foundation)
         last = self.asked[-1] - t0
         before = self.asked[-2] - t0 if self.asked.size > 1 else 0.0
-        time = np.arange(0.0, last + ENERGY.beyond * (last - before), ENERGY.step_s)
-        law = {name: values[name] for name in (*MODELS[candidate.law], "tilt") if name in values}
-        motion = simulate(
-            candidate.law, turning, law, time, theta0=theta0, rules=rules, solver=Solver(ENERGY.rtol)
-        )
+        time = np.arange(0.0, last + BEYOND * (last - before), STEP_S)
+        law: dict[str, object] = {
+            name: values[name] for name in (*MODELS[candidate.law], "tilt") if name in values
+        }
+        law |= {"impacts": delta} if delta.size else {}
+        motion = simulate(candidate.law, turning, law, time, theta0=theta0, rules=rules, solver=Solver(RTOL))  # type: ignore[arg-type]
         impacts = motion.impacts[motion.impacts < time[-1]]
-        return _Moved(turning, foundation, rules, motion, impacts, *_tops(impacts, time, motion.theta_rate))
-
-
-class _Moved(NamedTuple):
-    """A motion of a law: what turned on what, its impacts [s], and the samples before its tops with the share
-    of the step from there."""
-
-    block: Block
-    foundation: Foundation
-    rules: Rules
-    motion: Response
-    impacts: Floats
-    tops: NDArray[np.intp]
-    share: Floats
+        tops, share = _tops(impacts, time, motion.theta_rate)
+        if len(tops) < 2:
+            return _Found(nothing, nothing, np.zeros(self.asked.size, np.intp))
+        at = np.append(tops, tops + 1)
+        states = [each[at] for each in (motion.z_cb, motion.z_cb_rate, motion.theta, motion.theta_rate)]
+        left, right = np.split(np.asarray(energy(turning, foundation, *states, rules)), 2)
+        at_tops = left + share * (right - left)
+        restitution = np.full(len(impacts), np.nan)
+        restitution[: len(at_tops) - 1] = np.sqrt(at_tops[1:] / at_tops[:-1])
+        nearest = np.argmin(np.abs(impacts[:, None] + t0 - self.asked), axis=0)
+        return _Found(impacts[nearest] + t0, restitution[nearest], nearest)
 
 
 def _tops(impacts: Floats, time: Floats, rate: Floats) -> tuple[NDArray[np.intp], Floats]:

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from freerock.selection.choice import Choice
 
 CHOICE_GROUP = "choice"  # in that of a run: no candidate has this name
-CHOICE_NUMBERS = ("epsilon_theta", "epsilon_holdout", "bic")
-TESTS = ("noise_p", "noise_ratio", "noise_low_hz", "noise_high_hz", "added_damping")
+EXPLAINED = ("noise", "repeatability")  # levels at which the selected law explains the runs
+CHOICE_NUMBERS = ("minus_two_log", "n_parameters", "residual_over_noise", "p_prediction")
 
 
 def choice_dataset(choice: "Choice") -> xr.Dataset:
-    """The choice of a run as it is stored.
+    """The choice of a record as it is stored with each run.
 
     Parameters
     ----------
@@ -26,22 +26,17 @@ def choice_dataset(choice: "Choice") -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Along candidate: status and reason (texts), explains (0 or 1), n_freed, `CHOICE_NUMBERS` and `TESTS`,
-        NaN where a candidate has no such number. Attributes: selected, explained, reason, and stories where
-        there is something to tell.
+        Along candidate: status and reason (texts), and `CHOICE_NUMBERS`, NaN where a candidate has no such
+        number. Attributes: selected, level, criterion, reason.
     """
-    known = [each.evidence for each in choice.judged]
     texts = {name: [getattr(each, name) for each in choice.judged] for name in ("status", "reason")}
     arrays: dict[str, Any] = {name: ("candidate", np.array(values, str)) for name, values in texts.items()}
     arrays |= {
-        name: ("candidate", np.array([getattr(each, name) for each in known], float))
-        for name in (*CHOICE_NUMBERS, *TESTS)
+        name: ("candidate", np.array([getattr(each, name) for each in choice.judged], float))
+        for name in CHOICE_NUMBERS
     }
-    arrays["explains"] = "candidate", np.array([each.explains for each in known], np.int8)
-    arrays["n_freed"] = "candidate", np.array([each.n_freed for each in known], np.int32)
-    attrs = {"selected": choice.selected, "explained": choice.explained, "reason": choice.reason}
-    attrs |= {"stories": choice.stories} if choice.stories else {}
-    return xr.Dataset(arrays, {"candidate": [each.model for each in known]}, attrs)
+    told = {name: getattr(choice, name) for name in ("selected", "level", "criterion", "reason")}
+    return xr.Dataset(arrays, {"candidate": [each.model for each in choice.judged]}, told)
 
 
 def choices_of(tree: xr.DataTree) -> Iterator[tuple[int, xr.Dataset]]:

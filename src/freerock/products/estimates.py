@@ -3,9 +3,11 @@
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
+import numpy as np
 import xarray as xr
 
 from freerock.arrays import Floats
+from freerock.models.given import legal
 from freerock.models.laws import MODELS
 from freerock.populations.estimate import Estimate
 from freerock.products.groups import fits_of
@@ -36,7 +38,7 @@ def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:
             covariance=fit["covariance"].values[:n, :n],
             shifts=_shifts(fit, n),
             moved=_moved(fit),
-            sigma_r=float(fit["sigma_r"]) if "sigma_r" in fit else 0.0,
+            sigma_r=fit["sigma_r"].item(),
         )
 
 
@@ -47,24 +49,22 @@ def parameters_in(fit: xr.Dataset) -> "lmfit.Parameters":
     ----------
     fit : xarray.Dataset
         A model of a run: `open_fits(path)["run_1/winkler"]`.
-
-    Raises
-    ------
-    FreerockError
-        A tie in the file is no arithmetic of the parameters.
     """
-    from freerock.identification.least_squares import in_words_of_lmfit
+    import lmfit
 
     names = fit["parameter"].values.astype(str).tolist()
-    return in_words_of_lmfit(
-        names,
-        fit["value"].values,
-        (fit["min"].values, fit["max"].values),
-        fit["vary"].values.astype(bool),
-        fit["expr"].values.astype(str).tolist(),
-        fit["value"].values,
-        fit["covariance"].values,
-    )
+    found, stderr = lmfit.Parameters(), np.sqrt(np.diag(fit["covariance"].values))
+    columns = (fit[name].values.tolist() for name in ("value", "vary", "min", "max", "expr"))
+    for name, value, vary, low, high, expr in zip(names, *columns, strict=True):
+        found.add(legal(name), value, bool(vary), low, high, expr or None)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = fit["covariance"].values / np.outer(stderr, stderr)
+    free = [i for i, name in enumerate(names) if found[legal(name)].vary]
+    for i in free:
+        own = found[legal(names[i])]
+        own.stderr = float(stderr[i])
+        own.correl = {legal(names[j]): float(correlation[i, j]) for j in free if j != i} or None
+    return found
 
 
 def _shifts(fit: xr.Dataset, n: int) -> dict[tuple[str, str], Floats]:

@@ -43,7 +43,7 @@ SAMPLE_FLAGS = {
 BESIDE = {
     "theta": ("sigma_theta", "flags"),
     **{name: (f"{name}_u",) for name in ("theta0", *WITH_TOTAL)},
-    "value": ("stderr", "ci95_low", "ci95_high", "u_law", "u_total", "unit"),
+    "value": ("stderr", "u_law", "u_total", "unit"),
 }
 SINGLE_PRECISION = {"sigma_theta", *(f"{name}{n}" for name in ("voltage", "current") for n in ("", "_2"))}
 

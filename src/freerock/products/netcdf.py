@@ -20,14 +20,24 @@ from freerock.runs.verdict import Level, Reason
 FROM_START = {"long_name": "time from the start of the record"}
 SINCE_RELEASE = {"long_name": "time since the release"}
 
-# Fields of a fit that are variables along its parameters, by their names.
-OF_PARAMETERS = {"value": "value", "stderr": "stderr", "ci95_low": "ci95_low", "ci95_high": "ci95_high"}
-OF_PARAMETERS |= {"u_law": "discrepancy", "u_total": "u_total"}
-INPUTS_GROUP, PARTS_GROUP = "inputs", "parts"  # in that of a fit
+# Numbers of the evidence of a fit that are attributes.
+OF_EVIDENCE = (
+    "noise_p",
+    "residual_over_noise",
+    "noise_low_hz",
+    "noise_high_hz",
+    "minus_two_log",
+    "n_parameters",
+)
+INPUTS_GROUP, PAPER_GROUP = "inputs", "paper_{}"  # in that of a fit; of a law, in that of a run
 
 if TYPE_CHECKING:
-    from freerock.identification.fit import Fit, ImpactEnergy
+    import lmfit
+
+    from freerock.identification.fit import Fit
+    from freerock.identification.paper_fit import PaperFit
     from freerock.noise.spectrum import Noise
+    from freerock.populations.impact_energy import ImpactEnergy
     from freerock.runs.impacts import Impacts
     from freerock.runs.measured_total import MeasuredTotal
     from freerock.runs.segment import Run
@@ -127,28 +137,31 @@ def write_fits(
     fits: Mapping[int, Mapping[str, "Fit"]],
     attrs: Attrs,
     choices: Mapping[int, "Choice"] | None = None,
+    papers: Mapping[int, Mapping[str, "PaperFit"]] | None = None,
     reasons: Mapping[int, Sequence[Reason]] | None = None,
+    energies: "Mapping[int, Mapping[str, ImpactEnergy]] | None" = None,
     packed: bool = True,
-    energies: "Mapping[int, ImpactEnergy] | None" = None,
 ) -> None:
-    """Write identified models: a group per run, with a group per model in each.
+    """Write identified models: a group per run, with a group per candidate and law of the paper in each.
 
     Parameters
     ----------
     path : path
         File to write.
     fits : mapping of int to mapping of str to Fit
-        Fits of each run by run number and model; the fits of a run share their time axis.
+        Fits of each run by run number and candidate; the fits of a run share their time axis.
     attrs : mapping
         Root attributes, as for `write_record`; verdict and reasons are those of the record.
     choices : mapping of int to Choice, optional
-        Which candidates explain a run, by run number.
+        Which law a run needs, by run number.
+    papers : mapping of int to mapping of str to PaperFit, optional
+        The paper's own fits of each run, by law.
     reasons : mapping of int to sequence of Reason, optional
         What the fits of a run say against it, by run number.
+    energies : mapping of int to mapping of str to ImpactEnergy, optional
+        Of the impacts of each fit, by run number and candidate.
     packed : bool
         Compress what runs over time.
-    energies : mapping of int to ImpactEnergy, optional
-        Of the measured impacts of a run, under the candidate named.
 
     Raises
     ------
@@ -158,15 +171,11 @@ def write_fits(
     groups = {"/": xr.Dataset(attrs=root_attributes("fits", "models identified", attrs))}
     for number, models in fits.items():
         own = {"reasons": list(reasons[number])} if reasons and reasons.get(number) else {}
-        groups |= _fits(f"run_{number}", models, {"run": number, **own})
-    for run, choice in (choices or {}).items():
-        group = f"run_{run}"
-        if group in groups:
-            dataset = choice_dataset(choice)
-            if energies and run in energies:
-                found = energies[run]
-                dataset = dataset.assign(_energies(found)).assign_coords(_numbered(len(found.time_s)))
-            groups[f"{group}/{CHOICE_GROUP}"] = dataset
+        groups |= _fits(f"run_{number}", models, (energies or {}).get(number, {}), {"run": number, **own})
+        for law, paper in (papers or {}).get(number, {}).items():
+            groups[f"run_{number}/{PAPER_GROUP.format(law)}"] = _paper(paper)
+        if choices and number in choices:
+            groups[f"run_{number}/{CHOICE_GROUP}"] = choice_dataset(choices[number])
     write_groups(path, groups, packed)
 
 
@@ -225,14 +234,6 @@ def _spectrum(noise: "Noise") -> dict[str, Any]:
     return {"frequency": frequency, "noise_density": ("frequency", density)}
 
 
-def _energies(found: "ImpactEnergy") -> dict[str, Any]:
-    return {
-        "restitution_energy": ("impact", found.restitution),
-        "restitution_energy_u": ("impact", found.u_total),
-        "impact_speed": ("impact", found.speed_m_s),
-    }
-
-
 def _totals(total: "MeasuredTotal | None") -> dict[str, Any]:
     if total is None:
         return {}
@@ -240,100 +241,118 @@ def _totals(total: "MeasuredTotal | None") -> dict[str, Any]:
     return {"theta0_u": ((), total.theta0), **each}
 
 
-def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr.Dataset]:
+def _fits(
+    group: str, models: Mapping[str, "Fit"], energies: "Mapping[str, ImpactEnergy]", attrs: Attrs
+) -> dict[str, xr.Dataset]:
     """Datasets of a run and of its models, each with its own coordinates."""
-    first = next(iter(models.values()))
-    time = {"time": ("time", first.time, SINCE_RELEASE)}
-    groups = {group: xr.Dataset({"theta": ("time", first.theta)}, time, attrs)}
+    first = next(iter(models.values())).curve
+    groups = {group: xr.Dataset({"theta": ("time", first.theta)}, _since(first.time), attrs)}
     for model, fit in models.items():
-        if not np.array_equal(fit.time, first.time):
+        if not np.array_equal(fit.curve.time, first.time):
             raise ValueError(f"{group}: the fits must share their time axis")
-        groups[f"{group}/{model}"] = _fit(model, fit, time)
-        if fit.contributions is not None and fit.contributions.inputs:
+        groups[f"{group}/{model}"] = _fit(model, fit, energies.get(model))
+        if fit.uncertainty.contributions.inputs:
             groups[f"{group}/{model}/{INPUTS_GROUP}"] = _inputs(fit)
-        if fit.parts:
-            groups[f"{group}/{model}/{PARTS_GROUP}"] = _parts(fit)
     return groups
 
 
-def _fit(model: str, fit: "Fit", time: Mapping[str, Any]) -> xr.Dataset:
+def _fit(model: str, fit: "Fit", energies: "ImpactEnergy | None") -> xr.Dataset:
     """The dataset of one fit."""
-    names = list(fit.parameters)
-    arrays: dict[str, Any] = {
-        name: ("parameter", getattr(fit, field)) for name, field in OF_PARAMETERS.items()
+    names, known, scatter = list(fit.values), fit.uncertainty, fit.scatter.of_record
+    n = len(fit.impacts.time_s) if fit.impacts is not None else len(fit.scatter.delta)
+    each = [fit.result.params[legal(name)] for name in names]
+    of_parameters: dict[str, Any] = {
+        "value": fit.value,
+        "stderr": known.stderr,
+        "u_law": known.u_law,
+        "u_total": known.u_total,
+        "min": np.array([one.min for one in each], float),
+        "max": np.array([one.max for one in each], float),
+        "vary": np.array([one.vary for one in each], np.int8),
+        "expr": np.array([one.expr or "" for one in each], str),
     }
-    arrays |= {
-        "covariance": (("parameter", "parameter_b"), fit.covariance),
-        "theta_model": ("time", fit.theta_model),
-        "residual": ("time", fit.residual),
-        "epsilon_theta": ((), fit.epsilon_theta),
-    }
-    coordinates = {"parameter": names, "parameter_b": names, "unit": ("parameter", list(fit.units)), **time}
-    if fit.result is not None:
-        each = [fit.result.params[legal(name)] for name in names]
-        arrays |= {
-            "min": ("parameter", np.array([one.min for one in each], float)),
-            "max": ("parameter", np.array([one.max for one in each], float)),
-            "vary": ("parameter", np.array([one.vary for one in each], np.int8)),
-            "expr": ("parameter", np.array([one.expr or "" for one in each], str)),
-        }
+    of_impacts = {"delta": fit.scatter.delta, "delta_u": fit.scatter.u_delta}
     if fit.impacts is not None:
-        own = _impacts(fit.impacts)
-        arrays |= {name: own[name] for name in ("impact_time", "peak_before", "restitution")}
-        coordinates |= _numbered(len(fit.impacts.time_s))
-    if fit.energies is not None:
-        arrays |= _energies(fit.energies)
-    scalars = {
+        of_impacts |= {"impact_time": fit.impacts.time_s, "peak_before": fit.impacts.peak_before_rad}
+    if energies is not None:
+        of_impacts |= {
+            "restitution_energy": energies.restitution,
+            "restitution_energy_u": energies.u_total,
+        }
+    scalars = {"epsilon_theta": fit.evidence.epsilon_theta, "sigma_r": scatter.sigma_r}
+    arrays: dict[str, Any] = {name: ("parameter", values) for name, values in of_parameters.items()}
+    arrays |= {"covariance": (("parameter", "parameter_b"), known.covariance)}
+    arrays |= {"theta_model": ("time", fit.curve.theta_model), "residual": ("time", fit.curve.residual)}
+    arrays |= {name: ("impact", _padded(values, n)) for name, values in of_impacts.items()}
+    arrays |= {name: ((), value) for name, value in scalars.items()}
+    told = {
+        **_assumes(model, names),
         "success": np.int8(fit.success),
         "message": fit.message,
-        "final_time_s": fit.final_time_s,
-        "n_parameters": np.int32(fit.n_parameters),
-        **{name: getattr(fit, name) for name in ("aic", "bic", "epsilon_holdout")},
+        "final_time_s": float(fit.curve.time[-1]),
+        "sigma_r_low": scatter.low,
+        "sigma_r_high": scatter.high,
+        "agrees_with_noise": np.int8(fit.evidence.agrees),
+        **{name: getattr(fit.evidence, name) for name in OF_EVIDENCE},
+        **_of_lmfit(fit.result),
     }
-    return xr.Dataset(
-        arrays, coordinates, _assumes(model, names) | scalars | _of_lmfit(fit) | fit.diagnostics
-    )
+    return xr.Dataset(arrays, {**_named(names, fit.units), **_since(fit.curve.time), **_numbered(n)}, told)
+
+
+def _paper(fit: "PaperFit") -> xr.Dataset:
+    """The dataset of a law as the paper fits it."""
+    names = list(fit.values)
+    arrays = {
+        "value": ("parameter", np.array(list(fit.values.values()))),
+        "stderr": ("parameter", fit.stderr),
+        "theta_model": ("time", fit.curve.theta_model),
+        "residual": ("time", fit.curve.residual),
+        "epsilon_theta": ((), fit.epsilon_theta),
+    }
+    coordinates = {"parameter": names, "unit": ("parameter", list(fit.units)), **_since(fit.curve.time)}
+    told = {"law": fit.model, "success": np.int8(fit.success), "message": fit.message}
+    told["final_time_s"] = float(fit.curve.time[-1])
+    return xr.Dataset(arrays, coordinates, told | _of_lmfit(fit.result))
 
 
 def _inputs(fit: "Fit") -> xr.Dataset:
     """What the inputs of the laboratory contribute to a fit, and how far it moved them."""
-    assert fit.contributions is not None
-    inputs = fit.contributions.inputs
+    known = fit.uncertainty.contributions
     return xr.Dataset(
         {
-            "contribution": (("parameter", "input"), fit.contributions.values),
-            "influence_of_input": (("parameter", "input"), fit.contributions.impacts),
+            "contribution": (("parameter", "input"), known.values),
+            "influence_of_input": (("parameter", "input"), known.impacts),
         },
         {
-            "parameter": list(fit.parameters),
-            "input": [each.name for each in inputs],
-            "input_owner": ("input", [each.owner for each in inputs]),
-            "input_u": ("input", np.array([each.u for each in inputs], float)),
-            "input_unit": ("input", [each.unit for each in inputs]),
-            "input_stated": ("input", np.array([each.stated for each in inputs], np.int8)),
-            "input_moved": ("input", fit.contributions.moved),
-            "input_remaining": ("input", fit.contributions.remaining),
-            "input_pull": ("input", fit.contributions.pulls),
+            "parameter": list(fit.values),
+            "input": [each.name for each in known.inputs],
+            "input_owner": ("input", [each.owner for each in known.inputs]),
+            "input_u": ("input", np.array([each.u for each in known.inputs], float)),
+            "input_unit": ("input", [each.unit for each in known.inputs]),
+            "input_stated": ("input", np.array([each.stated for each in known.inputs], np.int8)),
+            "input_moved": ("input", known.moved),
+            "input_remaining": ("input", known.remaining),
+            "input_pull": ("input", known.pulls),
         },
     )
 
 
-def _parts(fit: "Fit") -> xr.Dataset:
-    """The numbers of a fit from each part of its run."""
-    return xr.Dataset(
-        {
-            "part_start": ("part", [part.start_s for part in fit.parts]),
-            "part_end": ("part", [part.end_s for part in fit.parts]),
-            "part_value": (("part", "parameter"), np.array([part.value for part in fit.parts])),
-            "part_value_stderr": (("part", "parameter"), np.array([part.stderr for part in fit.parts])),
-        },
-        {"parameter": list(fit.parameters)},
-    )
+def _named(names: Sequence[str], units: Sequence[str]) -> dict[str, Any]:
+    return {"parameter": names, "parameter_b": names, "unit": ("parameter", list(units))}
 
 
-def _of_lmfit(fit: "Fit") -> dict[str, Any]:
-    """Method and evaluations of the least squares whose numbers are reported."""
-    return {} if fit.result is None else {"method": fit.result.method, "nfev": int(fit.result.nfev)}
+def _since(time_s: Floats) -> dict[str, Any]:
+    return {"time": ("time", time_s, SINCE_RELEASE)}
+
+
+def _padded(values: Floats, n: int) -> Floats:
+    """Values of the first impacts, NaN of those beyond."""
+    return np.append(values, np.full(max(0, n - len(values)), np.nan))[:n]
+
+
+def _of_lmfit(result: "lmfit.minimizer.MinimizerResult") -> dict[str, Any]:
+    """Method and evaluations of the least squares."""
+    return {"method": result.method, "nfev": int(result.nfev)}
 
 
 def _assumes(model: str, freed: Sequence[str]) -> dict[str, Any]:

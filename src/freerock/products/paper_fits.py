@@ -22,7 +22,8 @@ def paper_fits(run: xr.DataTree) -> dict[str, xr.Dataset]:
     dict of str to xarray.Dataset
         By law, of those that the paper fitted.
     """
-    return {law: run.children[law].dataset for law in PAPER_MODELS if law in run.children}
+    known = {law: f"paper_{law}" for law in PAPER_MODELS}
+    return {law: run.children[name].dataset for law, name in known.items() if name in run.children}
 
 
 def paper_fits_of(tree: xr.DataTree) -> Iterator[tuple[int, str, xr.Dataset]]:

@@ -60,8 +60,7 @@ def printed_choices(choice: pd.DataFrame, runs: pd.DataFrame) -> Printed:
 
 def printed_tests(choice: pd.DataFrame, runs: pd.DataFrame) -> Printed:
     """The candidates of each run with their p-values."""
-    numbers = {"noise_ratio": "Residual / noise", "noise_p": "p (noise at rest)"}
-    numbers |= {"residual_over_noise": "Residual / noise", "p_prediction": "p (prediction)"}
+    numbers = {"residual_over_noise": "Residual / noise", "p_prediction": "p (prediction)"}
     shown = choice[choice["test"].isin(runs["test"]) & (choice["status"] != "not_fitted")].head(
         3 * MOST_LISTED
     )

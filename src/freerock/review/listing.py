@@ -46,7 +46,6 @@ def lines_of_runs(runs: pd.DataFrame, choice: pd.DataFrame) -> dict[str, list[Js
                 "excluded": bool(row.excluded),
                 "model": MODEL_LABELS.get(own.model, "") if own else "",
                 "explained": own is not None and bool(own.explains),
-                "epsilon": _number(own.epsilon_theta) if own else None,
             }
         )
     return found

@@ -9,7 +9,7 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.free_parameters import symbol_of
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
-from freerock.products.choices import CHOICE_GROUP, named_in
+from freerock.products.choices import CHOICE_GROUP, EXPLAINED, named_in
 from freerock.products.groups import impacts_of, release_angle_of, runs_of
 from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.review.listing import lines_of_runs
@@ -94,9 +94,10 @@ def fits_of_group(group: xr.DataTree | None) -> Json | None:
     candidates = []
     for i, model in enumerate(data["candidate"].values.astype(str)):
         status = str(data["status"].values[i])
-        if status == "selected" and not data["explains"].values[i]:
+        if status == "selected" and attrs["level"] not in EXPLAINED:
             status = "nearest"
-        epsilon = float(data["epsilon_theta"].values[i])
+        fitted = group.children[model].dataset if model in group.children else {}
+        epsilon = float(fitted["epsilon_theta"]) if "epsilon_theta" in fitted else math.nan
         candidates.append(
             {
                 "model": model,
@@ -109,7 +110,7 @@ def fits_of_group(group: xr.DataTree | None) -> Json | None:
                 "parameters": _parameters(group.children[model]) if model in group.children else [],
             }
         )
-    told: Json = {key: str(attrs[key]) for key in ("reason", "stories") if key in attrs}
+    told: Json = {key: str(attrs[key]) for key in ("reason", "level") if key in attrs}
     return told | {"candidates": candidates, "selected": str(attrs["selected"])}
 
 

@@ -128,16 +128,18 @@ class Bench:
             The machine lacks something, such as space for what is written meanwhile.
         """
         from freerock.jobs.make_fits import make_fits
-        from freerock.selection.hypotheses_tried import identify_runs
+        from freerock.selection.identify import Identified, identify_record
 
-        def alone(*problem: Any) -> Any:
-            return self._identified.get(problem, lambda: _identify(problem, needed))
-
-        def identify(block: Any, motions: Mapping[int, Any], hypotheses: Any) -> dict[int, Any]:
-            if near_s is None:
-                return identify_runs(block, motions, hypotheses, alone)
-            nearest = min(motions, key=lambda number: abs(release[number] - near_s), default=None)
-            return {} if nearest is None else {nearest: alone(block, motions[nearest], hypotheses)}
+        def identify(block: Any, motions: Mapping[int, Any], allowed: Any) -> Identified:
+            if not needed():
+                raise Superseded
+            if near_s is not None:
+                nearest = min(motions, key=lambda number: abs(release[number] - near_s), default=None)
+                motions = {} if nearest is None else {nearest: motions[nearest]}
+            key = block, tuple(motions.items()), allowed
+            found = self._identified.get(key, lambda: identify_record(block, motions, allowed))
+            assert isinstance(found, Identified)
+            return found
 
         of_record, of_fits = self.settings(campaign, line)
         with TemporaryDirectory(prefix="freerock-review-") as folder:
@@ -147,7 +149,7 @@ class Bench:
             release = {int(run.attrs["run"]): run.dataset["release"].item() for run in runs}
             if not needed():
                 raise Superseded
-            make_fits(of_fits, record_file, fits_file, identify, passing=True)
+            make_fits(of_fits, record_file, fits_file, identify, packed=False)
             give_back()
             return Analysed(record, open_fits(fits_file))
 
@@ -198,11 +200,3 @@ def give_back() -> None:
         rfft(np.ones(n))
     with suppress(OSError, AttributeError):
         ctypes.CDLL(None).malloc_trim(0)
-
-
-def _identify(problem: Any, needed: Callable[[], bool]) -> Any:
-    from freerock.selection.hypotheses_tried import identify_run
-
-    if not needed():
-        raise Superseded
-    return identify_run(*problem)

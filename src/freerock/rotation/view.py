@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -75,6 +75,16 @@ class View:
         if foundation is not None:
             load, rests = block.weight / foundation.k, self._rests(block, foundation)
         return float(self._sign * beam_kernel.released(self._sign * theta0, load, rests, *self._beams(block)))
+
+    @cached_property
+    def at_once(self) -> "View":
+        """The same of a sensor that takes no time."""
+        return View(self.block, replace(self.laser, response_ms=0.0))
+
+    def seen_at_rest(self, theta: float, block: Block, foundation: Foundation | None) -> float:
+        """Angle [rad] at which a block at rest is seen whose rotation is known [rad]."""
+        depth = 0.0 if foundation is None else static_depth(block, foundation, theta)
+        return float(self.seen(np.array([[theta]]), np.array([[depth]]), block, foundation)[0])
 
     @cached_property
     def _sign(self) -> float:

@@ -1,272 +1,274 @@
-"""Which candidates explain a run: the selected one, and all that the data cannot distinguish from it.
+"""Which law the runs of a record need: a choice among candidates that had the same freedom.
 
-Pure rules on evidence: nothing is fitted here.
+Where a candidate leaves no more than the noise of the sensor, the evidence decides: -2 ln L with the numbers
+and nuisances charged. Where none does, laws are compared by how well they foretell the swings of a run whose
+record's other runs they were fitted to.
 """
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, fields
-from typing import Any, Literal
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from freerock.identification.fit import Fit
-from freerock.identification.significance_levels import NEAR, REJECTS, RESIDUAL, TELLS, TRACE
-from freerock.models.laws import CANDIDATES, MODEL_LABELS, law_of
-from freerock.selection.allowed_hypotheses import contains
+from freerock.identification.goodness import louder
+from freerock.identification.significance_levels import TELLS
+from freerock.models.laws import MODEL_LABELS
+from freerock.selection.candidates import contains, n_numbers
+from freerock.selection.prediction import compared, errors_of_swings
 
 Status = Literal["selected", "also_possible", "rejected", "not_fitted"]
+Level = Literal["noise", "repeatability", "rejected", "none"]
+Criterion = Literal["evidence", "prediction", "none"]
 
 
 @dataclass(frozen=True)
-class Evidence:
-    """What is known of a candidate on a run; NaN where something is not.
+class ChoiceSettings:
+    """When data tell two laws apart where none leaves only noise; by judgement.
 
     Parameters
     ----------
-    model : str
-        A key of `freerock.models.laws.CANDIDATES`.
-    n_freed : int
-        Numbers that its fit frees, all counted.
-    success : bool
-        Whether its fit may be used.
-    message : str
-        Why the fit may not be used, or why there is none.
-    fitted : bool
-        False where there is no fit.
-    epsilon_theta : float
-        ε_θ as a fraction; without a fit that of a quick one, where there was one.
-    epsilon_holdout : float
-        ε_θ of the second half of the run under the first.
-    bic : float
-        Bayesian information criterion.
-    charged : float
-        Part of it that is for the freed numbers and the inputs.
-    noise_p, noise_ratio, noise_low_hz, noise_high_hz : float
-        The residual against the noise at rest (`freerock.identification.against_noise.AgainstRest`).
-    added_damping : float
-        Standard errors by which a number that the law lacks would be above zero.
-    pulls_p : float
-        Chance of so large a pull of any input as the law requires.
-    pulled : str
-        That input, in words.
+    near : float
+        Times the least residual, up to which candidates are compared by prediction.
+    significant : float
+        Chance of a difference in prediction, below which two laws are told apart.
+    repeatable : float
+        Share of what the scatter of the impacts does to a run, up to which a residual is small beside it.
     """
 
-    model: str
-    n_freed: int
-    success: bool = False
-    message: str = ""
-    fitted: bool = True
-    epsilon_theta: float = math.nan
-    epsilon_holdout: float = math.nan
-    bic: float = math.nan
-    charged: float = 0.0
-    noise_p: float = math.nan
-    noise_ratio: float = math.nan
-    noise_low_hz: float = math.nan
-    noise_high_hz: float = math.nan
-    added_damping: float = math.nan
-    pulls_p: float = 1.0
-    pulled: str = ""
+    near: float = 3.0
+    significant: float = 0.01
+    repeatable: float = 0.3
 
-    @property
-    def objection(self) -> str:
-        """Why the candidate does not explain the run by itself; "" where it does."""
-        if not self.fitted or not self.success:
-            return self.message or "the fit may not be used"
-        if self.epsilon_holdout > 1:
-            held_out = plainly(100 * self.epsilon_holdout)
-            return f"held-out ε_θ is worse than that of a block at rest: {held_out} %"
-        if not self.noise_p > RESIDUAL:
-            where = f"{plainly(self.noise_low_hz)} to {plainly(self.noise_high_hz)} Hz"
-            times = plainly(self.noise_ratio)
-            return f"the residual exceeds the noise: {times} times the power at rest, {where}"
-        if not self.pulls_p > REJECTS:
-            return f"requires {self.pulled}"
-        if self.added_damping > TRACE:
-            return f"a parameter that it lacks is significant, {self.added_damping:.1f} standard errors"
-        return ""
 
-    @property
-    def explains(self) -> bool:
-        """Whether only noise is left."""
-        return not self.objection
-
-    def rules_out(self, other: "Evidence") -> bool:
-        """Whether the data tell this candidate from another one, in its favour.
-
-        By `TELLS` in the BIC; of one that holds the other as a case, where the BIC is lower, in the
-        likelihood.
-        """
-        apart = other.bic - self.bic
-        if contains(self.model, other.model) and apart > 0:
-            apart += self.charged - other.charged
-        return apart > TELLS
+CHOICE = ChoiceSettings()
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A candidate, what is known of it, and what became of it."""
+    """What becomes of a candidate.
 
-    evidence: Evidence
+    Parameters
+    ----------
+    model : str
+    status : str
+        "selected", "also_possible", "rejected" or "not_fitted".
+    reason : str
+        Why, in words.
+    minus_two_log : float
+        -2 ln of the evidence of all runs over that of the selected candidate; NaN if not fitted.
+    n_parameters : int
+    residual_over_noise : float
+        Largest of the runs.
+    p_prediction : float
+        Chance of its difference in prediction from the selected one; NaN where it was not compared.
+    """
+
+    model: str
     status: Status
     reason: str
+    minus_two_log: float = math.nan
+    n_parameters: int = 0
+    residual_over_noise: float = math.nan
+    p_prediction: float = math.nan
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The answer of a run.
+    """The law that the runs of a record need.
 
     Parameters
     ----------
     selected : str
-        The candidate that is named; "" where none may be.
-    explained : bool
-        Whether it leaves only noise; else it is the best of those that don't explain the run.
+        "" where no fit is to be used.
+    level : str
+        "noise" (it leaves no more than the noise), "repeatability" (what it leaves is small beside the scatter
+        of the impacts), "rejected" (more), "none".
+    criterion : str
+        What decided: "evidence" or "prediction".
     reason : str
-        Why, in words.
+        In one sentence.
     judged : tuple of Judged
-        Every candidate, in the order of the evidence.
-    stories : str
-        A rigid block with worn corners against a compliant foundation, in words, where both come near; else
-        "".
+        All candidates, in their order.
     """
 
     selected: str
-    explained: bool
+    level: Level
+    criterion: Criterion
     reason: str
-    judged: tuple[Judged, ...] = field(default=())
-    stories: str = ""
+    judged: tuple[Judged, ...]
+
+    @property
+    def explained(self) -> bool:
+        """Whether the selected law explains the runs, to the noise or to their repeatability."""
+        return self.level in ("noise", "repeatability")
 
     @property
     def also_possible(self) -> tuple[str, ...]:
-        """The other candidates that the data can't tell from the selected one."""
-        return tuple(each.evidence.model for each in self.judged if each.status == "also_possible")
+        """Candidates that the data can't tell from the selected one."""
+        return tuple(each.model for each in self.judged if each.status == "also_possible")
 
 
-def evidence(fit: Fit) -> Evidence:
-    """What `choose` takes of a fit."""
-    names = {each.name for each in fields(Evidence)} & {*fit.diagnostics}
-    of_residual: dict[str, Any] = {name: fit.diagnostics[name] for name in names}
-    return Evidence(
-        model=fit.model,
-        n_freed=fit.n_parameters,
-        success=fit.success,
-        message=fit.message,
-        epsilon_theta=fit.epsilon_theta,
-        epsilon_holdout=fit.epsilon_holdout,
-        bic=fit.bic,
-        pulled=fit.pulled,
-        **of_residual,
-    )
+Fits = Mapping[str, Mapping[int, Fit]]
 
 
-def choose(evidence: Sequence[Evidence]) -> Choice:
-    """The smallest candidate that explains a run, and every other one that the data can't tell from it.
+def choose(fits: Fits, missing: Mapping[str, str]) -> Choice:
+    """The law that the runs of a record need.
 
-    A candidate explains a run when its residual is the noise at rest (`against_noise.against_rest`), holds no
-    trace of a number that the law lacks, and no held-out ε_θ is above 1. Of those, the data tell apart what
-    differs by `TELLS` (`Evidence.rules_out`): the wrong one of two candidates of as many numbers is then
-    named alone with a chance of Φ(−√TELLS) = 8e-4 at most, however far apart they are, and so is a larger one
-    whose further number has one sign. Among the others, the least numbers win, then the lowest BIC. A
-    candidate that holds the selected one as a case is needless and not listed beside it, unless its BIC is
-    lower.
-
-    Where none explains the run, the lowest held-out ε_θ, and among those within a tenth of it the lowest
-    BIC, is named, and said not to explain it. A candidate with a held-out ε_θ above 1 is never named.
+    Parameters
+    ----------
+    fits : mapping of str to mapping of int to Fit
+        By candidate and run; all candidates were fitted to the same runs.
+    missing : mapping of str to str
+        Why other candidates were not fitted.
     """
-    good = [each for each in evidence if each.explains]
-    if not good:
-        return _least_bad(evidence)
-    best = min(each.bic for each in good)
-    left = [each for each in good if not any(other.rules_out(each) for other in good)]
-    chosen = min(left, key=lambda each: (each.n_freed, each.bic))
-    judged = tuple(_judged(each, chosen, left, best) for each in evidence)
-    beside = [each.evidence.model for each in judged if each.status == "also_possible"]
-    parameters = f"({chosen.n_freed} parameters)"
-    reason = f"the candidate with fewest parameters whose residual agrees with the noise {parameters}"
-    if beside:
-        reason += f"; the data can't tell it from {_listed(beside)}"
-    return Choice(chosen.model, True, reason, judged, _stories(chosen.model, beside, evidence))
-
-
-def plainly(value: float) -> str:
-    """A positive number in three figures without a power of ten: "9770", "0.0321", "97.7 million"."""
-    if 1e6 <= value < math.inf:
-        return f"{plainly(value / 1e6)} million"
-    return np.format_float_positional(value, precision=3, unique=False, fractional=False, trim="-")
-
-
-def _judged(each: Evidence, chosen: Evidence, left: Sequence[Evidence], best: float) -> Judged:
-    """What becomes of a candidate beside the one that is selected."""
-    agrees, apart = "its residual agrees with the noise", each.bic - chosen.bic
-    status: Status = "rejected"
-    if each is chosen:
-        status, why = "selected", "the one with fewest parameters whose residual agrees with the noise"
-    elif not each.fitted:
-        status, why = "not_fitted", each.message
-    elif not each.explains:
-        why = each.objection
-    elif each not in left and each.bic <= best + TELLS:
-        why = f"{agrees}, but −2 ln L of a larger candidate is lower by {TELLS:g}"
-    elif each not in left:
-        why = f"{agrees}, but the BIC is {each.bic - best:.0f} higher"
-    elif contains(each.model, chosen.model) and each.bic >= chosen.bic:
-        more = each.n_freed - chosen.n_freed
-        why = f"needless: {chosen.model} with {more} more parameter{'s' * (more > 1)}"
-    else:
-        status, why = "also_possible", f"{agrees}; BIC {apart:+.1f}, not significant"
-    return Judged(each, status, why)
-
-
-def _least_bad(evidence: Sequence[Evidence], near: float = 1.1) -> Choice:
-    """The best of candidates none of which explains the run; up to `near` times the least ε_θ by the BIC."""
-    usable = [each for each in evidence if each.fitted and each.success and not each.epsilon_holdout > 1]
-    known = [each.epsilon_holdout for each in usable if math.isfinite(each.epsilon_holdout)]
-    close = [each for each in usable if known and each.epsilon_holdout <= near * min(known)] or usable
-    chosen = min(close, key=lambda each: each.bic, default=None)
-    judged = tuple(
-        Judged(each, "not_fitted" if not each.fitted else "selected" if each is chosen else "rejected", why)
-        for each in evidence
-        for why in (each.objection,)
-    )
-    if chosen is None:
-        failed = not any(each.fitted and each.success for each in evidence)
-        why = "every fit failed" if failed else "every held-out ε_θ is above 1: worse than a block at rest"
-        return Choice("", False, why, judged)
-    reason = "no candidate explains the run; "
-    if known:
-        reason += f"held-out ε_θ = {plainly(100 * chosen.epsilon_holdout)} %, the lowest"
-        reason += f" BIC of {len(close)} within a tenth of the best" if len(close) > 1 else ""
-    else:
-        reason += "the lowest BIC"
-    return Choice(chosen.model, False, reason, judged, _stories(chosen.model, [], evidence))
-
-
-def _stories(chosen: str, beside: Sequence[str], evidence: Iterable[Evidence]) -> str:
-    """Worn corners of a rigid block against a compliant foundation, where both come near."""
-    near = [each for each in evidence if (each.success or not each.fitted) and each.epsilon_theta <= NEAR]
-    worn = [each for each in near if CANDIDATES[each.model].width and not law_of(each.model).is_foundation]
-    soft = [each for each in near if law_of(each.model).is_foundation]
-    if not (worn and soft):
-        return ""
-    both = [min(story, key=lambda each: each.epsilon_theta) for story in (worn, soft)]
-    told = [
-        f"{story} ({MODEL_LABELS[each.model]}, ε_θ = {100 * each.epsilon_theta:.2g} %)"
-        for story, each in zip(
-            ("a rigid block with worn corners", "a compliant foundation"), both, strict=True
-        )
+    usable = {name: own for name, own in fits.items() if all(fit.success for fit in own.values())}
+    left_out = [_not_fitted(name, why) for name, why in missing.items()]
+    failed = [
+        _not_fitted(name, next(fit.message for fit in own.values() if not fit.success))
+        for name, own in fits.items()
+        if name not in usable
     ]
-    text = f"Both {told[0]} and {told[1]} come as near as published fits do (ε_θ up to {100 * NEAR:g} %). "
-    if sum(each.model in (chosen, *beside) for each in both) == 2:
-        return text + "The data can't tell them apart."
-    explaining = [each.explains for each in both]
-    if not any(explaining):
-        return text + "Neither explains the run."
-    first, other = both if explaining[0] and both[0].model == chosen else both[::-1]
-    labels = MODEL_LABELS[first.model], MODEL_LABELS[other.model]
-    return text + f"Only {labels[0]} leaves nothing but noise, which rules {labels[1]} out."
+    if not usable:
+        return Choice("", "none", "none", "no fit is to be used", (*failed, *left_out))
+    good = [name for name, own in usable.items() if all(fit.evidence.agrees for fit in own.values())]
+    found = _by_evidence(usable, good) if good else _by_prediction(usable)
+    return Choice(*found[:4], (*found[4], *failed, *left_out))
 
 
-def _listed(models: Sequence[str]) -> str:
-    return ", ".join(MODEL_LABELS[model] for model in models)
+def evidence_of(own: Mapping[int, Fit]) -> float:
+    """-2 ln of the evidence of all runs of a record, with σ_r charged where there is scatter."""
+    scatter = next(iter(own.values())).scatter.of_record
+    charged = math.log(max(scatter.n_impacts, 1.0)) if scatter.sigma_r else 0.0
+    return sum(fit.evidence.minus_two_log for fit in own.values()) + charged
+
+
+def _not_fitted(model: str, why: str) -> Judged:
+    return Judged(model, "not_fitted", why, n_parameters=n_numbers(model))
+
+
+def _over_noise(own: Mapping[int, Fit]) -> float:
+    return max(fit.evidence.residual_over_noise for fit in own.values())
+
+
+def _by_evidence(fits: Fits, good: Sequence[str]) -> "tuple[str, Level, Criterion, str, tuple[Judged, ...]]":
+    """Of the candidates that leave only noise, the data tell apart what differs by `TELLS`.
+
+    Among the others the least numbers win, then the evidence. A candidate that holds the selected one as a
+    case is needless beside it, unless its evidence is better.
+    """
+    value = {name: evidence_of(own) for name, own in fits.items()}
+    best = min(value[name] for name in good)
+    near = [name for name in good if value[name] <= best + TELLS]
+    selected = min(near, key=lambda name: (n_numbers(name), value[name]))
+    judged = []
+    for name, own in fits.items():
+        apart = value[name] - value[selected]
+        status: Status = "rejected"
+        if name == selected:
+            status, why = "selected", "the least numbers among those that the data can't tell apart"
+        elif name not in good:
+            why = f"its residual is {_over_noise(own):.3g} times the noise"
+        elif name not in near:
+            why = f"−2 ln L is {value[name] - best:.0f} higher"
+        elif contains(name, selected) and apart >= 0:
+            why = f"needless: it holds {MODEL_LABELS[selected]} as a case"
+        else:
+            status, why = "also_possible", f"−2 ln L differs by {apart:+.1f}, not significant"
+        judged.append(Judged(name, status, why, apart, n_numbers(name), _over_noise(own)))
+    beside = [MODEL_LABELS[each.model] for each in judged if each.status == "also_possible"]
+    reason = f"{MODEL_LABELS[selected]} leaves no more than the noise of the sensor"
+    reason += f"; the data can't tell it from {', '.join(beside)}" if beside else ""
+    return selected, "noise", "evidence", reason, tuple(judged)
+
+
+def _by_prediction(fits: Fits) -> "tuple[str, Level, Criterion, str, tuple[Judged, ...]]":
+    """Where none leaves only noise: the likelihood with the residual's own spectrum, then prediction."""
+    value = _under_least_residual(fits)
+    order = sorted(fits, key=lambda name: value[name])
+    least = min(_over_noise(own) for own in fits.values())
+    near = [name for name in order if _over_noise(fits[name]) <= CHOICE.near * least]
+    n_runs = len(next(iter(fits.values())))
+    selected, p, criterion = min(near, key=lambda name: (n_numbers(name), value[name])), {}, "evidence"
+    if n_runs > 1 and len(near) > 1:
+        criterion = "prediction"
+        errors = {name: errors_of_swings(fits[name]) for name in near}
+        selected = _best_of(near, errors)
+        p = {name: compared(errors[selected], errors[name]).p for name in near if name != selected}
+    elif near:
+        within = [name for name in near if value[name] <= value[order[0]] + TELLS] or near
+        selected = min(within, key=lambda name: (n_numbers(name), value[name]))
+    judged = []
+    for name, own in fits.items():
+        apart, status = value[name] - value[selected], "rejected"
+        if name == selected:
+            status, why = "selected", "it foretells the swings of other runs best"
+            if criterion == "evidence":
+                why = "it leaves least, with its numbers charged"
+        elif name not in near:
+            why = f"its residual is {_over_noise(own) / least:.3g} times that of the best"
+        elif criterion == "evidence":
+            status = "also_possible" if abs(apart) <= TELLS else "rejected"
+            why = f"−2 ln L differs by {apart:+.3g}"
+        elif p[name] >= CHOICE.significant:
+            status, why = "also_possible", f"it foretells other runs as well (chance {p[name]:.2g})"
+        else:
+            why = f"it foretells other runs worse (chance {p[name]:.2g})"
+        judged.append(
+            Judged(name, status, why, apart, n_numbers(name), _over_noise(own), p.get(name, math.nan))  # type: ignore[arg-type]
+        )
+    level: Level = "repeatability" if _is_repeatable(fits[selected]) else "rejected"
+    beside = [MODEL_LABELS[each.model] for each in judged if each.status == "also_possible"]
+    what = "foretells the swings of other runs best" if criterion == "prediction" else "leaves least"
+    reason = f"{MODEL_LABELS[selected]} {what}; it leaves {_over_noise(fits[selected]):.3g} times the noise"
+    reason += f"; the data can't tell it from {', '.join(beside)}" if beside else ""
+    return selected, level, criterion, reason, tuple(judged)  # type: ignore[return-value]
+
+
+def _under_least_residual(fits: Fits) -> dict[str, float]:
+    """-2 ln of the evidence of each candidate under the noise that the best one leaves in each run."""
+    value = dict.fromkeys(fits, 0.0)
+    for run in next(iter(fits.values())):
+        best = min((own[run] for own in fits.values()), key=lambda fit: fit.evidence.residual_over_noise)
+        assert best.posterior is not None
+        noise = louder(best.posterior.noise, best.posterior.goodness)
+        for name, own in fits.items():
+            posterior = own[run].posterior
+            assert posterior is not None
+            value[name] += posterior.minus_two_log(noise)
+    return value
+
+
+def _best_of(names: Sequence[str], errors) -> str:  # type: ignore[no-untyped-def]
+    """The candidate that foretells best; among those that are no worse, the one with the least numbers."""
+    best = names[0]
+    for name in names[1:]:
+        if compared(errors[name], errors[best]).ratio < 1:
+            best = name
+    alike = [
+        name
+        for name in names
+        if name == best or not compared(errors[best], errors[name]).p < CHOICE.significant
+    ]
+    fewest = min(map(n_numbers, alike))
+    return min(
+        (name for name in alike if n_numbers(name) == fewest),
+        key=lambda name: (name != best, names.index(name)),
+    )
+
+
+def _is_repeatable(own: Mapping[int, Fit]) -> bool:
+    """Whether what a law leaves within swings is small beside what the scatter of the impacts does."""
+    shares = []
+    for fit in own.values():
+        posterior = fit.posterior
+        if posterior is None or not fit.scatter.delta.size:
+            return False
+        n = posterior.n_names + posterior.n_inputs
+        columns = posterior.rows[: len(posterior.residual), n:] * posterior.posed.level
+        moved = columns * fit.scatter.of_record.sigma_r
+        by_scatter = float(np.sqrt(np.mean(np.sum(moved**2, axis=1))))
+        shares.append(float(np.sqrt(np.mean(posterior.residual**2))) / max(by_scatter, 1e-300))
+    return float(np.median(shares)) <= CHOICE.repeatable

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from freerock.tables.choices import POSSIBLE
-from freerock.tables.number_text import SEEN_NOTE, SIMULATED_NOTE, fixed, quantity, value_text
+from freerock.tables.number_text import SEEN_NOTE, SIMULATED_NOTE, quantity, value_text
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
 SMALL = "alpha beta gamma delta zeta eta theta iota kappa mu nu xi pi rho sigma tau upsilon phi chi psi omega"
@@ -200,7 +200,6 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     for row in tidy["epsilon"].itertuples():
         text = f"{quantity(100 * row.epsilon_theta)} %"
         macro([*_fit_name(row), "Epsilon"], text if row.success else "failed fit")
-        macro([*_fit_name(row), "FinalTime"], f"{fixed(row.final_time_s, 2)} s")
     notes = [*[f"% {SIMULATED_NOTE}"] * ("simulated" in set(runs["origin"])), f"% {SEEN_NOTE}"]
     lines = [rf"\newcommand{{\{name}}}{{{text}}}" for name, text in named.items()]
     return "\n".join([*notes, *lines, ""])

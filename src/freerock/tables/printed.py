@@ -172,11 +172,11 @@ def printed_recovered(frame: pd.DataFrame) -> Printed:
             "Truth": quantity(row.truth, digits=5),
             "Identified": quantity(row.value, row.u_total),
             "Error / %": fixed(row.error_percent, 3),
-            "In 1.96 u": "yes" if row.inside_total else "no",
+            "In 1.96 u": "yes" if row.inside else "no",
         }
         for row in frame.itertuples()
     ]
-    inside = f"±: total standard uncertainty u. {frame['inside_total'].sum()} of {len(frame)} inside 1.96 u."
+    inside = f"±: total standard uncertainty u. {frame['inside'].sum()} of {len(frame)} inside 1.96 u."
     caption = "Identified values and those the records were simulated with"
     return Printed(pd.DataFrame(rows), caption, [inside, SIMULATED_NOTE])
 

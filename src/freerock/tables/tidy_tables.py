@@ -12,21 +12,25 @@ import xarray as xr
 from freerock.arrays import Floats
 from freerock.columns import columns_of
 from freerock.models.free_parameters import unit_of
-from freerock.models.laws import MODELS, law_of
-from freerock.products.choices import choices_of, named_in
+from freerock.models.laws import MODELS
+from freerock.populations.impact_energy import of_measured
+from freerock.products.choices import EXPLAINED, choices_of, named_in
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of
-from freerock.products.paper_fits import paper_fits_of
+from freerock.products.paper_fits import paper_fits_of, selected_fit
 from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.rotation.u_total import OF_LAW
 from freerock.runs.verdict import Reason, in_one_line, known_reasons
+from freerock.tables.choices import POSSIBLE
 from freerock.tables.populations import budget_table, populations_table
 
 # Of impacts: columns, and their variables in the datasets, which not all of them have.
 KINDS_OF_R = ("", "_stderr", "_u", "_energy", "_energy_u")
-OF_IMPACTS = {f"r{kind}": f"restitution{kind}" for kind in KINDS_OF_R} | {"impact_speed_m_s": "impact_speed"}
+OF_IMPACTS = {f"r{kind}": f"restitution{kind}" for kind in KINDS_OF_R}
+OF_IMPACTS |= {"impact_speed_m_s": "impact_speed", "delta": "delta", "delta_u": "delta_u"}
 PEAKS = {f"{name}_deg": name for name in ("peak_before", "peak_before_u")}
 ENERGIES = ("restitution_energy", "restitution_energy_u", "impact_speed")
-NUMBERS_OF_FIT = ("value", "stderr", "ci95_low", "ci95_high", "u_law", "u_total")
+NUMBERS_OF_FIT = ("value", "stderr", "u_law", "u_total")
+OF_EVIDENCE = ("residual_over_noise", "noise_p", "sigma_r_low", "sigma_r_high", "n_parameters")
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
 INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
 MOVED = [*INPUT, "input_moved", "input_remaining", "input_pull"]
@@ -132,11 +136,9 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns of parameters.csv, SI units; stderr is that of the noise, u_law the uncertainty where
-        the law does not explain the run, u_total the total (that of noise and law where nothing is known of
-        the inputs); given is empty of what the fit found, else "fixed", "tied: ..." or "undetermined" (held
-        where the search ended); in_phase, of a rigid block that stops rocking at the minimum, the r that
-        keeps the phase; success says whether the fit may be used.
+        Columns of parameters.csv, SI units; stderr is that of noise and scatter, u_law what a residual beyond
+        the noise adds, u_total the total with the inputs; given is empty of what the fit found, else "fixed",
+        "tied: ..." or "undetermined"; success says whether the fit may be used.
     """
     rows = []
     for of_fit, fit in _each_fit(fits):
@@ -150,7 +152,6 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
                     **{key: column[i] for key, column in numbers.items()},
                     "unit": unit_of(parameter),
                     "given": _given(fit, i),
-                    "in_phase": fit.attrs.get("in_phase_r", math.nan) if parameter == "r" else math.nan,
                     "success": bool(fit.attrs["success"]),
                 }
             )
@@ -237,34 +238,6 @@ def pulls_table(fits: Trees) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=columns_of("pulls"))
 
 
-def parts_table(fits: Trees) -> pd.DataFrame:
-    """One row per parameter of the law, usable fit and part of its run.
-
-    Parameters
-    ----------
-    fits : iterable of xarray.DataTree
-        Fit datasets.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Columns of parts.csv, SI units: part from 1, start_s and end_s since the release [s], stderr by
-        white noise (`freerock.identification.model_discrepancy`).
-    """
-    rows = []
-    for of_fit, fit in _each_fit(fits):
-        if "part_value" not in fit:
-            continue
-        spans = list(zip(fit["part_start"].values.tolist(), fit["part_end"].values.tolist(), strict=True))
-        names = fit["parameter"].values.astype(str).tolist()
-        for name in MODELS[of_fit["model"]]:
-            at = names.index(name)
-            of_parts = (fit[key].values[:, at].tolist() for key in ("part_value", "part_value_stderr"))
-            for i, (span, value, stderr) in enumerate(zip(spans, *of_parts, strict=True)):
-                rows.append((*of_fit.values(), name, unit_of(name), i + 1, *span, value, stderr))
-    return pd.DataFrame(rows, columns=columns_of("parts"))
-
-
 def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
     """One row per fit: how far the model is from the measured θ(t).
 
@@ -276,21 +249,21 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns of epsilon.csv; epsilon_theta is a fraction up to final_time_s [s], selected the model
-        chosen for that run (`choice_table`), success says whether the fit may be used; epsilon_in_phase, of a
-        rigid block that stops rocking at the minimum, is that of the local one that keeps the phase.
+        Columns of epsilon.csv; epsilon_theta is a fraction, with inputs and impacts free; selected the model
+        chosen for that run (`choice_table`), success says whether the fit may be used.
     """
     rows = []
     named = {tree.attrs["test"]: {run: named_in(own) for run, own in runs_of(tree).items()} for tree in fits}
     for of_fit, fit in _each_fit(fits):
-        scalars = ("final_time_s", "epsilon_holdout", "aic", "bic", "n_parameters")
-        row = {"epsilon_theta": fit["epsilon_theta"].item(), **{key: fit.attrs[key] for key in scalars}}
-        row["epsilon_in_phase"] = fit.attrs.get("in_phase_epsilon_theta", math.nan)
+        numbers = {key: fit.attrs[key] for key in OF_EVIDENCE}
+        row = {"epsilon_theta": fit["epsilon_theta"].item(), "sigma_r": fit["sigma_r"].item(), **numbers}
         row["selected"] = of_fit["model"] == named[of_fit["test"]][of_fit["run"]]
-        row["success"] = bool(fit.attrs["success"])
+        row |= {name: bool(fit.attrs[name]) for name in ("agrees_with_noise", "success")}
         rows.append(of_fit | row)
     frame = pd.DataFrame(rows, columns=columns_of("epsilon"))
-    return frame.astype({"n_parameters": "Int64", "selected": bool, "success": bool})
+    return frame.astype(
+        {"n_parameters": "Int64", "selected": bool, "agrees_with_noise": bool, "success": bool}
+    )
 
 
 def paper_table(fits: Trees) -> pd.DataFrame:
@@ -330,18 +303,21 @@ def choice_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns of choice.csv: status is "selected", "also_possible", "rejected" or "not_fitted", explains
-        whether the candidate leaves no more than the noise at rest; numbers as in the datasets, fractions and
-        Hz.
+        Columns of choice.csv: status is "selected", "also_possible", "rejected" or "not_fitted"; explains
+        whether a candidate that is possible explains the runs of its record, to the noise or to their
+        repeatability.
     """
     rows = []
     for tree in fits:
         for run, choice in choices_of(tree):
             numbers = {name: choice[name].values.tolist() for name in columns_of("choice") if name in choice}
+            level = {key: str(choice.attrs[key]) for key in ("level", "criterion")}
             for i, model in enumerate(choice["candidate"].values.astype(str)):
                 found = {name: column[i] for name, column in numbers.items()}
-                rows.append({**_identity(tree, run), "model": model, **found})
-    return pd.DataFrame(rows, columns=columns_of("choice")).astype({"explains": bool, "n_freed": "Int64"})
+                explains = found["status"] in POSSIBLE and level["level"] in EXPLAINED
+                rows.append({**_identity(tree, run), "model": model, **found, **level, "explains": explains})
+    frame = pd.DataFrame(rows, columns=columns_of("choice"))
+    return frame.astype({"explains": bool, "n_parameters": "Int64"})
 
 
 def _of_impacts(node: xr.Dataset, name: str) -> Floats:
@@ -368,10 +344,15 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
         down.
     """
     fits, parts = list(fits), list[tuple[xr.DataTree, int, str, xr.Dataset, float]]()
-    choices = {(tree.attrs["test"], run): choice for tree in fits for run, choice in choices_of(tree)}
+    selected = {
+        (tree.attrs["test"], number): found[1]
+        for tree in fits
+        for number, run in runs_of(tree).items()
+        if (found := selected_fit(run))
+    }
     for tree in records:
         for number, group in runs_of(tree).items():
-            measured = _with_energies(group.dataset, choices.get((tree.attrs["test"], number), xr.Dataset()))
+            measured = _with_energies(group.dataset, selected.get((tree.attrs["test"], number)))
             parts.append((tree, number, "experiment", measured, measured["release"].item()))
     for tree in fits:
         parts += [(tree, run, model, fit, 0.0) for run, model, fit in fits_of(tree)]
@@ -400,13 +381,16 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
     return order[columns_of("restitution")].reset_index(drop=True)
 
 
-def _with_energies(measured: xr.Dataset, choice: xr.Dataset) -> xr.Dataset:
-    """Measured impacts with their energies under the selected law; a rigid block's are those of its peaks."""
-    selected = choice.attrs.get("selected")
-    if selected and not law_of(selected).is_foundation and "restitution_u" in measured:
-        own = {"restitution_energy": "restitution", "restitution_energy_u": "restitution_u"}
-        return measured.assign({name: measured[of_peaks] for name, of_peaks in own.items()})
-    return measured.assign({name: choice[name] for name in ENERGIES if name in choice})
+def _with_energies(measured: xr.Dataset, fit: xr.Dataset | None) -> xr.Dataset:
+    """Measured impacts with their energies under the selected law, those of its nearest impacts."""
+    if fit is None or "restitution_energy" not in fit:
+        return measured
+    since_s = measured["impact_time"].values - measured["release"].item()
+    own = of_measured(since_s, fit["impact_time"].values)
+    known = {name: fit[name].values for name in ENERGIES if name in fit}
+    return measured.assign(
+        {name: ("impact", np.where(own >= 0, values[own], np.nan)) for name, values in known.items()}
+    )
 
 
 def rows_of(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict[str, pd.DataFrame]:
@@ -420,14 +404,13 @@ def rows_of(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict
     Returns
     -------
     dict of str to pandas.DataFrame
-        runs, reasons, parameters, parts, contributions, pulls, epsilon, paper, choice and
+        runs, reasons, parameters, contributions, pulls, epsilon, paper, choice and
         restitution.
     """
     return {
         "runs": runs_table(records, fits),
         "reasons": reasons_table(records, fits),
         "parameters": parameters_table(fits),
-        "parts": parts_table(fits),
         "contributions": contributions_table(fits),
         "pulls": pulls_table(fits),
         "epsilon": epsilon_table(fits),

@@ -1,0 +1,124 @@
+"""The paper's own fit: a deterministic motion, inputs as stated, every impact believed exactly.
+
+The objective is the mean square error between measured and modelled θ(t) (Spanos et al. 2017, section 4.2,
+doi:10.1016/j.proeng.2017.09.024), the same for all laws: the law's numbers are free, and the release within
+the uncertainty of its measurement.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import lmfit
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.config.fit_settings import FitSettings
+from freerock.identification.epsilon_theta import epsilon_theta
+from freerock.identification.fit import Curve
+from freerock.identification.posed import Ended, Posed, minimised
+from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel
+from freerock.identification.start import scan, scan_whole
+from freerock.models.block import Block
+from freerock.models.free_parameters import unit_of
+from freerock.runs.motion import Motion
+
+RELEASE_WALLS = 2.0  # standard uncertainties of the measured release, within which the paper's fit has it
+STARTS, SAMPLES = 3, 500  # starts that are followed, and the samples that tell which
+ENOUGH = 4000  # samples of the last fit
+
+
+@dataclass(frozen=True)
+class PaperFit:
+    """A law fitted as the paper does.
+
+    Parameters
+    ----------
+    model : str
+        A law of the paper.
+    values : mapping of str to float
+        Numbers of the law, theta0, t0 [SI].
+    stderr : ndarray, shape (n_parameters,)
+        Of least squares whose residual is white, as lmfit states them [SI]; far too small where it is not.
+    epsilon_theta : float
+        ε_θ as a fraction, the least that the law can have.
+    curve : Curve
+    success : bool
+    message : str
+    result : lmfit.minimizer.MinimizerResult
+    """
+
+    model: str
+    values: Mapping[str, float]
+    stderr: Floats
+    epsilon_theta: float
+    curve: Curve
+    success: bool
+    message: str
+    result: "lmfit.minimizer.MinimizerResult" = field(compare=False, repr=False)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Unit of each number."""
+        return tuple(map(unit_of, self.values))
+
+
+def paper_fit(
+    law: str,
+    block: Block,
+    motion: Motion,
+    debonding: str = "geometric",
+    near: Sequence[Mapping[str, float]] = (),
+) -> PaperFit:
+    """Fit a law as the paper does, to its least ε_θ.
+
+    Parameters
+    ----------
+    law : str
+        housner, winkler or hunt_crossley.
+    block : Block
+    motion : Motion
+    debonding : str
+    near : sequence of mapping of str to float
+        Numbers of the law of other fits [SI], from which it starts too; a scan of the whole run is left out
+        where there are two.
+
+    Raises
+    ------
+    FreerockError
+        The run has fewer valid samples than parameters.
+    """
+    model = RunModel(law, block, motion, FitSettings(debonding=debonding), moves_inputs=False)
+    level = float(np.sqrt(np.mean(model.whole.theta**2)))
+    few = model.until(np.inf, SAMPLES)
+    starts = [] if len(near) > 1 else [*scan_whole(model, STARTS), *scan(model)[:1]]
+    for each in near:
+        values = {**each, "theta0": motion.theta0, "t0": 0.0}
+        starts.append(Point({name: values[name] for name in model.names}, np.zeros(0), np.zeros(0)))
+    quick = Posed(model, few, 0.0, level, RTOL_SCREENING / 10, walls=RELEASE_WALLS)
+    ends = sorted((minimised(quick, each, 15, 1e-3) for each in starts), key=lambda end: end.objective)
+    best = min((_last(model, end, level) for end in ends[:2]), key=lambda end: end.objective)
+    curve = Curve(model.whole.time_s, model.whole.theta, model.curve(best.at, model.whole.time_s))
+    epsilon = epsilon_theta(curve.time, curve.theta_model, curve.theta)
+    found = [best.result.params[name].stderr for name in best.result.params]
+    message = "" if np.isfinite(epsilon) and epsilon <= 1 else "worse than a block at rest: ε_θ above 1"
+    return PaperFit(
+        law,
+        dict(best.at.values),
+        np.array([np.nan if each is None else each for each in found]),
+        epsilon,
+        curve,
+        not message,
+        message or "converged",
+        best.result,
+    )
+
+
+def _last(model: RunModel, end: Ended, level: float) -> Ended:
+    """The fit to samples that leave ε_θ to 1e-3 of itself; standard errors as lmfit has them of a white residual."""
+    posed = Posed(model, model.until(np.inf, ENOUGH), 0.0, level, 10 * RTOL, walls=RELEASE_WALLS)
+    found = minimised(posed, end.at, 40, 1e-7)
+    scale = found.result.chisqr / max(found.result.nfree, 1)
+    for parameter in found.result.params.values():
+        if parameter.stderr is not None:
+            parameter.stderr *= float(np.sqrt(scale))
+    return found

@@ -1,0 +1,272 @@
+"""The least-squares problem of one run, carried by `lmfit.Minimizer` from the first start to the reported end.
+
+    S = |r|²/s² + Σ ((ν - ν⁰)/u)² + Σ (δ/σ_r)²,    r = θ_model - θ_measured,
+
+s the standard deviation of the noise, ν the inputs and the release with what is known of them, δ the scatter
+of the impacts. Priors are rows of the residual beside the samples.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import lmfit
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.identification.run_model import RTOL, Point, RunModel, Samples
+from freerock.models.free_parameters import PARAMETERS
+from freerock.models.given import Given, arithmetic, legal
+from freerock.models.laws import law_of
+from freerock.runs.release import FAR, lowered
+
+FARTHEST_INPUT = 8.0  # standard uncertainties: a law that needs more is rejected by its pull
+RENEWED = 0.1  # standard uncertainties by which an input moves before its derivatives are renewed
+WIDEST_IMPACT = 0.5  # |δ| of an impact
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class ReleaseLimits:
+    """Least uncertainty of a measured release, and that of one that is free.
+
+    Parameters
+    ----------
+    least_share, least_s : float
+        Of the angle, as a share of it, and of the instant [s]: a finger is no point.
+    loose_share, loose_s : float
+        The same of a release that is freed: a push, or a slow finger.
+    """
+
+    least_share: float = 3e-4
+    least_s: float = 1.7e-4
+    loose_share: float = FAR
+    loose_s: float = 0.05
+
+
+RELEASE = ReleaseLimits()
+
+
+def release_prior(model: RunModel) -> dict[str, tuple[float, float]]:
+    """What is measured of the release: value and standard uncertainty of theta0 [rad] and t0 [s]."""
+    motion, block = model.motion, model.block
+    u_theta0 = max(motion.theta0_stderr, RELEASE.least_share * abs(motion.theta0))
+    u_t0 = max(motion.t0_stderr, RELEASE.least_s)
+    # a finger that fades lowers the top
+    fall = block.p**2 * float(np.sin(block.theta_cr - abs(motion.theta0)))
+    u_theta0 = float(np.hypot(u_theta0, lowered(fall, motion.fit_start_s)))
+    if model.settings.loose_release:
+        u_theta0, u_t0 = RELEASE.loose_share * abs(motion.theta0), RELEASE.loose_s
+    return {"theta0": (motion.theta0, u_theta0), "t0": (0.0, u_t0)}
+
+
+def bounds_of(model: RunModel, name: str) -> tuple[float, float]:
+    """Bounds of a number [SI]; those of a damping hold its ratio to k for any k."""
+    if name == "theta0":
+        near = 2 * RELEASE.loose_share * abs(model.motion.theta0)
+        return model.motion.theta0 - near, model.motion.theta0 + near
+    if name == "t0":
+        return -2 * RELEASE.loose_s, 2 * RELEASE.loose_s
+    low, high = PARAMETERS[name].bounds
+    if PARAMETERS[name].fitted_as == "ratio":
+        return 0.0, np.inf
+    if PARAMETERS[name].fitted_as == "share":
+        return low * model.block.width_m, high * model.block.width_m
+    return low, high
+
+
+@dataclass(frozen=True, eq=False)
+class Posed:
+    """What is minimised.
+
+    Parameters
+    ----------
+    model : RunModel
+    samples : Samples
+    sigma_r : float
+        Prior standard deviation of δ.
+    level : float
+        s, standard deviation of a sample [rad].
+    rtol : float
+        Of the integrator.
+    walls : float
+        Where it is not 0, the release lies within so many of its standard uncertainties, instead of a prior.
+    """
+
+    model: RunModel
+    samples: Samples
+    sigma_r: float
+    level: float
+    rtol: float = RTOL
+    walls: float = 0.0
+
+    @cached_property
+    def release(self) -> list[tuple[str, float, float]]:
+        """Priors of the release: name, value, standard uncertainty."""
+        prior = {} if self.walls else release_prior(self.model)
+        return [(name, *prior[name]) for name in self.model.names if name in prior]
+
+    def parameters(self, at: Point) -> lmfit.Parameters:
+        """What lmfit varies, from a start: numbers of the law and release, inputs, impacts."""
+        found, given = lmfit.Parameters(), self.model.settings.given(self.model.candidate)
+        own = law_of(self.model.candidate).parameters
+        for name in self.model.names:
+            low, high = bounds_of(self.model, name)
+            if self.walls and name in ("theta0", "t0"):
+                centre, u = release_prior(self.model)[name]
+                low, high = centre - self.walls * u, centre + self.walls * u
+            each = given.get(name, Given())
+            low = low if each.min is None else max(low, each.min)
+            high = high if each.max is None else min(high, each.max)
+            vary = each.vary and not each.expr
+            value = at.values[name] if vary or each.value is None else each.value
+            inside = 1e-6 * min(high - low, abs(value) + EPS) if vary else 0.0
+            value = float(np.clip(value, low + inside, high - inside)) if vary else value
+            found.add(legal(name), value=value, min=low, max=high, vary=vary)
+        for name in own:
+            if given.get(name, Given()).expr:
+                others = tuple(other for other in own if other != name)
+                found[legal(name)].set(expr=arithmetic(given[name].expr, others))
+        most = 0.999 * FARTHEST_INPUT
+        for j, source in enumerate(self.model.inputs):
+            value = float(np.clip(at.inputs[j], -most, most))
+            found.add(f"input_{j + 1}_{source.name}", value=value, min=-FARTHEST_INPUT, max=FARTHEST_INPUT)
+        for i, value in enumerate(at.impacts.tolist()):
+            found.add(f"impact_{i + 1}", value=value, min=-WIDEST_IMPACT, max=WIDEST_IMPACT)
+        return found
+
+    def point(self, parameters: lmfit.Parameters) -> Point:
+        """Where parameters are."""
+        value, names = [each.value for each in parameters.values()], self.model.names
+        n, n_z = len(names), len(self.model.inputs)
+        return Point(
+            dict(zip(names, value, strict=False)), np.array(value[n : n + n_z]), np.array(value[n + n_z :])
+        )
+
+    def residual(self, at: Point, theta: Floats | None = None) -> Floats:
+        """Rows of the objective: samples, release, inputs, impacts."""
+        theta = self.model.curve(at, self.samples.time_s, self.rtol) if theta is None else theta
+        left = self.samples.averaged(theta - self.samples.theta) / self.level
+        release = [(at.values[name] - value) / u for name, value, u in self.release]
+        return np.concatenate([left, release, at.inputs, at.impacts / (self.sigma_r or 1.0)])
+
+    def jacobian(self, at: Point, by_inputs: Floats) -> tuple[Floats, Floats]:
+        """The curve [rad], and derivatives of `residual` by all numbers, inputs and impacts."""
+        theta, columns = self.model.derivatives(at, self.samples, self.rtol)
+        n, n_z, n_d = len(self.model.names), len(at.inputs), len(at.impacts)
+        own = self.samples.averaged(columns) / self.level
+        rows = np.zeros((len(own) + len(self.release) + n_z + n_d, n + n_z + n_d), order="F")
+        rows[: len(own), :n], rows[: len(own), n + n_z :] = own[:, :n], own[:, n:]
+        rows[: len(own), n : n + n_z] = by_inputs
+        at_row = len(own)
+        for name, _, u in self.release:
+            rows[at_row, self.model.names.index(name)] = 1 / u
+            at_row += 1
+        rows[at_row : at_row + n_z, n : n + n_z] = np.eye(n_z)
+        rows[at_row + n_z :, n + n_z :] = np.eye(n_d) / (self.sigma_r or 1.0)
+        return theta, rows
+
+    def by_inputs(self, at: Point) -> Floats:
+        """Derivatives of the samples' rows by the inputs."""
+        if not self.model.inputs:
+            return np.empty((len(self.samples.time_s) // self.samples.m, 0))
+        columns = self.model.by_inputs(at, self.samples.time_s, self.rtol)
+        return self.samples.averaged(columns) / self.level
+
+
+@dataclass(frozen=True, eq=False)
+class Ended:
+    """Where a least-squares search ended.
+
+    Parameters
+    ----------
+    posed : Posed
+    at : Point
+    result : lmfit.minimizer.MinimizerResult
+    minimizer : lmfit.Minimizer
+        That found it; a user can go on with both.
+    """
+
+    posed: Posed
+    at: Point
+    result: "lmfit.minimizer.MinimizerResult"
+    minimizer: lmfit.Minimizer
+
+    @property
+    def objective(self) -> float:
+        """S at the end."""
+        return float(self.result.chisqr)
+
+    @cached_property
+    def n_samples(self) -> int:
+        """Rows of the residual that are samples."""
+        return len(self.posed.samples.time_s) // self.posed.samples.m
+
+    @property
+    def mean_square(self) -> float:
+        """Mean square of the samples' residual over the noise, with what the priors add to it."""
+        return self.objective / self.n_samples
+
+
+def minimised(posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7) -> Ended:
+    """The end of `lmfit.Minimizer.least_squares` with our derivatives.
+
+    Derivatives by the inputs are renewed where these have moved.
+
+    Parameters
+    ----------
+    posed : Posed
+    start : Point
+    most : int
+        Evaluations of the residual.
+    ftol : float
+        Relative change of the objective at which it ends.
+    """
+    parameters = posed.parameters(start)
+    begun = posed.point(parameters)
+    known = [begun.inputs, posed.by_inputs(begun)]
+    tied = any(each.expr for each in parameters.values())
+    varied = [i for i, each in enumerate(parameters.values()) if each.vary]
+
+    def residual(moved: lmfit.Parameters) -> Floats:
+        return posed.residual(posed.point(moved))
+
+    def jacobian(moved: lmfit.Parameters) -> Floats:
+        at = posed.point(moved)
+        if np.max(np.abs(at.inputs - known[0]), initial=0.0) > RENEWED:
+            known[:] = at.inputs, posed.by_inputs(at)
+        _, rows = posed.jacobian(at, known[1])
+        return rows @ _tied(moved, varied) if tied else rows[:, varied]
+
+    minimizer = lmfit.Minimizer(residual, parameters, scale_covar=False)
+    result = minimizer.least_squares(
+        jac=jacobian, x_scale="jac", ftol=ftol, xtol=1e-10, gtol=EPS, max_nfev=most
+    )
+    return Ended(posed, posed.point(result.params), result, minimizer)
+
+
+def _tied(parameters: lmfit.Parameters, varied: list[int]) -> Floats:
+    """Derivatives of all parameters by those that vary, where some are tied to others."""
+    each = list(parameters.values())
+    found = np.zeros((len(each), len(varied)))
+    for j, i in enumerate(varied):
+        value, step = each[i].value, 1e-6 * max(abs(each[i].value), 1e-6)
+        ends = []
+        for moved in (value + step, value - step):
+            each[i].set(value=moved)
+            parameters.update_constraints()
+            ends.append(np.array([one.value for one in each]))
+        each[i].set(value=value)
+        parameters.update_constraints()
+        found[:, j] = (ends[0] - ends[1]) / (2 * step)
+    return found
+
+
+def with_level(posed: Posed, level: float) -> Posed:
+    """The same problem with another standard deviation of a sample [rad]."""
+    return replace(posed, level=level)
+
+
+def values_near(at: Point, values: Mapping[str, float]) -> Point:
+    """A point with some of its numbers replaced."""
+    return replace(at, values={**at.values, **values})

@@ -1,0 +1,202 @@
+"""What a fit knows at its end: covariance by noise, inputs and scatter of the impacts, pulls of the inputs."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from freerock.arrays import Floats, Mask
+from freerock.identification.goodness import Goodness, goodness, level_of, louder, minus_two_log, through
+from freerock.identification.posed import Ended, Posed
+from freerock.identification.run_model import Point
+from freerock.identification.scatter import Told, told_by
+from freerock.models.free_parameters import PARAMETERS
+from freerock.models.laws import law_of
+from freerock.noise.spectrum import Noise
+from freerock.rotation.u_total import Contributions
+
+WORN_M = (
+    3e-4  # prior standard uncertainty of a contact width that is freed [m]: that of one measured by a rule
+)
+SEEN = 1.0  # share of its prior's information, from which the run and not the prior tells a nuisance
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """The linear model of a run where its fit ended.
+
+    Parameters
+    ----------
+    posed : Posed
+    at : Point
+    noise : Noise
+        Of the sensor at rest.
+    theta : ndarray, shape (n_time,)
+        The curve at the samples [rad].
+    rows : ndarray, shape (n_rows, n_all)
+        Derivatives of `Posed.residual` by all numbers, inputs and impacts, in this order.
+    varied : ndarray of bool, shape (n_all,)
+        What the fit moved.
+    """
+
+    posed: Posed
+    at: Point
+    noise: Noise
+    theta: Floats
+    rows: Floats
+    varied: Mask
+
+    @classmethod
+    def of(cls, ended: Ended, noise: Noise) -> "Posterior":
+        """At the end of a fit."""
+        posed, at = ended.posed, ended.at
+        theta, rows = posed.jacobian(at, posed.by_inputs(at))
+        varied = np.array([each.vary for each in ended.result.params.values()])
+        return cls(posed, at, noise, theta, rows, varied)
+
+    @property
+    def n_names(self) -> int:
+        """Numbers of the law and of the release."""
+        return len(self.posed.model.names)
+
+    @property
+    def n_inputs(self) -> int:
+        """Inputs that the fit moves."""
+        return len(self.at.inputs)
+
+    @cached_property
+    def residual(self) -> Floats:
+        """Model less measurement, averaged as the noise is [rad], shape (n,)."""
+        return self.posed.samples.averaged(self.theta - self.posed.samples.theta)
+
+    @cached_property
+    def columns(self) -> Floats:
+        """Derivatives of the residual by all that the fit moved [rad], shape (n, n_varied)."""
+        return self.rows[: len(self.residual), self.varied] * self.posed.level
+
+    @cached_property
+    def inverse(self) -> Floats:
+        """Covariance of all under noise of the level and the priors, shape (n_all, n_all); 0 of what is held."""
+        rows = self.rows[:, self.varied]
+        scale = np.linalg.norm(rows, axis=0)
+        scale[scale == 0] = 1.0
+        scaled = rows / scale
+        own = np.linalg.pinv(scaled.T @ scaled, hermitian=True) / np.outer(scale, scale)
+        found = np.zeros((len(self.varied),) * 2)
+        found[np.ix_(self.varied, self.varied)] = own
+        return found
+
+    @cached_property
+    def covariance(self) -> Floats:
+        """Covariance of all by noise as its spectrum has it and by the priors, shape (n_all, n_all).
+
+        (H⁻¹ B H⁻¹), with H that of the objective and B of its gradient: the sandwich of White 1982
+        (doi:10.2307/1912526). A residual that does not agree with the noise counts octave by octave.
+        """
+        n = len(self.residual)
+        samples = self.rows[:n]
+        own = self.rows[n:].T @ self.rows[n:]
+        middle = through(louder(self.noise, self.goodness), samples) / self.posed.level**2 + own
+        found = self.inverse @ middle @ self.inverse
+        return np.asarray(0.5 * (found + found.T))
+
+    @cached_property
+    def goodness(self) -> Goodness:
+        """The residual beside the noise; what the run tells of inputs and impacts counts as fitted."""
+        return goodness(self.residual, self._told, self.noise)
+
+    @cached_property
+    def _told(self) -> Floats:
+        """Derivatives by what the run itself determines: numbers, and directions of the nuisances."""
+        law = self.varied.copy()
+        law[self.n_names :] = False
+        nuisance = self.varied & ~law
+        own = self.rows[: len(self.residual), law]
+        others = self.rows[: len(self.residual), nuisance] * self._prior_u[nuisance]
+        if not others.shape[1]:
+            return own
+        alone = without(own, others)
+        values, vectors = np.linalg.eigh(alone.T @ alone)
+        return np.hstack([own, others @ vectors[:, values > SEEN]])
+
+    @cached_property
+    def _prior_u(self) -> Floats:
+        """Prior standard uncertainty of each number in its unit; infinite of those of the law, shape (n_all,)."""
+        found = np.full(len(self.varied), np.inf)
+        names = list(self.posed.model.names)
+        for name, _, u in self.posed.release:
+            found[names.index(name)] = u
+        found[self.n_names : self.n_names + self.n_inputs] = 1.0
+        found[self.n_names + self.n_inputs :] = self.posed.sigma_r
+        return found
+
+    @cached_property
+    def told(self) -> Told:
+        """What the samples tell of the impacts."""
+        first = self.n_names + self.n_inputs
+        return told_by(self.inverse[first:, first:], self.at.impacts, self.posed.sigma_r)
+
+    @cached_property
+    def level(self) -> float:
+        """s that the numbers of the law meet: of the noise, times what the residual has more [rad]."""
+        own = np.flatnonzero(self.varied[: self.n_names])
+        louder_by = 1.0 if self.goodness.agrees else max(1.0, self.goodness.over_noise)
+        return level_of(self.noise, self.rows[: len(self.residual), own]) * louder_by
+
+    def minus_two_log(self, noise: Noise | None = None) -> float:
+        """-2 ln of the evidence (Laplace), but for a constant, under some noise; by default that at rest.
+
+        A nuisance is charged by what the data learn of it, ln det(1 + U A U): one that the run can't see
+        costs nothing. A number of the law costs the logarithm of the samples.
+        """
+        noise = noise or self.noise
+        n = len(self.residual)
+        priors = self.posed.residual(self.at, self.theta)[n:]
+        law = np.array(
+            [name in law_of(self.posed.model.candidate).parameters for name in self.posed.model.names]
+        )
+        of_law = np.append(law, np.zeros(len(self.varied) - len(law), bool)) & self.varied
+        nuisance, prior_u = self.varied & ~of_law, self._prior_u.copy()
+        for i, name in enumerate(self.posed.model.names):
+            if not of_law[i] and not np.isfinite(prior_u[i]):
+                prior_u[i] = WORN_M if PARAMETERS[name].unit == "m" else 0.02
+        density = level_of(noise, self.rows[:n, of_law]) / self.posed.level
+        own = self.rows[:n, of_law] / density
+        others = self.rows[:n, nuisance] * prior_u[nuisance] / density
+        alone = without(own, others)
+        charge = np.linalg.slogdet(np.eye(alone.shape[1]) + alone.T @ alone)[1]
+        per_law = float(of_law.sum()) * np.log(n)
+        return minus_two_log(self.residual, noise) + float(priors @ priors) + float(charge) + per_law
+
+    def contributions(self) -> Contributions:
+        """What each input of the laboratory contributes to the numbers, and its pull."""
+        model, n = self.posed.model, self.n_names
+        laboratory = model.motion.laboratory
+        inputs = laboratory.inputs if laboratory else ()
+        found = Contributions.held(inputs, np.zeros((n, len(inputs))))
+        own = slice(n, n + self.n_inputs)
+        remaining = np.sqrt(np.diag(self.inverse)[own])
+        values = self.inverse[:n, own]
+        for j, source in enumerate(model.inputs):
+            at = inputs.index(source)
+            left = min(float(remaining[j]), 1 - 1e-9)
+            found.values[:, at] = values[:, j]
+            found.moved[at], found.remaining[at] = self.at.inputs[j], remaining[j]
+            found.pulls[at] = self.at.inputs[j] / np.sqrt(1 - left**2) if left < 1 - 1e-6 else np.nan
+            found.impacts[:, at] = values[:, j] / remaining[j]
+        for at, source in enumerate(inputs):
+            if (
+                source.name == "mass_kg"
+                and source not in model.inputs
+                and law_of(model.candidate).is_foundation
+            ):
+                for i, name in enumerate(model.names):
+                    if PARAMETERS[name].is_logarithm and name in law_of(model.candidate).parameters:
+                        found.values[i, at] = self.at.values[name] * source.u / model.block.mass_kg
+        return found
+
+
+def without(own: Floats, others: Floats) -> Floats:
+    """Columns, shape (n, n_others), without what others of the same rows, (n, n_own), take up."""
+    basis = own / np.maximum(np.linalg.norm(own, axis=0), np.finfo(float).tiny)
+    return np.asarray(others - basis @ (np.linalg.pinv(basis.T @ basis, hermitian=True) @ (basis.T @ others)))

@@ -1,0 +1,168 @@
+"""All candidates fitted to the runs of a record, and the law that is chosen."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from freerock.errors import FreerockError
+from freerock.identification.fit import Fit, Followers, finished, settled
+from freerock.identification.paper_fit import PaperFit, paper_fit
+from freerock.identification.significance_levels import REJECTS
+from freerock.models.block import Block
+from freerock.models.laws import CANDIDATES
+from freerock.runs.motion import Motion
+from freerock.selection.candidates import Allowed, n_numbers
+from freerock.selection.choice import Choice, choose
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How far candidates are followed; by judgement.
+
+    Parameters
+    ----------
+    swings : int
+        Of the first run, on which candidates are screened.
+    hopeless : float
+        -2 ln L there by which a candidate is worse than the best one, from which it is no contender. Where
+        the best leaves more than the noise, in units of what it leaves.
+    far : float
+        Times the noise: where the best candidate leaves more, and runs scatter, no larger one is tried.
+    """
+
+    swings: int = 6
+    hopeless: float = 30.0
+    far: float = 10.0
+
+
+SEARCH = SearchSettings()
+
+
+@dataclass
+class Identified:
+    """What was found of the runs of a record.
+
+    Parameters
+    ----------
+    fits : dict of str to dict of int to Fit
+        By candidate and run.
+    paper : dict of int to dict of str to PaperFit
+        By run and law.
+    missing : dict of str to str
+        Why a candidate was not fitted.
+    """
+
+    fits: dict[str, dict[int, Fit]] = field(default_factory=dict)
+    paper: dict[int, dict[str, PaperFit]] = field(default_factory=dict)
+    missing: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def choice(self) -> Choice:
+        """The law that the record needs."""
+        return choose(self.fits, self.missing)
+
+    def of_run(self, run: int) -> dict[str, Fit]:
+        """The fits of a run by candidate."""
+        return {name: own[run] for name, own in self.fits.items() if run in own}
+
+
+def identify_record(block: Block, motions: Mapping[int, Motion], allowed: Allowed) -> Identified:
+    """Fit the candidates of a campaign to the runs of a record, few numbers first.
+
+    Each is screened on the first swings of the first run. The laws of the campaign as the paper has them are
+    always fitted. The search ends where a candidate leaves no more than the noise and no input is pulled.
+
+    Parameters
+    ----------
+    block : Block
+    motions : mapping of int to Motion
+        Usable runs by number.
+    allowed : Allowed
+    """
+    found = Identified()
+    if not motions:
+        return found
+    screened, least = dict[str, Followers](), float("inf")
+    for tier in _tiers(allowed.candidates):
+        for name in tier:
+            try:
+                screened[name] = Followers(name, block, motions, allowed.settings(name))
+                least = min(least, screened[name].screened(SEARCH.swings)[0])
+            except FreerockError as error:
+                found.missing[name] = str(error)
+        own = {name: screened[name] for name in tier if name in screened}
+        _fit_tier(own, least, allowed, found)
+        if _suffices(found) or _is_far(found):
+            break
+    for name in allowed.candidates:
+        if name not in found.fits:
+            found.missing.setdefault(name, "a smaller candidate suffices, or is as far from the runs")
+    _as_the_paper(block, motions, allowed, found)
+    return found
+
+
+def _tiers(candidates: Sequence[str]) -> Iterator[list[str]]:
+    """Candidates of as many numbers; those of one and of two together."""
+    rank = {name: max(n_numbers(name), 2) for name in candidates}
+    for number in sorted({*rank.values()}):
+        yield [name for name in candidates if rank[name] == number]
+
+
+def _fit_tier(own: Mapping[str, Followers], least: float, allowed: Allowed, found: Identified) -> None:
+    """Fit contenders in full, first those that leave least; roughly what is always fitted and does not contend."""
+    screenings = {name: each.screened(SEARCH.swings) for name, each in own.items()}
+    contend = {name for name in own if _contends(*screenings[name], least)}
+    ends = {name: own[name].end_of_first() for name in contend}
+    least_end = min((left for left, _ in ends.values()), default=float("inf"))
+    for name in sorted(own, key=lambda each: screenings[each][0]):
+        share, where = screenings[name][0] / least, "first swings"
+        if name in contend:
+            share, where = ends[name][0] / least_end, "whole first run"
+        contends = name in contend and _contends(*ends[name], least_end)
+        if not contends and name not in allowed.always:
+            found.missing[name] = f"on the {where} it leaves {share:.3g} times the best's mean square"
+            continue
+        try:
+            found.fits[name] = finished(settled(own[name].ends(not contends), not contends))
+        except FreerockError as error:
+            found.missing[name] = str(error)
+
+
+def _contends(left: float, n_samples: int, least: float) -> bool:
+    return n_samples * (left - least) <= SEARCH.hopeless * max(least, 1.0)
+
+
+def _suffices(found: Identified) -> bool:
+    """Whether a candidate leaves no more than the noise in all runs, and no input is pulled."""
+    for own in found.fits.values():
+        agree = all(fit.success and fit.evidence.agrees for fit in own.values())
+        if agree and all(fit.uncertainty.contributions.p_of_pulls > REJECTS for fit in own.values()):
+            return True
+    return False
+
+
+def _is_far(found: Identified) -> bool:
+    """Whether the best foundation's law leaves so much of runs that scatter that a larger one is no use."""
+    foundations = [own for name, own in found.fits.items() if "k" in CANDIDATES[name].parameters]
+    least = [
+        max(fit.evidence.residual_over_noise for fit in own.values())
+        for own in foundations
+        if all(fit.success for fit in own.values())
+    ]
+    scatters = [next(iter(own.values())).scatter.of_record.sigma_r > 0 for own in foundations]
+    return bool(least) and any(scatters) and min(least) > SEARCH.far
+
+
+def _as_the_paper(block: Block, motions: Mapping[int, Motion], allowed: Allowed, found: Identified) -> None:
+    """The paper's fits; those of later runs start from that of the first and from their own fit."""
+    rule, first = allowed.settings(allowed.candidates[0]).debonding, dict[str, PaperFit]()
+    for run, motion in motions.items():
+        found.paper[run] = {}
+        for law in allowed.paper:
+            own, near = found.fits.get(law, {}).get(run), list[Mapping[str, float]]()
+            near += [own.values] if own else []
+            near += [first[law].values] if law in first else []
+            try:
+                found.paper[run][law] = paper_fit(law, block, motion, rule, near)
+                first.setdefault(law, found.paper[run][law])
+            except FreerockError as error:
+                found.missing.setdefault(law, str(error))

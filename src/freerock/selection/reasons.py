@@ -1,0 +1,145 @@
+"""What the fits of a run say: its misfit, its pulls, how its impacts scatter. Nothing is named that was not tested."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr
+
+from freerock.arrays import Floats
+from freerock.identification.fit import Fit
+from freerock.identification.significance_levels import PULLED, WARNS
+from freerock.identification.start import crossings_s
+from freerock.models.laws import MODEL_LABELS
+from freerock.noise.spectrum import frequencies, tapered_power
+from freerock.runs.motion import Motion
+from freerock.runs.verdict import Reason
+from freerock.selection.choice import Choice
+
+
+@dataclass(frozen=True)
+class ReasonLimits:
+    """When something is said of the impacts and of a residual.
+
+    Parameters
+    ----------
+    trend : float
+        Chance of a trend of δ by amplitude or side, below which it is said: one clean run of a thousand.
+    line : float
+        Times the median power of its neighbours, from which a residual holds a line.
+    neighbours : int
+        Frequencies to either side.
+    """
+
+    trend: float = 1e-3
+    line: float = 50.0
+    neighbours: int = 15
+
+
+REASONS = ReasonLimits()
+
+
+def reasons_of_fit(motion: Motion, fit: Fit | None, choice: Choice) -> Iterator[Reason]:
+    """What is said of a run, of the fit by the law that its record needs.
+
+    Parameters
+    ----------
+    motion : Motion
+    fit : Fit or None
+        By the selected candidate; None where no fit is to be used.
+    choice : Choice
+    """
+    if motion.noise is None:
+        yield Reason.of("no_rest", "no rest or hold shows the noise of the sensor: white noise is assumed")
+    if fit is None:
+        return
+    label, evidence = MODEL_LABELS[fit.model], fit.evidence
+    if not evidence.agrees:
+        left = f"{label} leaves {evidence.residual_over_noise:.3g} times the noise within swings"
+        band = f"most between {evidence.noise_low_hz:.2g} and {evidence.noise_high_hz:.2g} Hz"
+        name = "unexplained" if choice.level == "rejected" else "model_error"
+        yield Reason.of(name, f"{left}, {band}; u holds it")
+        line = line_hz(fit)
+        if line:
+            yield Reason.of("line_in_residual", f"a line of {line:.3g} Hz in the residual")
+    yield from _pulls(fit)
+    yield from _of_impacts(motion, fit)
+
+
+def _pulls(fit: Fit) -> Iterator[Reason]:
+    known = fit.uncertainty.contributions
+    for source, by, pull in zip(known.inputs, known.moved, known.pulls, strict=True):
+        if abs(pull) > PULLED:
+            off = f"{by * source.u:+.3g} {source.unit}".removesuffix(" 1")
+            text = f"{source.label} off by {off}, {abs(pull):.1f} standard uncertainties"
+            warns = 2 * len(known.pulls) * float(ndtr(-abs(pull))) < WARNS
+            yield Reason.of("pulled_input", text, "warn" if warns else "ok", float(abs(pull)), PULLED, "1")
+
+
+def _of_impacts(motion: Motion, fit: Fit) -> Iterator[Reason]:
+    scatter = fit.scatter.of_record
+    if not scatter.sigma_r or fit.posterior is None:
+        return
+    amplitude, side = of_swings(motion, len(fit.scatter.delta))
+    told = (
+        (
+            "loss_by_amplitude",
+            amplitude,
+            "the loss depends on amplitude otherwise than the law's: δ {:+.2g} %",
+        ),
+        ("loss_by_side", side, "the loss differs by side: δ {:+.2g} % between the right and the left"),
+    )
+    for name, regressor, text in told:
+        slope, p = trend(fit, regressor)
+        if p < REASONS.trend:
+            span = float(np.ptp(regressor))
+            yield Reason.of(
+                name, text.format(100 * slope * span) + f" (chance {p:.1g})", None, p, REASONS.trend, "1"
+            )
+
+
+def of_swings(motion: Motion, n_impacts: int) -> tuple[Floats, Floats]:
+    """Of the swing before each impact its largest |θ| [rad] and its side, shape (n_impacts,)."""
+    known = np.isfinite(motion.theta)
+    time_s, theta = motion.time_s[known], motion.theta[known]
+    ends = np.searchsorted(time_s, crossings_s(motion)[:n_impacts])
+    parts = np.split(theta, ends)[:n_impacts]
+    tops = np.array([part[np.argmax(np.abs(part))] if len(part) else 0.0 for part in parts])
+    tops = np.append(tops, np.zeros(n_impacts - len(tops)))
+    return np.abs(tops), np.sign(tops)
+
+
+def trend(fit: Fit, regressor: Floats) -> tuple[float, float]:
+    """Slope of δ over a number of each impact, and its chance; 0 and 1 where there is none to tell.
+
+    δ_i = slope · x_i + ε_i, ε of standard deviation σ_r beside what the samples tell of δ.
+    """
+    posterior = fit.posterior
+    x = regressor - regressor.mean()
+    if posterior is None or len(x) < 4 or not x.any():
+        return 0.0, 1.0
+    told, sigma_r = posterior.told, fit.scatter.of_record.sigma_r
+    of_x = told.precision @ x
+    with_prior = told.precision + np.eye(len(x)) / sigma_r**2
+    by_x, by_towards = np.linalg.solve(with_prior, np.column_stack([of_x, told.towards])).T
+    information = float(x @ of_x - of_x @ by_x)
+    towards = float(x @ told.towards - of_x @ by_towards)
+    if information <= 0:
+        return 0.0, 1.0
+    slope = towards / information
+    return slope, 2 * float(ndtr(-abs(slope) * np.sqrt(information)))
+
+
+def line_hz(fit: Fit) -> float:
+    """Frequency of a line in the residual of a fit [Hz]; 0 without one."""
+    posterior = fit.posterior
+    if posterior is None:
+        return 0.0
+    power, at = tapered_power(posterior.residual), frequencies(len(posterior.residual))
+    n = REASONS.neighbours
+    if len(power) < 4 * n:
+        return 0.0
+    windows = np.lib.stride_tricks.sliding_window_view(power, 2 * n + 1)
+    over = power[n:-n] / np.median(windows, axis=1)
+    best = int(np.argmax(over))
+    return float(at[n + best] * posterior.noise.rate_hz) if over[best] > REASONS.line else 0.0
