@@ -17,11 +17,9 @@ def test_missing_file(tmp_path):
 
 
 def test_unknown_format(tmp_path):
-    path = tmp_path / "record.wav"
+    path = tmp_path / "record.abc"
     path.touch()
-    assert refusal(path) == (
-        "unknown format '.wav'; use one of .tdms, .lvm, .mat, .csv, .tsv, .txt, .xlsx, .xlsm, .h5, .hdf5, .nc"
-    )
+    assert refusal(path).startswith("unknown format '.abc'; use one of .tdms, .lvm, .mat, .csv, ")
 
 
 def test_empty_file(tmp_path):

@@ -45,28 +45,13 @@ def test_stated_sampling_rate(tmp_path, version, rate):
     assert dataset["time"][0] == 0
 
 
-@pytest.mark.parametrize("version", ["5", "7.3"])
-def test_a_matrix_with_time_in_its_first_column(tmp_path, version):
-    dataset = read_record(save(tmp_path / "a.mat", {"data": np.column_stack([TIME, VOLTS])}, version))
-    np.testing.assert_array_equal(dataset["data(:,2)"], VOLTS)
-    assert dataset.attrs["reading"] == (
-        "data(:,1) rises steadily and is taken for time; time has no unit and is taken for seconds"
-    )
-
-
 def test_no_time_and_no_rate(tmp_path):
     for version in ("5", "7.3"):
         path = save(tmp_path / "a.mat", {"laser": VOLTS, "mass": 12.0}, version)
         assert refusal(path) == (
             "no vector of time and no sampling rate (variables: laser, mass); "
-            "save the time as t, or the sampling rate in Hz as fs"
+            "save the time as t, or the sampling rate in Hz as fs, or give sampling_rate_hz"
         )
-
-
-def test_no_signal(tmp_path):
-    assert refusal(save(tmp_path / "a.mat", {"t": TIME, "s": {"laser": VOLTS}}, "5")) == (
-        "no numeric vector that could be a signal; save(…) the time and the signals as numeric vectors"
-    )
 
 
 def test_truncated(tmp_path):

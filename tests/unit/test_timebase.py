@@ -17,7 +17,7 @@ def refusal(time, values=None):
 
 def test_even_stamps():
     grid = regular_grid("file", 0.25 + TIME)
-    assert (grid.start_s, grid.size, grid.stretches, grid.faults) == (0.25, 4000, None, ())
+    assert (grid.start_s, grid.size, grid.places, grid.faults) == (0.25, 4000, None, ())
     assert grid.step_s == pytest.approx(1 / RATE, rel=1e-12)
     values = np.arange(4000.0)
     assert on_grid("file", grid, values) is values
@@ -26,7 +26,7 @@ def test_even_stamps():
 def test_mild_jitter_gives_an_even_grid():
     random = np.random.default_rng(1)
     grid = regular_grid("file", TIME + random.uniform(-0.2, 0.2, TIME.size) / RATE)
-    assert grid.size == 4000 and grid.stretches is None
+    assert grid.size == 4000 and grid.places is None
     assert grid.step_s == pytest.approx(1 / RATE, rel=1e-5)
     assert grid.start_s == pytest.approx(0, abs=0.02 / RATE)
     assert grid.faults == ("time stamps jitter by up to 20 % of the sampling interval",)
@@ -43,7 +43,7 @@ def test_strong_jitter_is_refused():
 def test_stamps_rounded_to_milliseconds(rate):
     time = np.arange(5000) / rate
     grid = regular_grid("file", np.round(time, 3))
-    assert grid.size == 5000 and grid.stretches is None
+    assert grid.size == 5000 and grid.places is None
     assert grid.step_s == pytest.approx(1 / rate, rel=1e-4)
     (message,) = grid.faults
     assert message.startswith("time stamps rounded to 0.001 s; evenly spaced by ")

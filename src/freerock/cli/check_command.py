@@ -21,7 +21,7 @@ from freerock.config.mistakes import refuse
 from freerock.config.record import Record
 from freerock.config.step_settings import section_values
 from freerock.errors import FreerockError, attempt
-from freerock.files import check_manifest, listed_checksums
+from freerock.files import check_manifest, listed_checksums, sha256
 from freerock.units import in_base_units
 from freerock.virtual_lab.truth import read_truth
 
@@ -56,6 +56,9 @@ def add_arguments(add: Callable[..., object]) -> None:
 def run(chosen: Namespace) -> None:
     """Print doubts and what is sound; raise all problems together."""
     sound, problems, doubts = check_config(campaign=chosen.campaign)
+    for path in _paths("config/config.yaml", chosen.campaign, []):
+        for note in left_unread(read_campaign(path)):
+            print(f"not read: {note}")
     for doubt in doubts:
         print(f"doubt: {doubt}")
     for line in sound:
@@ -86,12 +89,8 @@ def check_config(
     """
     problems: list[FreerockError] = []
     doubts: list[FreerockError] = []
-    if campaign is not None and campaign.endswith((".yaml", ".yml")):
-        paths = [Path(campaign)]
-    else:
-        paths = campaign_paths(path, None if campaign is None else [campaign], problems)
     sound = []
-    for each in paths:
+    for each in _paths(path, campaign, problems):
         source = read_campaign(each)
         found = [*source.problems, *(check_files(source) if each.exists() else ())]
         asked = [] if found else [*configuration_doubts(source), *signal_doubts(source, found)]
@@ -103,6 +102,13 @@ def check_config(
             sound.append(f"{each.stem}: {', '.join(counted)}")
             doubts += asked
     return sound, problems, doubts
+
+
+def _paths(path: str | Path, campaign: str | None, problems: list[FreerockError]) -> list[Path]:
+    """YAML files of the campaigns of a configuration, or of one by its name or file."""
+    if campaign is not None and campaign.endswith((".yaml", ".yml")):
+        return [Path(campaign)]
+    return [*campaign_paths(path, None if campaign is None else [campaign], problems)]
 
 
 def check_files(source: Source) -> Iterator[FreerockError]:
@@ -155,7 +161,8 @@ def _record(
 
     path = Path(source.raw, record.file)
     if isinstance(contents, FreerockError):
-        yield _at(f"{where}: file", contents)
+        if not (record.excluded and path.is_file()):
+            yield _at(f"{where}: file", contents)
         return
     for channel, name in zip(record.channels, record.lasers, strict=False):
         found = attempt(chosen, path, contents, channel or None)
@@ -209,6 +216,7 @@ def configuration_doubts(source: Source) -> Iterator[FreerockError]:
             yield FreerockError(source.where("foundations", name), what, remedy)
     csv = source.path.with_suffix(".csv")
     yield from _same_signal(csv, source)
+    yield from _same_bytes(csv, source)
 
 
 def signal_doubts(source: Source, problems: list[FreerockError]) -> Iterator[FreerockError]:
@@ -240,6 +248,33 @@ def _same_signal(csv: Path, source: Source) -> Iterator[FreerockError]:
                 yield FreerockError(where, what, "name the file and channel of this record")
 
 
+def _same_bytes(csv: Path, source: Source) -> Iterator[FreerockError]:
+    """Records whose file is a copy of another record's: one motion would count twice."""
+    listed = attempt(listed_checksums, source.raw)
+    known = {} if isinstance(listed, FreerockError) else listed
+    first: dict[str, Record] = {}
+    for line, record in source.records:
+        path = Path(source.raw, record.file)
+        if record.file not in known and path.is_file():
+            known[record.file] = sha256(path)
+        other = first.setdefault(known.get(record.file, record.file), record)
+        if other.file != record.file:
+            what = f"{record.file} has the checksum of {other.file}, the record of {other.test}"
+            where = f"{csv}:{line}: {record.test}"
+            yield FreerockError(where, what, f"exclude {record.test} or {other.test}")
+
+
+def left_unread(source: Source) -> Iterator[str]:
+    """What the record files of a campaign hold beside channels: columns left out, rows above the numbers."""
+    from freerock.records.read import list_channels
+
+    for file in dict.fromkeys(record.file for _, record in source.records):
+        found = attempt(list_channels, path := Path(source.raw, file))
+        if not isinstance(found, FreerockError):
+            yield from (f"{path}: {name} {c.clock}" for name, c in found.items() if isinstance(c.clock, str))
+            yield from (f"{path}: {row}" for row in found.above)
+
+
 def _block(where: str, block: BlockSection, planned: Iterable[float]) -> Iterator[FreerockError]:
     """Doubts about one block, its release angle and those of the plan."""
     critical = math.degrees(block.block.theta_cr)
@@ -265,7 +300,9 @@ def _channel(where: str, campaign: Campaign, record: Record, channel: str, name:
     from freerock.rotation.sensor import laser_of
 
     block, laser = campaign.blocks[record.block], campaign.lasers[name]
-    read = read_record(campaign.file(record.test), channel or None)
+    known = campaign.processing.rotation
+    clock = {"time_unit": known.time_unit, "rate_hz": known.sampling_rate_hz}
+    read = read_record(campaign.file(record.test), channel or None, **clock)
     (signal,) = read.data_vars.values()
     values, quantity = in_base_units(signal.values, laser.units, str(signal.attrs["units"]))
     sensor = laser_of(section_values(laser, "uncertainty"), campaign.raw)

@@ -177,7 +177,7 @@ def _in_short(name: str, record: "xr.Dataset") -> ChannelLook:
         high=float(known.max()) if known.size else math.nan,
         time_s=times[drawn],
         values=values[drawn],
-        remarks=tuple(str(record.attrs[key]) for key in ("reading", "time_base") if key in record.attrs),
+        remarks=tuple(str(record.attrs[k]) for k in ("above", "reading", "time_base") if k in record.attrs),
     )
 
 

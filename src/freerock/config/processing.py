@@ -1,5 +1,7 @@
 """The steps from volts to impacts: the keys of `processing`."""
 
+from typing import Literal
+
 from freerock.config.values import NotNegative, Number, Positive, Section, Whole, key
 
 
@@ -17,12 +19,22 @@ class RotationOptions(Section):
     max_disagreement_deg : float
         Two lasers disagree where the translation they find would turn the angle of the first alone by more
         than this [degree].
+    time_unit : str
+        Unit of time stamps in record files that state none.
+    sampling_rate_hz : float or None
+        Sampling rate of record files that state none [Hz].
     """
 
     mains_hz: Positive | None = key("the mains frequency in hertz, subtracted; empty to keep it", 50.0)
     window_s: Positive = key("the window in which a still signal is sought, in seconds", 0.25)
     max_disagreement_deg: Positive = key(
         "the largest difference between two lasers without a warning, in degrees", 0.5
+    )
+    time_unit: Literal["", "s", "ms", "us", "min"] = key(
+        "the unit of time (s, ms, us, min) where the record files state none", ""
+    )
+    sampling_rate_hz: Positive | None = key(
+        "the sampling rate in hertz where the record files state none", None
     )
 
 

@@ -1,40 +1,29 @@
 """Excel workbooks, through openpyxl: sheets of columns of numbers, or of pairs (time, signal)."""
 
-from array import array
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
-from datetime import date, datetime, time
+from datetime import date, datetime, time, timedelta
 from functools import lru_cache
-from itertools import chain, islice
 from math import nan
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from openpyxl import load_workbook
 from openpyxl.utils import get_column_letter
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
+from freerock.records.cells import kind_of, mark
 from freerock.records.channels import Channel, Contents
-from freerock.records.headings import WANTED, columns, headed, rises, states_rate
+from freerock.records.table import ROWS_ALIKE, begins_table, columns, head_of, kinds_of
+from freerock.records.times import seconds, unwrapped
 
 FORMAT = "Excel"
 HEAD = 100  # rows in which the table begins
-ROWS_ALIKE = 3
 
-
-Cell = str | bool | int | float | datetime | time | None
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table of a sheet: the rows above it, its columns by place, which of them hold times."""
-
-    above: list[list[Cell]]
-    columns: "dict[int, array[float]]"
-    clocks: list[int]
+Row = tuple[Any, ...]
 
 
 @contextmanager
@@ -46,100 +35,120 @@ def contents(path: Path) -> Iterator[Contents]:
     "sheet/channel"; columns may end in empty cells.
     """
     known = path.stat()
-    tables, channels, notes = _parsed(path, known.st_ino, known.st_size, known.st_mtime_ns)
+    tables, channels, notes, above = _parsed(path, known.st_ino, known.st_size, known.st_mtime_ns)
+    notes = [*notes]
 
     def read(wanted: Sequence[tuple[str, int]]) -> dict[tuple[str, int], Floats]:
-        return {(sheet, i): np.array(tables[sheet].columns[i]) for sheet, i in wanted}
+        found = {}
+        for sheet, i in wanted:
+            rows, kinds = tables[sheet]
+            cells = [row[i] if i < len(row) else None for row in rows]
+            where = f"{path}: sheet {sheet!r}, column {get_column_letter(i + 1)}"
+            found[sheet, i], told = (_numbers if kinds[i] == "n" else _times)(where, cells)
+            notes.extend(f"sheet {sheet!r}, column {get_column_letter(i + 1)}: {note}" for note in told)
+        return found
 
-    yield Contents([*channels], read, FORMAT, [*notes])
+    yield Contents([*channels], read, FORMAT, notes, above=above)
 
 
 @lru_cache(maxsize=1)  # the records of one workbook are read one after the other
-def _parsed(path: Path, *state: int) -> tuple[dict[str, Table], list[Channel], list[str]]:
-    """Tables by sheet, channels and notes of a workbook in a `state` of its file."""
-    tables: dict[str, Table] = {}
+def _parsed(
+    path: Path, *state: int
+) -> tuple[dict[str, tuple[list[Row], dict[int, str]]], list[Channel], list[str], list[str]]:
+    """Tables by sheet, channels, notes and rows above the numbers of a workbook in a `state` of its file."""
+    tables: dict[str, tuple[list[Row], dict[int, str]]] = {}
     channels: list[Channel] = []
     notes: list[str] = []
+    above: list[str] = []
     faults: list[FreerockError] = []
     with closing(load_workbook(path, read_only=True, data_only=True, keep_links=False)) as book:
         for sheet in book.worksheets:
+            sheet.reset_dimensions()
+            where = f"{path}: sheet {sheet.title!r}"
             try:
-                tables[sheet.title] = _table(path, sheet)
-                found, of_sheet = _channels(path, sheet.title, tables[sheet.title])
+                found = _table(where, [*sheet.iter_rows(values_only=True)])
+                if found is None:
+                    notes.append(f"sheet {sheet.title!r} holds no table of numbers")
+                    continue
+                begin, rows, kinds = found
+                lines = [";".join(_text(cell).replace(";", ",") for cell in row) for row in rows[:begin]]
+                head = head_of(where, lines, ";", kinds, "row")
+                first = rows[begin : begin + HEAD]
+                numbers = {
+                    i: _numbers(where, [_at(r, i) for r in first])[0] for i, k in kinds.items() if k == "n"
+                }
+                channels += columns(where, head, kinds, numbers, group=sheet.title)
             except FreerockError as error:
                 faults.append(error)
                 continue
-            channels += found
-            notes += [f"sheet {sheet.title!r}: {note}" for note in of_sheet]
+            tables[sheet.title] = rows[begin:], kinds
+            above += [f"sheet {sheet.title!r}, {line}" for line in head.above]
     if not channels:
         remedy = "export columns of numbers under headings, the time in seconds among them"
         raise faults[0] if faults else FreerockError(path, "no sheet holds a table of numbers", remedy)
     notes += [f"{str(error.where).removeprefix(f'{path}: ')} passed over: {error.what}" for error in faults]
-    return tables, channels, notes
+    return tables, channels, notes, above
 
 
-def _channels(path: Path, title: str, table: Table) -> tuple[list[Channel], list[str]]:
-    """Channels of a sheet and notes, none of an empty table; their columns are named (sheet, column)."""
-    numeric = [i for i in table.columns if i not in table.clocks]
-    if not numeric:
-        return [], []
-    stated = [_stated(row) for row in table.above]
-    rows = [row for row, values in zip(table.above, stated, strict=True) if not states_rate(values)]
-    headings = headed(rows, max(table.columns) + 1)
-    first = rises(table.columns[numeric[0]])
-    by_name = {name: value for values in stated for name, value in values.items()}
-    return columns(f"{path}: sheet {title!r}", headings, numeric, table.clocks, first, by_name, title)
+def _table(where: str, rows: list[Row]) -> tuple[int, list[Row], dict[int, str]] | None:
+    """Where a table begins, all rows, and what its columns hold; None of a sheet without a table."""
+    width = max(map(len, rows), default=0)
+    rows = [(*row, *[None] * (width - len(row))) for row in rows]
+    kinds = [[_kind(cell) for cell in row] for row in rows]
+    starts = (n for n in range(min(HEAD, len(rows))) if begins_table(kinds[n : n + ROWS_ALIKE]))
+    begin = next((n for n in starts if len({*kinds[n]} - {""}) and sum(map(bool, kinds[n])) > 1), None)
+    if begin is None:
+        return None
+    texts = [(n + 1, [_text(cell) for cell in rows[n]], kinds[n]) for n in range(begin, len(rows))]
+    return begin, rows, kinds_of(where, texts, lambda n, i: f"cell {get_column_letter(i + 1)}{n}")
 
 
-def _stated(row: Sequence[Cell]) -> dict[str, str | float]:
-    """Value by name that a row above a table states, with what the cell behind it says."""
-    if len(row) < 2 or not isinstance(row[1], int | float | str):
-        return {}
-    return {str(row[0]): f"{row[1]};{row[2]}" if len(row) > 2 and isinstance(row[2], str) else row[1]}
+def _at(row: Row, i: int) -> Any:
+    return row[i] if i < len(row) else None
 
 
-def _table(path: Path, sheet: Any) -> Table:
-    sheet.reset_dimensions()
-    rows = sheet.iter_rows(values_only=True)
-    head = list(islice(rows, HEAD))
-    kinds = [[_kind(cell) for cell in row] for row in head]
-    begin = next((n for n in range(len(head)) if _is_table(kinds[n : n + ROWS_ALIKE])), len(head))
-    first_rows = kinds[begin : begin + ROWS_ALIKE]
-    wanted = {i: kind for row in first_rows for i, kind in enumerate(row) if kind in WANTED}
-    numbers = {i: array("d") for i in sorted(wanted)}
-    first: dict[int, datetime] = {}
-    for n, row in enumerate(chain(head[begin:], rows), start=begin + 1):
-        for i, values in numbers.items():
-            cell = row[i] if i < len(row) else None
-            if _kind(cell) not in ("", wanted[i]):
-                where = f"{path}: sheet {sheet.title!r}"
-                what = f"cell {get_column_letter(i + 1)}{n} holds {str(cell)[:40]!r}, not {WANTED[wanted[i]]}"
-                raise FreerockError(where, what, "correct the cell, or move what is below the table")
-            if isinstance(cell, datetime | time):
-                moment = _moment(cell)
-                values.append((moment - first.setdefault(i, moment)).total_seconds())
-            else:
-                values.append(nan if cell is None or cell == "" else cell)
-    above = [["" if cell is None else cell for cell in row] for row in head[:begin]]
-    return Table(above, numbers, sorted(first))
+def _text(cell: Any) -> str:
+    return "" if cell is None else str(cell).strip()
 
 
-def _kind(cell: Cell) -> str:
-    """n for a number, c for a clock's time, t for anything else, nothing for an empty cell."""
-    if cell is None or cell == "":
-        return ""
-    if isinstance(cell, datetime | time):
+def _kind(cell: Any) -> str:
+    """What a cell holds, as `cells.kind_of` names it."""
+    if isinstance(cell, datetime | time | timedelta):
         return "c"
-    return "n" if isinstance(cell, int | float) and not isinstance(cell, bool) else "t"
+    if isinstance(cell, int | float) and not isinstance(cell, bool):
+        return "n"
+    return "t" if isinstance(cell, bool) else kind_of(_text(cell), ".")
 
 
-def _moment(cell: datetime | time) -> datetime:
-    return cell if isinstance(cell, datetime) else datetime.combine(date.min, cell)
+def _numbers(where: str, cells: Sequence[Any]) -> tuple[Floats, list[str]]:
+    """Cells as numbers, marks among them, and what was found out."""
+    values = np.empty(len(cells))
+    texts, marks = 0, 0
+    for n, cell in enumerate(cells):
+        if isinstance(cell, str) and cell.strip():
+            value = mark(cell)
+            texts, marks = texts + (value is None), marks + (value is not None)
+            values[n] = float(cell) if value is None else value
+        else:
+            values[n] = nan if cell is None or isinstance(cell, str) else cell
+    told = [f"{texts} numbers are stored as text"] if texts else []
+    return values, told + ([f"{marks} cells are marks of missing samples"] if marks else [])
 
 
-def _is_table(rows: Sequence[Sequence[str]]) -> bool:
-    """Whether rows begin a table: time or a number first, a number next, and the same columns in all."""
-    filled = [kind for kind in rows[0] if kind]
-    return filled[:2] in (["n", "n"], ["c", "n"]) and all(
-        not a or not b or a == b for row in rows for a, b in zip(rows[0], row, strict=False)
-    )
+def _times(where: str, cells: Sequence[Any]) -> tuple[Floats, list[str]]:
+    """Cells as seconds since the first, and what was found out."""
+    if all(cell is None or isinstance(cell, str) for cell in cells):
+        return seconds(where, pd.Series(cells, dtype="str"))
+    moments = [None if cell is None or cell == "" else _moment(cell) for cell in cells]
+    odd = next((cell for cell, m in zip(cells, moments, strict=True) if isinstance(m, str)), None)
+    if odd is not None:
+        raise FreerockError(where, f"{odd!r} is a text among times", "enter the times as Excel's own")
+    first = next(moment for moment in moments if moment is not None)
+    found = np.array([nan if m is None else (m - first).total_seconds() for m in moments])
+    return (found, []) if first.year > 1 else unwrapped(found)
+
+
+def _moment(cell: datetime | time | timedelta | str) -> Any:
+    if isinstance(cell, timedelta):
+        return datetime.min + cell
+    return datetime.combine(date.min, cell) if isinstance(cell, time) else cell

@@ -1,6 +1,6 @@
 """HDF5 and netCDF records, this project's own among them; HDF5 through h5py, classic netCDF through scipy."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import prod
@@ -13,135 +13,176 @@ from scipy.io import netcdf_file
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.channels import (
-    COPY_AGAIN,
-    Channel,
-    Contents,
-    Even,
-    SampleColumn,
-    Stamps,
-    names_in_short,
-)
-from freerock.records.headings import also_stated, is_time, split_unit, stated_rate, states_rate
+from freerock.records.channels import Channel, Contents, Even, Stamps, names_in_short
+from freerock.records.headings import KEY, also_stated, is_time, split_unit, stated_rate, states_rate
 
 FORMAT = "HDF5"
 CLASSIC = b"CDF"
+LABELS = ("columns", "column_names", "labels", "channel_names", "names", "channels")
+UNITS = ("units", "unit", "Units", "Unit", "unit_string")
 
 Attributes = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Array:
+    """An array of a file: how many samples its vectors have, and a way to all of them; or why it is none."""
+
+    shape: tuple[int, ...]
+    load: Callable[[], Any]
+    unfit: str = ""
 
 
 @contextmanager
 def contents(path: Path) -> Iterator[Contents]:
     """The channels of an HDF5 or netCDF file.
 
-    Channels are vectors of numbers. Time is a vector called time, t and so on in the channel's group or in
-    one above it; else an attribute of the channel, or an attribute or single number of these groups, states
-    the sampling rate (sampling_rate, fs, dt, …). Packed values (scale_factor, add_offset, _FillValue) are
-    unpacked.
+    Channels are vectors of numbers, columns of matrices and fields of records. Time is one called time, t and
+    so on in the channel's group or in one above it; else an attribute of the channel, or an attribute or
+    single number of these groups, states the sampling rate (sampling_rate, fs, dt, …). Packed values
+    (scale_factor, add_offset, _FillValue) are unpacked.
     """
     with open(path, "rb") as file:
         classic = file.read(3) == CLASSIC
     if classic:
         with netcdf_file(path, mmap=False) as file:
-            arrays = {name: v for name, v in file.variables.items() if v.data.dtype.kind in "iuf"}
-            attributes = {name: v._attributes for name, v in arrays.items()}
-            yield _contents(path, arrays, attributes | {"": file._attributes}, "netCDF classic")
+            arrays = {
+                n: a for n, v in file.variables.items() for n, a in vectors(n, v.data, v._attributes).items()
+            }
+            attributes = {name: v._attributes for name, v in file.variables.items()}
+            yield of_arrays(path, arrays, attributes | {"": file._attributes}, "netCDF classic")
         return
     with h5py.File(path, locking=False) as file:
-        arrays = numeric_arrays(file)
-        above = {folder for name in arrays for folder in _above(name)}
-        attributes = {name: dict(file[name or "/"].attrs) for name in [*arrays, *above]}
-        yield _contents(path, arrays, attributes, FORMAT)
+        arrays, attributes = arrays_in(file)
+        yield of_arrays(path, arrays, attributes, FORMAT)
 
 
-def numeric_arrays(file: h5py.File) -> dict[str, h5py.Dataset]:
-    """Datasets of real numbers by their paths in an HDF5 file."""
-    found: dict[str, h5py.Dataset] = {}
+def arrays_in(
+    file: h5py.File, plain: Callable[[Attributes], str] = lambda _: ""
+) -> tuple[dict[str, Array], Any]:
+    """Vectors of an HDF5 file and attributes, by path; `plain` says by attributes why one is none."""
+    arrays: dict[str, Array] = {}
+    attributes: dict[str, Attributes] = {"": dict(file.attrs)}
 
     def look(name: str, item: h5py.HLObject) -> None:
-        real = isinstance(item, h5py.Dataset) and item.shape is not None and item.dtype.kind in "iuf"
-        if real and not name.startswith("#refs#"):
-            found[name] = item
+        if name.startswith(("#refs#", "#subsystem#")):
+            return
+        attributes[name] = dict(item.attrs)
+        if isinstance(item, h5py.Dataset) and item.shape is not None:
+            why = plain(attributes[name])
+            arrays.update(
+                {name: Array(item.shape, item, why)} if why else vectors(name, item, attributes[name])
+            )
 
     file.visititems(look)
-    return found
+    return arrays, attributes
 
 
-def _contents(
-    path: Path, arrays: Mapping[str, Any], attributes: Mapping[str, Attributes], kind: str
+def vectors(name: str, data: Any, attributes: Attributes) -> dict[str, Array]:
+    """The vectors and single numbers of a dataset by path: itself, its columns or its fields."""
+    shape = tuple(n for n in data.shape if n != 1)
+    if data.dtype.names:
+        fields = [field for field in data.dtype.names if data.dtype[field].kind in "iuf"]
+        if len(shape) > 1 or not fields:
+            return {
+                name: Array(data.shape, None, f"holds records of shape {data.shape}, type {data.dtype}"[:120])
+            }
+        return {f"{name}/{f}": Array(shape, lambda f=f: np.asarray(data[f]).reshape(-1)) for f in fields}
+    if data.dtype.kind not in "iuf":
+        return {name: Array(shape, None, f"holds {data.dtype}, no real numbers")}
+    if len(shape) < 2:
+        return {name: Array(shape, lambda: np.asarray(data[()]).reshape(-1))}
+    if len(shape) > 2 or shape[0] == shape[1]:
+        return {name: Array(data.shape, None, f"has shape {data.shape}, neither a vector nor columns")}
+    n, wide = min(shape), shape[0] < shape[1]
+    labels = next((_texts(attributes[key]) for key in LABELS if key in attributes), [])
+    names = [f"{name}/{label}" for label in labels] if len({*labels}) == n else []
+
+    def column(i: int) -> Any:
+        whole = np.asarray(data[()]).reshape(shape)
+        return whole[i] if wide else whole[:, i]
+
+    return {
+        (names[i] if names else f"{name}(:,{i + 1})"): Array((max(shape),), lambda i=i: column(i))
+        for i in range(n)
+    }
+
+
+def of_arrays(
+    path: Path, arrays: Mapping[str, Array], attributes: Mapping[str, Attributes], kind: str
 ) -> Contents:
     """Channels of the vectors among arrays by path; attributes are of arrays and of groups, "" the file."""
-    vectors = [name for name, array in arrays.items() if len(array.shape) == 1 and array.shape[0] > 1]
+    found = [name for name, a in arrays.items() if not a.unfit and len(a.shape) == 1 and a.shape[0] > 1]
     single: dict[str, dict[str, float]] = {}  # by group
     for name, array in arrays.items():
         group, _, last = name.rpartition("/")
-        if prod(array.shape) == 1 and states_rate({last: 1.0}):
-            single.setdefault(group, {})[last] = float(np.asarray(array[()]).item())
-    times = {name.rpartition("/")[0]: name for name in vectors if is_time(name.rpartition("/")[2])}
+        if not array.unfit and prod(array.shape) == 1 and states_rate({last: 1.0}):
+            single.setdefault(group, {})[last] = float(np.asarray(array.load()).reshape(-1)[0])
+    found.sort(key=lambda name: name.endswith(")"))  # columns of matrices last
+    times = [name for name in found if is_time(name.rpartition("/")[2])]
     channels: list[Channel] = []
-    without: list[str] = []
-    start = ""
-    for name in vectors:
-        if name in times.values():
-            continue
-        folders = _above(name)
-        time = next((times[folder] for folder in folders if folder in times), None)
-        clock: Even | Stamps | str | None
+    start = _text(attributes.get("", {}).get("time_coverage_start"))  # of datasets, as CF has it
+    without = f"no vector of time and no sampling rate (variables: {names_in_short(arrays)})"
+    for name in [name for name in found if name not in times]:
+        folders, own = _above(name), attributes.get(name, {})
         beside = {last: x for folder in folders for last, x in single.get(folder, {}).items()}
         levels: list[Mapping[str, object]]
-        levels = [_numbers(attributes[name]), *(_numbers(attributes[folder]) for folder in folders), beside]
-        if time:
-            unit = _text(attributes[time].get("units")) or split_unit(time.rpartition("/")[2])[1]
-            clock = Stamps(time, time, unit)
-            if arrays[name].shape != arrays[time].shape:
-                clock = f"has {arrays[name].shape[0]} samples, its time {arrays[time].shape[0]}"
-            start = start or _start_time(unit)
+        levels = [_numbers(own), *(_numbers(attributes.get(folder, {})) for folder in folders), beside]
+        near = next((n for f in folders if (n := [t for t in times if t.rpartition("/")[0] == f])), [])
+        fit = [time for time in near if arrays[time].shape == arrays[name].shape]
+        clock: Even | Stamps | str
+        if len(fit) == 1:
+            unit = _unit(attributes, fit[0])
+            clock = Stamps(fit[0], fit[0], unit, "s")
+            begun = unit.partition(" since ")[2]
+            start = "" if begun.startswith("1970-01-01") else begun or start
+        elif near:
+            told = [f"{time} {arrays[time].shape[0]}" for time in near]
+            clock = f"has {arrays[name].shape[0]} samples, its time {names_in_short(told)}"
         else:
-            clock = next((rate for values in levels if (rate := stated_rate(path, values))), None)
-        if clock is None:
-            without.append(name)
-            continue
+            rate = next((rate for values in levels if (rate := stated_rate(path, values))), None)
+            clock = rate or Even(
+                0.0, asked=(without, f"save the time as t, or the sampling rate in Hz as fs{KEY}")
+            )
         group, _, last = name.rpartition("/")
-        units = _text(attributes[name].get("units"))
         also = tuple(rate for values in levels for rate in also_stated(path, values))
-        channels.append(Channel(last, units, name, clock, group, also))
-    if not vectors:
-        raise FreerockError(path, "the file holds no vector of numbers", COPY_AGAIN)
-    if without and not channels:
-        what = f"no vector of time and no sampling rate (vectors: {names_in_short(without)})"
-        raise FreerockError(path, what, "add a vector time, or an attribute sampling_rate in Hz")
+        channels.append(Channel(last, _unit(attributes, name), name, clock, group, also))
+    left_out = [
+        (name, a.unfit) for name, a in arrays.items() if a.unfit and (prod(a.shape) > 1 or a.load is None)
+    ]
+    channels += [Channel(n.rpartition("/")[2], "", n, why, n.rpartition("/")[0]) for n, why in left_out]
+    if not any(not isinstance(c.clock, str) for c in channels):
+        told = names_in_short(f"{c.name} {c.clock}" for c in channels) or names_in_short(arrays) or "none"
+        remedy = "save the time and each signal as a vector of numbers"
+        raise FreerockError(path, f"no vector of numbers that could be a signal ({told})", remedy)
 
-    def read(names: Sequence[str]) -> dict[str, SampleColumn]:
-        return {name: _Packed(arrays[name], attributes[name]) for name in names}
+    def read(names: Sequence[str]) -> dict[str, Floats]:
+        return {name: _unpacked(arrays[name].load(), attributes.get(name, {})) for name in names}
 
-    start = start or _text(attributes.get("", {}).get("time_coverage_start"))  # of datasets, as CF has it
-    return Contents(channels, read, kind, start_time=start)
+    return Contents(channels, read, kind, [], start)
 
 
-@dataclass(frozen=True)
-class _Packed:
-    """A vector in a file, which attributes unpack by CF."""
-
-    array: Any
-    attributes: Attributes
-
-    def __len__(self) -> int:
-        return int(self.array.shape[0])
-
-    def __getitem__(self, part: slice) -> Floats:
-        values, stated = np.array(self.array[part], float), _numbers(self.attributes)
-        for fill in (stated.get("_FillValue"), stated.get("missing_value")):
-            if isinstance(fill, float):
-                values[values == fill] = np.nan
-        values *= float(stated.get("scale_factor", 1.0))
-        values += float(stated.get("add_offset", 0.0))
-        return values
+def _unpacked(array: Any, attributes: Attributes) -> Floats:
+    """A vector as doubles, unpacked by CF."""
+    values, stated = np.array(array, float), _numbers(attributes)
+    for fill in (stated.get("_FillValue"), stated.get("missing_value")):
+        if isinstance(fill, float):
+            values[values == fill] = np.nan
+    values *= float(stated.get("scale_factor", 1.0))
+    values += float(stated.get("add_offset", 0.0))
+    return values
 
 
 def _above(name: str) -> list[str]:
     """The groups above an array, the next one first."""
     parts = name.split("/")[:-1]
     return ["/".join(parts[:n]) for n in range(len(parts), -1, -1)]
+
+
+def _unit(attributes: Mapping[str, Attributes], name: str) -> str:
+    """Unit of an array by its attributes, else by its name."""
+    stated = (_text(attributes.get(name, {}).get(key)) for key in UNITS)
+    return next(filter(None, stated), "") or split_unit(name.rpartition("/")[2].partition("(:")[0])[1]
 
 
 def _numbers(attributes: Attributes) -> dict[str, float | str]:
@@ -156,12 +197,10 @@ def _numbers(attributes: Attributes) -> dict[str, float | str]:
     return found
 
 
+def _texts(value: Any) -> list[str]:
+    return [_text(each) for each in np.asarray(value).reshape(-1)]
+
+
 def _text(value: Any) -> str:
     value = np.asarray(value).reshape(-1)[0] if value is not None and np.size(value) else ""
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
-
-
-def _start_time(unit: str) -> str:
-    """Start in a unit of time such as "seconds since 2017-05-01"; 1970 stands for an unknown one."""
-    start = unit.partition(" since ")[2]
-    return "" if start.startswith("1970-01-01") else start

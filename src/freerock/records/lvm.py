@@ -13,12 +13,12 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
+from freerock.records.cells import NUMBER
 from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Stamps
-from freerock.records.headings import NUMBER
-from freerock.records.table import Layout, encoding_of, layout_in_words, tables
+from freerock.records.text import LABVIEW, Layout, encoding_of, layout_in_words, tables
 
 FORMAT = "LVM"
-MAGIC = "LabVIEW Measurement"
+MAGIC = LABVIEW.decode()
 LOOK = 100  # rows in which the decimal comma is looked for
 X = "X_Value"
 
@@ -46,7 +46,7 @@ class Segment:
 
     def x_column(self, column: int) -> int | None:
         """The column of time of a channel."""
-        left = [i for i in self.layout.numeric if i < column and self.names[i] == X]
+        left = [i for i in range(column) if self.names[i] == X and self.layout.kinds[i] == "n"]
         return left[-1] if left else None
 
 
@@ -69,8 +69,10 @@ def contents(path: Path) -> Iterator[Contents]:
         if i and name not in (X, "Comment", "")
     ]
 
+    notes = [layout_in_words(first.layout, encoding), *_more_rows(channels, segments)]
+
     def read(columns: Sequence[int | tuple[str, int]]) -> dict[int | tuple[str, int], Floats]:
-        parts = list(tables(path, encoding, (s.layout for s in segments)))
+        parts = list(tables(path, encoding, (s.layout for s in segments), notes))
         arrays: dict[int | tuple[str, int], Floats] = {}
         for column in columns:
             if isinstance(column, tuple):
@@ -80,7 +82,6 @@ def contents(path: Path) -> Iterator[Contents]:
                 arrays[column] = np.concatenate([part[column] for part in parts])
         return arrays
 
-    notes = [layout_in_words(first.layout, encoding), *_more_rows(channels, segments)]
     yield Contents(channels, read, FORMAT, notes, _start_time(first))
 
 
@@ -134,9 +135,12 @@ def _segment(path: Path, lines: Lines, fields: dict[str, list[str]], delimiter: 
     width = max(len(names), len(head[0]))
     names += [""] * (width - len(names))
     filled = {i for row in head for i, cell in enumerate(row) if cell}
-    numeric = tuple(i for i, name in enumerate(names) if i in filled and name not in ("Comment", ""))
+    kinds = {
+        i: "n" if i in filled and name not in ("Comment", "") else "is empty" for i, name in enumerate(names)
+    }
+    numeric = [i for i, kind in kinds.items() if kind == "n"]
     comma = delimiter != "," and any("," in row[i] for row in head for i in numeric if i < len(row))
-    layout = Layout(delimiter, "," if comma else ".", at + 1, width, numeric, rows if more else None)
+    layout = Layout(delimiter, "," if comma else ".", at + 1, kinds, rows if more else None)
     return Segment(tuple(names), fields, layout, rows)
 
 
@@ -147,7 +151,7 @@ def _cells(line: str, delimiter: str) -> list[str]:
 def _clock(path: Path, segments: Sequence[Segment], column: int) -> Even | Stamps | str:
     """Clock of a channel, or why it can't be read."""
     first = segments[0]
-    if column not in first.layout.numeric:
+    if first.layout.kinds[column] != "n":
         return "is empty"
     x = first.x_column(column)
     if len(segments) > 1:
@@ -155,8 +159,8 @@ def _clock(path: Path, segments: Sequence[Segment], column: int) -> Even | Stamp
     if x is not None and (x or first.value("Delta_X", column) == first.value("Delta_X", 1)):
         return Stamps(X, x, "s")
     step = first.value("Delta_X", column)
-    if not step > 0:
-        what = f"channel {first.names[column]!r} gives no sampling rate (no {X}, no Delta_X)"
+    if not step > 0 or (step == 1 and first.cell("Date", column)[:4] in ("1903", "1904")):
+        what = f"channel {first.names[column]!r} gives no sampling rate (no {X}, and Delta_X is {step:g})"
         raise FreerockError(path, what, "write the file with one X column")
     start = first.value("X0", column)
     return Even(step, start if np.isfinite(start) else 0.0)

@@ -89,7 +89,9 @@ class Bench:
             return self._rotation(self.settings(campaign, line)[0])
         except FreerockError:
             path = Path(campaign.raw, line.file)
-            channels = [read_record(path, name or None) for name in line.channels]
+            known = campaign.processing.rotation
+            clock = {"time_unit": known.time_unit, "rate_hz": known.sampling_rate_hz}
+            channels = [read_record(path, name or None, **clock) for name in line.channels]
         first, *more = channels
         for n, each in enumerate(more, 2):
             if np.array_equal(each["time"].values, first["time"].values):

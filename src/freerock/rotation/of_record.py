@@ -17,7 +17,8 @@ from freerock.rotation.sensor import laser_of
 if TYPE_CHECKING:
     import xarray as xr
 
-READERS_NOTES = ("reading", "time_base", "start_time")  # attributes in which a reader says what it found out
+# Attributes in which a reader says what it found out.
+READERS_NOTES = ("reading", "above", "time_base", "start_time")
 
 
 def rotation_of(settings: Mapping[str, Any]) -> "xr.Dataset":
@@ -43,22 +44,27 @@ def rotation_of(settings: Mapping[str, Any]) -> "xr.Dataset":
     if settings["sha256"]:
         check_file(settings["raw"], settings["file"], settings["sha256"])
     lasers = [laser_of(section, settings["raw"]) for section in settings["lasers"]]
-    channels = [_channel(path, name) for name in settings["channels"]]
+    options = RotationOptions(**settings["rotation"])
+    channels = [_channel(path, name, options) for name in settings["channels"]]
     time_s = channels[0]["time"].values
-    if not all(np.array_equal(channel["time"].values, time_s) for channel in channels):
+    begun = {channel.attrs.get("start_time") for channel in channels}
+    if len(begun) > 1 or not all(np.array_equal(channel["time"].values, time_s) for channel in channels):
         raise FreerockError(path, "the two channels have different time bases", "name two of one group")
     signals, units = [each.values for each in channels], [each.attrs["units"] for each in channels]
-    block, options = Block(**settings["block"]), RotationOptions(**settings["rotation"])
-    record = find_rotation(time_s, signals, lasers, block, units, options)
+    record = find_rotation(time_s, signals, lasers, Block(**settings["block"]), units, options)
     found_out = channels[0].attrs
     return record.assign_attrs({key: found_out[key] for key in READERS_NOTES if key in found_out})
 
 
-def _channel(path: Path, name: str) -> "xr.DataArray":
-    """A channel by its name, "" for the only one, with the attributes of its file."""
-    read = read_record(path, name or None)
+def _channel(path: Path, name: str, options: RotationOptions) -> "xr.DataArray":
+    """A channel by its name, "" for the only one, with the attributes of its file.
+
+    Samples out of range are infinite here, so that they are counted as such.
+    """
+    read = read_record(path, name or None, time_unit=options.time_unit, rate_hz=options.sampling_rate_hz)
     if len(read.data_vars) > 1:
         several = f"has the channels {', '.join(map(str, read.data_vars))}"
         raise FreerockError(path, several, "name one in the channel column of the campaign's CSV")
     (signal,) = read.data_vars.values()
+    signal.values[signal.attrs.pop("out_of_range", [])] = np.inf
     return signal.assign_attrs(read.attrs)
