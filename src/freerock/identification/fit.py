@@ -1,4 +1,4 @@
-"""Fits of a candidate to the runs of a record: one model with impacts that scatter, and the paper's own fit."""
+"""Fits of a candidate to the runs of a record, with impacts that scatter."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -273,7 +273,7 @@ class Followers:
         self._followed = self._of(self.first)
 
     def screened(self, swings: int) -> tuple[float, int]:
-        """Mean square of the residual and priors over the noise on the first swings of the first run; samples."""
+        """Mean square over the noise on the first swings of the first run, and the number of samples."""
         end = self._followed.until(swings)
         return self._followed.over_noise(end), end.n_samples
 

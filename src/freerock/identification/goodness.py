@@ -1,5 +1,6 @@
 """Whether a residual agrees with the noise of the sensor at rest, and how likely it is as that noise."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -89,11 +90,11 @@ def goodness(residual: Floats, columns: Floats, noise: Noise) -> Goodness:
     dof_of_all = 1 / np.sum((part[some] / part.sum()) ** 2 / both, axis=1)  # Welch and Satterthwaite
     p_of_all = float(fdtrc(*dof_of_all, every / LOUDER**2))
     worst = int(np.argmin(p))
-    ends = noise.edges[some[worst]] * noise.rate_hz, noise.edges[some[worst] + 1] * noise.rate_hz
+    low_hz, high_hz = (float(each * noise.rate_hz) for each in noise.edges[some[worst] : some[worst] + 2])
     chance = min(1.0, (len(some) + 1) * min(float(p[worst]), p_of_all))
     excess = np.ones(n_bands)
     excess[some] = np.maximum(ratio[some], 1.0)
-    return Goodness(chance > RESIDUAL, chance, float(np.sqrt(every)), *map(float, ends), excess)
+    return Goodness(chance > RESIDUAL, chance, math.sqrt(every), low_hz, high_hz, excess)
 
 
 def louder(noise: Noise, found: Goodness) -> Noise:

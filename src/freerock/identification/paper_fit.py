@@ -114,7 +114,7 @@ def paper_fit(
 
 
 def _last(model: RunModel, end: Ended, level: float) -> Ended:
-    """The fit to samples that leave ε_θ to 1e-3 of itself; standard errors as lmfit has them of a white residual."""
+    """The last fit, with standard errors as lmfit has them of a white residual."""
     posed = Posed(model, model.until(np.inf, ENOUGH), 0.0, level, 10 * RTOL, walls=RELEASE_WALLS)
     found = minimised(posed, end.at, 40, 1e-7)
     scale = found.result.chisqr / max(found.result.nfree, 1)

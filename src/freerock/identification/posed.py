@@ -1,4 +1,4 @@
-"""The least-squares problem of one run, carried by `lmfit.Minimizer` from the first start to the reported end.
+"""The least-squares problem of one run, carried by `lmfit.Minimizer` from start to end.
 
     S = |r|²/s² + Σ ((ν - ν⁰)/u)² + Σ (δ/σ_r)²,    r = θ_model - θ_measured,
 

@@ -1,4 +1,4 @@
-"""What a fit knows at its end: covariance by noise, inputs and scatter of the impacts, pulls of the inputs."""
+"""What a fit knows at its end: covariance by noise, inputs and scatter, and pulls of the inputs."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -76,7 +76,7 @@ class Posterior:
 
     @cached_property
     def inverse(self) -> Floats:
-        """Covariance of all under noise of the level and the priors, shape (n_all, n_all); 0 of what is held."""
+        """Covariance under noise of the level and the priors, shape (n_all, n_all); 0 of what is held."""
         rows = self.rows[:, self.varied]
         scale = np.linalg.norm(rows, axis=0)
         scale[scale == 0] = 1.0
@@ -121,7 +121,7 @@ class Posterior:
 
     @cached_property
     def _prior_u(self) -> Floats:
-        """Prior standard uncertainty of each number in its unit; infinite of those of the law, shape (n_all,)."""
+        """Prior standard uncertainty of each number, shape (n_all,); infinite of those of the law."""
         found = np.full(len(self.varied), np.inf)
         names = list(self.posed.model.names)
         for name, _, u in self.posed.release:
@@ -166,7 +166,7 @@ class Posterior:
         alone = without(own, others)
         charge = np.linalg.slogdet(np.eye(alone.shape[1]) + alone.T @ alone)[1]
         per_law = float(of_law.sum()) * np.log(n)
-        return minus_two_log(self.residual, noise) + float(priors @ priors) + float(charge) + per_law
+        return float(minus_two_log(self.residual, noise) + priors @ priors + charge + per_law)
 
     def contributions(self) -> Contributions:
         """What each input of the laboratory contributes to the numbers, and its pull."""
@@ -191,7 +191,7 @@ class Posterior:
                 and law_of(model.candidate).is_foundation
             ):
                 for i, name in enumerate(model.names):
-                    if PARAMETERS[name].is_logarithm and name in law_of(model.candidate).parameters:
+                    if PARAMETERS[name].is_logarithm and name in model.laws_own:
                         found.values[i, at] = self.at.values[name] * source.u / model.block.mass_kg
         return found
 

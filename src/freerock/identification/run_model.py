@@ -1,8 +1,8 @@
 """What a candidate makes of one run: the curve as the laser reads it, and its derivatives.
 
-One model holds a run: θ = θ_law(t; p, ν, θ₀, t₀, δ) + noise. p are the numbers of the law, ν the inputs of the
-laboratory in standard uncertainties off their stated values, δ the scatter of the impacts: after impact i
-the rate is multiplied by 1 + δ_i.
+One model holds a run: θ = θ_law(t; p, ν, θ₀, t₀, δ) + noise. p are the numbers of the law. ν are the inputs
+of the laboratory, in standard uncertainties off their stated values. δ is the scatter of the impacts: after
+impact i the rate is multiplied by 1 + δ_i.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -28,8 +28,8 @@ from freerock.runs.motion import Motion
 
 RTOL = 1e-8  # of the integrator: its error is below 1 % of the noise
 RTOL_SCREENING = 1e-5
-# Of difference quotients, as a share of a positive number; absolute of δ and of an angle [rad]. A number of the
-# law is nearly a sum of impacts: quotients must be exact to 1e-5, or they tell what the samples do not.
+# Of difference quotients, as a share of a positive number; absolute of δ and of an angle [rad]. A number of
+# the law is nearly a sum of impacts: quotients must be exact to 1e-5, or they tell what the samples do not.
 STEP = 3e-7
 STEP_BOTH_WAYS = 1e-4  # where the integrator's error is larger: edges, an offset, the tensionless rule
 MOST_STEPS = 20_000  # of a curve: a real one takes a tenth; where an optimiser wanders, one takes minutes
@@ -74,6 +74,9 @@ class Point:
     values: Mapping[str, float]
     inputs: Floats
     impacts: Floats
+
+
+Seen = tuple[Block, View | None, Laboratory | None]  # block, view and laboratory with its inputs moved
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,26 +275,17 @@ class RunModel:
         block, view, moved = self._there(at)
         values = as_released(self.law, block, self._values(at, moved), view)
         turning, own_time_s = block.as_found(values), self._on_clock(time_s, moved)
+        solver = Solver(rtol, MOST_STEPS)
         bed = Foundation.of(values) if law_of(self.candidate).is_foundation else None
         if view is not None and len(view.moments[0]) > 1:  # a slow sensor delays all derivatives alike
             view = view.at_once
             seen = {**values, "theta0": view.seen_at_rest(values["theta0"], turning, bed)}
-            theta = self._reread(
-                as_measured(
-                    self.law, block, seen, own_time_s, view, rules=self.rules, solver=Solver(rtol, MOST_STEPS)
-                ),
-                moved,
-            )
+            whole = as_measured(self.law, block, seen, own_time_s, view, rules=self.rules, solver=solver)
+            theta = self._reread(whole, moved)
 
-        def seen(step: float) -> Iterator[tuple[int, int, Floats]]:
+        def later_curves(step: float) -> Iterator[tuple[int, int, Floats]]:
             for i, begin, later, z_cb in restarts(
-                self.law,
-                block,
-                values,
-                own_time_s,
-                rules=self.rules,
-                solver=Solver(rtol, MOST_STEPS),
-                step=step,
+                self.law, block, values, own_time_s, rules=self.rules, solver=solver, step=step
             ):
                 lost = np.isnan(later)
                 if lost.any():
@@ -301,10 +295,10 @@ class RunModel:
                 yield i, begin, self._reread(later, moved)
 
         if self.is_smooth:
-            for i, begin, later in seen(STEP):
+            for i, begin, later in later_curves(STEP):
                 out[begin:, i] = (later - theta[begin:]) / STEP
             return
-        both = zip(seen(STEP_BOTH_WAYS), seen(-STEP_BOTH_WAYS), strict=True)
+        both = zip(later_curves(STEP_BOTH_WAYS), later_curves(-STEP_BOTH_WAYS), strict=True)
         for (i, begin, later), (_, _, earlier) in both:
             out[begin:, i] = (later - earlier) / (2 * STEP_BOTH_WAYS)
 
@@ -321,7 +315,7 @@ class RunModel:
             values["impacts"] = at.impacts  # type: ignore[assignment]
         return values
 
-    def _there(self, at: Point) -> "tuple[Block, View | None, Laboratory | None]":
+    def _there(self, at: Point) -> "Seen":
         """Block, view and laboratory with the inputs moved; of the last inputs they are known."""
         stated = self.motion.laboratory
         if stated is None or not at.inputs.any():

@@ -91,9 +91,10 @@ def _moves(motion: Motion) -> Mask:
 
 
 def horizons_s(motion: Motion, growth: int | None = None) -> list[float]:
-    """Ends of growing horizons [s]: the first peak after an impact, swings in growing number, all clear swings.
+    """Ends of growing horizons [s]: the first peak after an impact, then more and more swings.
 
-    What follows these is no more than noise, and holds impacts that no one sees. Up to that peak the error has few minima; each further one adds at most half of the swings before it.
+    What follows these is no more than noise, and holds impacts that no one sees. Up to the first peak the
+    error has few minima; each further horizon adds at most half of the swings before it.
     """
     crossings = crossings_s(motion)
     if crossings.size < 3:
@@ -107,7 +108,7 @@ def horizons_s(motion: Motion, growth: int | None = None) -> list[float]:
 
 
 def scan(model: RunModel) -> list[Point]:
-    """Starts of a law: the lowest local minima of the error over a grid, until the peak after the first impact.
+    """Starts of a law: the lowest local minima of the error over a grid, on the first swing.
 
     A law with cases starts from the minima of these, with a trace of the number that each lacks.
     """
@@ -115,7 +116,7 @@ def scan(model: RunModel) -> list[Point]:
 
 
 def scan_whole(model: RunModel, most: int) -> list[Point]:
-    """Starts of a law whose every impact is believed: the lowest local minima of the error of the whole run."""
+    """Starts of a law whose every impact is believed, from the error of the whole run."""
     return _scan(model, np.inf, most)
 
 
@@ -215,7 +216,7 @@ def _scan_rigid(model: RunModel, horizon_s: float, beside: Mapping[str, float], 
 
 
 class Followed:
-    """The starts of a run, followed over growing horizons with the impacts free, as far as they are asked for.
+    """The starts of a run, followed over growing horizons with the impacts free.
 
     A horizon of one swing knows nothing of what follows; with the impacts free none loses the phase. Where a
     law leaves more than the noise, the level of a sample is that of its residual.

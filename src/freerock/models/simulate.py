@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -177,7 +178,8 @@ def simulate_fitted(
 
     `values` holds the parameters of the model, theta0 [rad] and, where they were freed, the release t0 on the
     clock of `time` [s], the width of the corners and the radius of the edges [m], the tilt of the base
-    [rad] and, as "impacts", δ of each impact, after which the rate is multiplied by 1 + δ. All else as in `simulate_theta`, which fits share.
+    [rad] and, as "impacts", δ of each impact, after which the rate is multiplied by 1 + δ. All else as in
+    `simulate_theta`, which fits share.
     """
     theta, _ = simulate_theta(
         model,
@@ -200,7 +202,7 @@ def simulate_fitted(
 def restarts(
     model: str,
     block: Block,
-    values: Mapping[str, float],
+    values: Mapping[str, Any],
     time: Floats,
     *,
     rules: Rules = GEOMETRIC,
@@ -235,7 +237,8 @@ def restarts(
         for i in range(min(n, whole.impact_time.size)):
             moved = np.array(values["impacts"], float)
             moved[i] += step
-            scene = replace(scene, parameters={**values, "impacts": moved})
+            own: dict[str, Any] = {**values, "impacts": moved}
+            scene = replace(scene, parameters=own)
             begin = int(np.searchsorted(time, whole.impact_time[i], "right"))
             if begin < time.size:
                 theta, _ = _released(scene, theta0, time)
@@ -327,11 +330,14 @@ class _Scene:
         constants = foundation.constants(block, pivots or not is_foundation)
         odd = tensionless or block.edge_radius or block.e
         on = motion.breaks, motion.coefficients
-        accuracy = tolerance, max_steps, self.factors[first:], passages
+        accuracy = tolerance, max_steps
+        scattered = self.factors[first:], passages
         if is_foundation and not odd and (not len(motion.coefficients) or motion.leans(time, self.block.g)):
-            return series.integrate_series(constants, state, time, *on, *accuracy, theta, rates)
+            return series.integrate_series(constants, state, time, *on, *accuracy, *scattered, theta, rates)
         r = -1.0 if is_foundation else float(self.parameters["r"])
-        return kernel.integrate(constants, r, tensionless, state, time, *on, *accuracy, theta, rates)
+        return kernel.integrate(
+            constants, r, tensionless, state, time, *on, *accuracy, *scattered, theta, rates
+        )
 
 
 def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None = None) -> tuple[Floats, str]:

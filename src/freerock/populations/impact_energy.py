@@ -5,6 +5,7 @@ alone is not its energy, and the restitution from two peaks of a rigid block is 
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -85,7 +86,7 @@ def impact_energy(
     law = _Law(fit.model, debonding, view, asked, float(fit.curve.theta_model[0]))
     nominal = law.of(block, fit.values, delta)
 
-    def slope(values: dict[str, float], by: Floats, step: float) -> Floats:
+    def slope(values: Mapping[str, float], by: Floats, step: float) -> Floats:
         return (law.of(block, values, by).restitution - nominal.restitution) / step
 
     columns = [
@@ -178,7 +179,7 @@ class _Law:
     asked: Floats
     theta0: float
 
-    def of(self, block: Block, values: dict[str, float], delta: Floats) -> _Found:
+    def of(self, block: Block, values: Mapping[str, float], delta: Floats) -> _Found:
         """What a block shows under such numbers."""
         nothing = np.full(self.asked.size, np.nan)
         if not self.asked.size:
@@ -202,7 +203,8 @@ class _Law:
             return _Found(nothing, nothing, np.zeros(self.asked.size, np.intp))
         at = np.append(tops, tops + 1)
         states = [each[at] for each in (motion.z_cb, motion.z_cb_rate, motion.theta, motion.theta_rate)]
-        left, right = np.split(np.asarray(energy(turning, foundation, *states, rules)), 2)
+        stored = energy(turning, foundation, states[0], states[1], states[2], states[3], rules)
+        left, right = np.split(np.asarray(stored), 2)
         at_tops = left + share * (right - left)
         restitution = np.full(len(impacts), np.nan)
         restitution[: len(at_tops) - 1] = np.sqrt(at_tops[1:] / at_tops[:-1])

@@ -84,8 +84,8 @@ class Choice:
     selected : str
         "" where no fit is to be used.
     level : str
-        "noise" (it leaves no more than the noise), "repeatability" (what it leaves is small beside the scatter
-        of the impacts), "rejected" (more), "none".
+        "noise" (it leaves no more than the noise), "repeatability" (what it leaves is small beside the
+        scatter of the impacts), "rejected" (more), "none".
     criterion : str
         What decided: "evidence" or "prediction".
     reason : str

@@ -108,7 +108,7 @@ def _tiers(candidates: Sequence[str]) -> Iterator[list[str]]:
 
 
 def _fit_tier(own: Mapping[str, Followers], least: float, allowed: Allowed, found: Identified) -> None:
-    """Fit contenders in full, first those that leave least; roughly what is always fitted and does not contend."""
+    """Fit contenders in full, and roughly what is always fitted and does not contend."""
     screenings = {name: each.screened(SEARCH.swings) for name, each in own.items()}
     contend = {name for name in own if _contends(*screenings[name], least)}
     ends = {name: own[name].end_of_first() for name in contend}

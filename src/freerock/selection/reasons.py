@@ -1,4 +1,4 @@
-"""What the fits of a run say: its misfit, its pulls, how its impacts scatter. Nothing is named that was not tested."""
+"""What the fits of a run say: its misfit, its pulls, how its impacts scatter."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -81,21 +81,15 @@ def _of_impacts(motion: Motion, fit: Fit) -> Iterator[Reason]:
     if not scatter.sigma_r or fit.posterior is None:
         return
     amplitude, side = of_swings(motion, len(fit.scatter.delta))
-    told = (
-        (
-            "loss_by_amplitude",
-            amplitude,
-            "the loss depends on amplitude otherwise than the law's: δ {:+.2g} %",
-        ),
+    tests = (
+        ("loss_by_amplitude", amplitude, "the loss depends on amplitude otherwise: δ {:+.2g} %"),
         ("loss_by_side", side, "the loss differs by side: δ {:+.2g} % between the right and the left"),
     )
-    for name, regressor, text in told:
+    for name, regressor, text in tests:
         slope, p = trend(fit, regressor)
         if p < REASONS.trend:
-            span = float(np.ptp(regressor))
-            yield Reason.of(
-                name, text.format(100 * slope * span) + f" (chance {p:.1g})", None, p, REASONS.trend, "1"
-            )
+            told = f"{text.format(100 * slope * float(np.ptp(regressor)))} (chance {p:.1g})"
+            yield Reason.of(name, told, None, p, REASONS.trend, "1")
 
 
 def of_swings(motion: Motion, n_impacts: int) -> tuple[Floats, Floats]:
