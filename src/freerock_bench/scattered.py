@@ -2,8 +2,11 @@
 
 Block, foundation, law and kinematics come in turn, thirty make a round. Inputs are off by normal draws of
 what is stated of them, by callipers or by a rule. A record has four runs: three to be fitted, and the next.
+
+    python -m freerock_bench.scattered FOLDER 30 0 0.01    # 30 records of each σ_r, as .npz
 """
 
+import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -197,3 +200,10 @@ def make(folder: Path, sigma_r: float, i: int, seed: int, known: str | None = No
         truth = Truth.drawn(i, sigma_r, known, draw)
         save(path, truth, runs_of(truth, draw), draw)
     return path
+
+
+if __name__ == "__main__":
+    given, number, *sigmas = sys.argv[1:]
+    for each in sigmas:
+        for n in range(int(number)):
+            make(Path(given), float(each), n, seed=1)
