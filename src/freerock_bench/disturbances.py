@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from freerock.arrays import Floats
 from freerock.virtual_lab.added_noise import Disturbance
@@ -76,8 +77,6 @@ def ac_coupled(cutoff_hz: float) -> Disturbance:
     """A first-order high pass, settled at the start."""
 
     def spoil(time_s: Floats, volts: Floats, _: Any) -> Floats:
-        from scipy.signal import lfilter
-
         step = time_s[1] - time_s[0]
         keep = 1 / (1 + 2 * math.pi * cutoff_hz * step)
         return np.asarray(lfilter([keep, -keep], [1, -keep], volts - volts[0]))
@@ -126,3 +125,10 @@ def _rest_and_farthest(volts: Floats) -> tuple[float, float]:
     rest = float(np.median(volts[: volts.size // 20]))
     far = float(np.percentile(volts, 99)), float(np.percentile(volts, 1))
     return rest, max(far, key=lambda reading: abs(reading - rest))
+
+
+def correlated(n: int, time_s: float, rate_hz: float, generator: np.random.Generator) -> Floats:
+    """Noise of variance 1, autoregressive of the first order, shape (n,)."""
+    a = math.exp(-1 / (rate_hz * time_s))
+    drive = math.sqrt(1 - a * a) * generator.standard_normal(n)
+    return np.asarray(lfilter([1.0], [1.0, -a], drive, zi=[a * generator.standard_normal()])[0])

@@ -2,8 +2,14 @@
 
 Corners are rounded, the bed varies along the base and has hysteresis, the table gives, the base may slip, air
 drags, the sensor is not quite linear, k and λ differ from impact to impact. A hand trembles, lets go slowly.
+
+    python -m freerock_bench.realistic --seed 1      # six scenes of five runs, analysed by the workflow
+
+prints verdicts, the law preferred on each foundation, k of runs over the stiffness under the edges, and how
+often r by energy holds the ratio of true energies.
 """
 
+import argparse
 import math
 from dataclasses import replace
 from itertools import pairwise
@@ -16,8 +22,8 @@ from scipy.signal import butter, sosfiltfilt
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
 from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
-from freerock_bench import scattered
-from freerock_bench.scattered import BEAMS_M, INPUTS, KNOWN, RANGE_M, RATE_HZ
+from freerock_bench import campaigns, scattered
+from freerock_bench.scattered import RATE_HZ
 from freerock_bench.springs import Motion, Scene, _held, energy, read
 
 RUNS, SCENES = 5, 6
@@ -30,40 +36,28 @@ TABLE_BLOCKS, DRAG = 20.0, 5e-4  # masses of the block; air by weight times half
 
 
 def make(folder: Path, i: int, seed: int) -> Path:
-    """Make the record of a scene, unless it is there: `scattered.save` names its arrays."""
+    """Make the record of a scene, unless it is there."""
     name, foundation = list(BLOCKS)[i % 3], list(TABLE_2)[i // 3 % 2]
     path = folder / f"{name}_{foundation}_{seed}_{i:02d}.npz"
     if path.exists():
         return path
     draw = np.random.default_rng([seed, 74, i])
-    stated, u = BLOCKS[name], KNOWN["callipers"]
-    off = {key: u[key] * draw.standard_normal() for key in INPUTS}
-    sizes = stated.height_m + off["height_m"], stated.width_m + off["width_m"]
-    block = Block(*sizes, stated.mass_kg * (1 + off["mass"]))
-    clock, scale = 1 / (1 + off["sampling_rate_fraction"]), 1 + off["scale_fraction"]
-    values: dict[str, Any] = {"true_law": "realistic", "true_block_name": name, "true_foundation": foundation}
-    values |= {"true_known": "callipers", "true_clock": clock, "true_scale": scale, "rate_hz": RATE_HZ}
-    for key in ("height_m", "width_m", "mass_kg"):
-        values |= {f"true_{key}": getattr(block, key), f"stated_{key}": getattr(stated, key)}
-    values |= {"stated_position_m": BEAMS_M[name], "stated_range_m": RANGE_M}
-    values |= {f"u_{key}": each for key, each in u.items()}
     law = TABLE_2[foundation]["hunt_crossley"]
-    soil = {key: law[key] * draw.uniform(0.9, 1.1) for key in law}
-    values |= {f"mean_{key}": each for key, each in soil.items()}
-    angle, at = RELEASE_ANGLES[name] * draw.uniform(0.7, 1.0), BEAMS_M[name] + off["position_m"]
-    phase = draw.uniform(0, 2 * math.pi)  # of the bed along the base
-    values["edge_k"] = soil["k"] * (1 + BESIDES["varies"] * math.sin(phase))
-    runs = [_run(block, soil, phase, angle, RATE_HZ / clock, draw) for _ in range(RUNS)]
-    ways, begins = _ways(runs, at, draw)
-    volts = scattered.V_PER_M * (ways - ways[0]) / scale
-    volts = volts * (1 + BENT * (1 - np.abs(volts) / 5))
-    values |= {"volts": scattered.written(volts, draw), "begins_s": begins}
-    for j, (motion, truth) in enumerate(runs):
-        truth["volts_impacts_s"] = begins[j] + truth["volts_impacts_s"] / clock
-        truth["fade_s"] = motion.scene.fade_s
-        values |= {f"run{j}_{key}": each for key, each in truth.items()}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    np.savez_compressed(path, **values)
+    soil = {key: value * draw.uniform(0.9, 1.1) for key, value in law.items()}
+    own = "realistic", "", name, foundation, 0.0, K_BY_RUN, soil, "callipers"
+    truth = scattered.Truth(
+        *own, **scattered.inputs(BLOCKS[name], scattered.BEAMS_M[name], "callipers", draw)
+    )
+    angle, phase = RELEASE_ANGLES[name] * draw.uniform(0.7, 1.0), draw.uniform(0, 2 * math.pi)
+    runs = [_run(truth.block, soil, phase, angle, RATE_HZ / truth.clock, draw) for _ in range(RUNS)]
+    ways, begins = _ways(runs, truth.position_m, draw)
+    volts = 10 / truth.range_m * (ways - ways[0]) / truth.scale
+    volts = scattered.written(volts * (1 + BENT * (1 - np.abs(volts) / 5)), draw)
+    more: dict[str, Any] = {"edge_k": soil["k"] * (1 + BESIDES["varies"] * math.sin(phase))}
+    for j, (motion, known) in enumerate(runs):
+        known["volts_impacts_s"] = begins[j] + known["volts_impacts_s"] / truth.clock
+        more |= {f"run{j}_{key}": each for key, each in (known | {"fade_s": motion.scene.fade_s}).items()}
+    scattered.write(path, truth, volts, begins, RATE_HZ, more)
     return path
 
 
@@ -129,3 +123,24 @@ def _tremor(n: int, draw: Any) -> Floats:
     noise = sosfiltfilt(band, draw.standard_normal(n + 2000))[1000 : 1000 + n]
     ends = np.minimum(1.0, np.minimum(np.arange(n), np.arange(n)[::-1]) / (0.05 * RATE_HZ))
     return np.asarray(TREMOR_RAD * noise / noise.std() * ends)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Make, analyse, grade, print."""
+    parser = argparse.ArgumentParser(prog="python -m freerock_bench.realistic")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--scenes", type=int, default=SCENES)
+    parser.add_argument("--cores", type=int, default=1)
+    parser.add_argument("--folder", type=Path, default=Path("results/studies/realistic"))
+    parser.add_argument("--document", default="")
+    given = parser.parse_args(arguments)
+    cases = range(given.scenes)
+    records = campaigns.made(lambda i: make(given.folder / "records", i, given.seed), cases)
+    tables = campaigns.analysed(given.folder.resolve(), records, given.cores)
+    frame = campaigns.graded(tables, records, lambda truth: str(truth["true_foundation"]))
+    campaigns.finish(frame, "realistic", given.document)
+    print(campaigns.listed(tables, records))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,13 +1,14 @@
 """Records of blocks whose impacts scatter, with their truth, by `rocking`: as volts and as θ(t).
 
 Block, foundation, law and kinematics come in turn, thirty make a round. Inputs are off by normal draws of
-what is stated of them, by callipers or by a rule. A record has four runs: three to be fitted, and the next.
+what is stated of them, by callipers or by a rule. A record has three runs, and the numbers of the next one.
 
     python -m freerock_bench.scattered FOLDER 30 0 0.01    # 30 records of each σ_r, as .npz
 """
 
 import sys
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
@@ -18,13 +19,12 @@ from freerock.models.block import Block
 from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock_bench.rocking import Rocking, rock, way_to_face
 
-RATE_HZ, RUNS = 2000.0, 4
+RATE_HZ, RUNS = 2000.0, 3
 SIGMA_RAD = np.radians(0.006)  # of the noise of θ(t)
-NOISE_V, ZERO_V, COUNT_V, V_PER_M = 2e-3, 5.0, 20.0 / 2**24, 100.0
+NOISE_V, ZERO_V = 2e-3, 5.0
 T0_STDERR_S = 2e-4  # of θ(t)
 TILT_S, REST_S = 1.2, 2.0
 BEAMS_M = {"config1": 0.22, "config2": 0.20, "config3": 0.10}
-RANGE_M = 0.1
 CASES = [("hunt_crossley", "guided"), ("hunt_crossley", "pivoting"), ("winkler", "guided")]
 CASES += [("winkler", "pivoting"), ("housner", "pivoting")]
 INPUTS = ("height_m", "width_m", "mass", "position_m", "scale_fraction", "sampling_rate_fraction")
@@ -51,10 +51,12 @@ class Truth:
         Of the foundation: the medians over runs [SI].
     known : str
         A key of `KNOWN`.
-    block : Block
-        As it truly is.
+    block, stated : Block
+        As it truly is, and as it is stated.
     position_m, scale, clock : float
         True height of the beam; true displacement over that read; true over stated time.
+    beam_m, range_m : float
+        Stated height of the beam, measuring range of the laser.
     """
 
     law: str
@@ -66,25 +68,24 @@ class Truth:
     parameters: dict[str, float]
     known: str
     block: Block
+    stated: Block
     position_m: float
     scale: float
     clock: float
+    beam_m: float
+    range_m: float = 0.1
 
     @classmethod
     def drawn(cls, i: int, sigma_r: float, known: str, draw: np.random.Generator) -> Self:
         """The i-th of a cell."""
         (law, kinematics), name = CASES[i % len(CASES)], list(BLOCKS)[i % 3]
-        foundation, stated, u = list(TABLE_2)[i // 3 % 2], BLOCKS[name], KNOWN[known]
-        off = {key: each * draw.standard_normal() for key, each in u.items()}
-        sizes = stated.height_m + off["height_m"], stated.width_m + off["width_m"]
-        block = Block(*sizes, stated.mass_kg * (1 + off["mass"]))
+        foundation = list(TABLE_2)[i // 3 % 2]
         values = {key: value * draw.uniform(0.9, 1.1) for key, value in TABLE_2[foundation][law].items()}
         if law == "housner":
             values = {"r": TABLE_2[foundation][law]["r"] ** draw.uniform(0.7, 1.5)}
         tau = SPREADS[int(draw.integers(len(SPREADS)))]
-        at = BEAMS_M[name] + off["position_m"]
-        sensor = at, 1 + off["scale_fraction"], 1 / (1 + off["sampling_rate_fraction"])
-        return cls(law, kinematics, name, foundation, sigma_r, tau, values, known, block, *sensor)
+        own = law, kinematics, name, foundation, sigma_r, tau, values
+        return cls(*own, known, **inputs(BLOCKS[name], BEAMS_M[name], known, draw))
 
     def of_run(self, draw: np.random.Generator) -> dict[str, float]:
         """Parameters of a run."""
@@ -92,6 +93,16 @@ class Truth:
         if "r" in by:
             return {"r": 1 - (1 - self.parameters["r"]) * by["r"]}
         return {key: value * by[key] for key, value in self.parameters.items()}
+
+
+def inputs(stated: Block, beam_m: float, known: str, draw: np.random.Generator) -> dict[str, Any]:
+    """Fields of `Truth` on block and laser: true inputs are off by normal draws of what is known of them."""
+    off = {key: each * draw.standard_normal() for key, each in KNOWN[known].items()}
+    sizes = stated.height_m + off["height_m"], stated.width_m + off["width_m"]
+    found: dict[str, Any] = {"block": Block(*sizes, stated.mass_kg * (1 + off["mass"])), "stated": stated}
+    found |= {"position_m": beam_m + off["position_m"], "beam_m": beam_m}
+    clock = 1 / (1 + off["sampling_rate_fraction"])
+    return found | {"scale": 1 + off["scale_fraction"], "clock": clock}
 
 
 @dataclass(frozen=True)
@@ -129,9 +140,29 @@ def runs_of(truth: Truth, draw: np.random.Generator) -> list[Run]:
     return found
 
 
-def volts_of(truth: Truth, runs: list[Run], draw: np.random.Generator) -> tuple[Floats, list[float]]:
+def volts_of(
+    truth: Truth,
+    runs: list[Run],
+    draw: np.random.Generator,
+    noise: Callable[[int, Any], Floats] | None = None,
+    sigma_v: float = NOISE_V,
+    bits: int = 24,
+) -> tuple[Floats, list[float]]:
     """Rest, and of each run tilt, hold, motion, rest, as the laser writes them; stated instants at which the
-    hand begins to leave [s]."""
+    hand begins to leave [s].
+
+    Parameters
+    ----------
+    truth : Truth
+    runs : list of Run
+    draw : numpy.random.Generator
+    noise : callable, optional
+        Of a number of samples and a generator, in units of `sigma_v`; white by default.
+    sigma_v : float
+        Standard deviation of the noise [V].
+    bits : int
+        Of a converter of ±10 V.
+    """
     n = [int(each * RATE_HZ) for each in (REST_S, TILT_S)]
     share = np.linspace(0, 1, n[1])
     share = share**3 * (10 - 15 * share + 6 * share**2)
@@ -144,31 +175,41 @@ def volts_of(truth: Truth, runs: list[Run], draw: np.random.Generator) -> tuple[
         begins.append(sum(map(len, parts)) / RATE_HZ)
         parts += [motion, np.tile(rest, (after, 1))]
     way = way_to_face(np.vstack(parts).T, truth.block, truth.position_m)
-    return written(V_PER_M * (way - way[0]) / truth.scale, draw), begins
+    added = noise(len(way), draw) if noise else draw.standard_normal(len(way))
+    return written(10 / truth.range_m * (way - way[0]) / truth.scale, draw, sigma_v * added, bits), begins
 
 
-def written(volts: Floats, draw: np.random.Generator) -> Floats:
-    """Volts over those at rest, with noise, as a converter writes them."""
-    noisy = ZERO_V + volts + NOISE_V * draw.standard_normal(len(volts))
-    return np.asarray(COUNT_V * np.rint(noisy / COUNT_V))
+def written(volts: Floats, draw: np.random.Generator, noise: Floats | None = None, bits: int = 24) -> Floats:
+    """Volts over those at rest, with noise (white by default) [V], as a converter of ±10 V writes them."""
+    noise = NOISE_V * draw.standard_normal(len(volts)) if noise is None else noise
+    count = 20.0 / 2**bits
+    return np.asarray(count * np.rint((ZERO_V + volts + noise) / count))
 
 
 def save(path: Path, truth: Truth, runs: list[Run], draw: np.random.Generator) -> None:
     """Write a record as .npz: volts; of each run θ(t) let go at once, and its truth; what is stated."""
     volts, begins = volts_of(truth, runs, draw)
-    known = {key: value for key, value in asdict(truth).items() if key not in ("parameters", "block")}
-    values: dict[str, Any] = {f"true_{key}": value for key, value in known.items()}
-    values |= {f"mean_{key}": value for key, value in truth.parameters.items()}
-    stated = BLOCKS[truth.block_name]
-    for key in ("height_m", "width_m", "mass_kg"):
-        values |= {f"true_{key}": getattr(truth.block, key), f"stated_{key}": getattr(stated, key)}
-    values |= {"stated_position_m": BEAMS_M[truth.block_name], "stated_range_m": RANGE_M, "rate_hz": RATE_HZ}
-    values |= {f"u_{key}": value for key, value in KNOWN[truth.known].items()}
-    values |= {"volts": volts, "begins_s": begins, "sigma_theta": SIGMA_RAD, "t0_stderr": T0_STDERR_S}
+    values: dict[str, Any] = {"sigma_theta": SIGMA_RAD, "t0_stderr": T0_STDERR_S}
+    values |= {f"next_{key}": value for key, value in truth.of_run(draw).items()}
     for j, run in enumerate(runs):
         values |= {f"run{j}_{key}": each for key, each in _of_run(truth, run, begins[j], draw).items()}
+    write(path, truth, volts, begins, RATE_HZ, values)
+
+
+def write(
+    path: Path, truth: Truth, volts: Floats, begins: list[float], rate_hz: float, more: dict[str, Any]
+) -> None:
+    """Write volts, what is stated, what is true, and more."""
+    known = {key: value for key, value in vars(truth).items() if isinstance(value, str | float)}
+    values: dict[str, Any] = {f"true_{key}": value for key, value in known.items()}
+    values |= {f"mean_{key}": value for key, value in truth.parameters.items()}
+    for key in ("height_m", "width_m", "mass_kg"):
+        values |= {f"true_{key}": getattr(truth.block, key), f"stated_{key}": getattr(truth.stated, key)}
+    values |= {"stated_position_m": truth.beam_m, "stated_range_m": truth.range_m}
+    values |= {f"u_{key}": value for key, value in KNOWN[truth.known].items()}
+    values |= {"volts": volts, "begins_s": begins, "rate_hz": rate_hz}
     path.parent.mkdir(parents=True, exist_ok=True)
-    np.savez_compressed(path, **values)
+    np.savez_compressed(path, **values, **more)
 
 
 def _of_run(truth: Truth, run: Run, begins_s: float, draw: np.random.Generator) -> dict[str, Any]:
@@ -193,7 +234,7 @@ def _of_run(truth: Truth, run: Run, begins_s: float, draw: np.random.Generator) 
 
 def make(folder: Path, sigma_r: float, i: int, seed: int, known: str | None = None) -> Path:
     """Make the i-th record of a cell, unless it is there."""
-    path = folder / f"sigma{1e4 * sigma_r:03.0f}_{i:03d}.npz"
+    path = folder / f"sigma_{1e4 * sigma_r:03.0f}_{i:03d}.npz"
     if not path.exists():
         draw = np.random.default_rng([seed, round(1e6 * sigma_r), i])
         known = known or ("callipers", "rule")[int(draw.integers(2))]

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.signal import lfilter
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
@@ -18,6 +17,7 @@ from freerock.models.simulate import Solver, simulate_theta
 from freerock.noise.at_rest import noise_at_rest
 from freerock.runs.motion import Motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS
+from freerock_bench.disturbances import correlated
 
 SEED = 2017
 RATE_HZ = 2000.0
@@ -77,13 +77,6 @@ class Truth:
             rules=candidate.rules(),
             solver=Solver(self.rtol),
         )
-
-
-def correlated(n: int, time_s: float, rate_hz: float, generator: np.random.Generator) -> Floats:
-    """Noise of variance 1, autoregressive of the first order, shape (n,)."""
-    a = math.exp(-1 / (rate_hz * time_s))
-    drive = math.sqrt(1 - a * a) * generator.standard_normal(n)
-    return np.asarray(lfilter([1.0], [1.0, -a], drive, zi=[a * generator.standard_normal()])[0])
 
 
 def noise(truth: Truth, n: int, generator: np.random.Generator) -> Floats:
