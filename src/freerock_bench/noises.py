@@ -2,8 +2,8 @@
 
     python -m freerock_bench.noises --per-noise 6 --seed 1
 
-takes records of `scattered` whose inputs are exact and whose impacts do not scatter, puts thirteen noises and
-five converters to their volts, analyses them by the workflow and prints a column for each.
+takes records of `scattered` whose inputs are exact and whose impacts do not scatter, puts ten noises and
+four converters to their volts, analyses them by the workflow and prints a column for each.
 """
 
 import argparse
@@ -52,7 +52,7 @@ NOISES: dict[str, Kind] = {  # of so many samples, in standard deviations
     "white, ½ of 1/f": lambda n, draw: _white(n, draw) + 0.5 * _pink(n, draw),
     "Student's t₃": lambda n, draw: draw.standard_t(3, n) / math.sqrt(3),
 }
-CONVERTERS = {f"12 bits, {mv} mV": (12, 1e-3 * mv) for mv in (1, 2, 3)} | {"10 bits, 2 mV": (10, 2e-3)}
+CONVERTERS = {f"12 bits, {mv} mV": (12, 1e-3 * mv) for mv in (1, 2, 3)} | {"14 bits, 2 mV": (14, 2e-3)}
 
 
 def make(folder: Path, name: str, i: int, seed: int) -> Path:

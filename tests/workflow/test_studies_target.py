@@ -16,7 +16,7 @@ def test_only_on_demand(finished):
     assert alone.returncode == asked.returncode == 0, alone.stderr + asked.stderr
     assert "study" not in alone.stdout + alone.stderr
     jobs = dict(re.findall(r"^(\w*stud\w*) +(\d+)$", asked.stdout + asked.stderr, re.M))
-    assert jobs == {"study": "6", "study_figure": "5", "studies": "1"}
+    assert jobs == {"study": "2", "study_figure": "4", "studies": "1"}
 
 
 def test_a_study_and_its_figure(checkout):

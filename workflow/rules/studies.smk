@@ -1,10 +1,10 @@
 """Studies of the methods, of no campaign: `snakemake studies`, in minutes with `--config studies=small`."""
 
 BENCH = PACKAGE.parent / "freerock_bench"
-STUDIES = ["bits", "speed_accuracy", "stability", "success", "confusion", "kinds"]
-DATA = {"kinds": "kinds.yaml", "speed_accuracy": "engines.yaml"}
+STUDIES = ["speed_accuracy", "stability"]
+DATA = {"speed_accuracy": "engines.yaml"}
 PAGES = ["stability_stiffness", "stability_step", "stability_release"]  # of the stability atlas
-STUDY_OF = {name: name for name in ("speed_accuracy", "confusion")} | dict.fromkeys(PAGES, "stability")
+STUDY_OF = {"speed_accuracy": "speed_accuracy"} | dict.fromkeys(PAGES, "stability")
 
 
 rule studies:

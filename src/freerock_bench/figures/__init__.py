@@ -4,7 +4,6 @@ The frame is the one that `run` of the study gives. Returned are the figure and 
 """
 
 __all__ = [
-    "confusion",
     "speed_accuracy",
     "stability",
 ]

@@ -1,20 +1,17 @@
 """Release, release angle and restitution under many kinds of noise, on motions of another integrator."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from freerock.identification.fit import fit_run
 from freerock.noise.at_rest import noise_at_rest
 from freerock.noise.in_motion import in_motion
 from freerock.noise.spectrum import autocovariance, white_noise
 from freerock.noise.sums import covariance_of_means, covariance_of_sums, stderr_of_mean, unsure_of_sum
 from freerock.noise.whitening import Slow, transposed, whiten
-from freerock_bench import clean_records, noises
 
 RATE_HZ = 2000.0
 
@@ -63,40 +60,3 @@ def test_noise_that_is_louder_in_motion():
     twenty_hz = 20 / true.rate_hz
     expected = 1 + true.density(np.array([twenty_hz]))[0]
     assert seen[true.band(np.array([twenty_hz]))[0] - len(true.ratio)] == pytest.approx(expected, rel=0.5)
-
-
-def test_a_fit_takes_the_noise_that_is_heard_in_motion():
-    """A residual twice as loud as the rest is noise where the motion itself shows it, and else is not."""
-    truth, volts = noises.record_of("10 ms in motion", 1)
-    _, found = truth.first_run(volts)
-    motion = found.motion
-    at_rest = replace(motion.noise, ratio=np.ones_like(motion.noise.ratio))
-    assert motion.noise.ratio[-1] > 1.2
-    fits = [
-        fit_run(truth.candidate, truth.scene.block, replace(motion, noise=each))
-        for each in (motion.noise, at_rest)
-    ]
-    assert [fit.diagnostics["noise"] for fit in fits] == [1.0, 0.0]
-
-
-def test_the_truth_keeps_its_energy_but_for_what_the_bed_takes():
-    truth = clean_records.truth_of(7)
-    assert np.all(np.diff(truth.energies) < 0)
-    assert abs(truth.peaks[1]) < abs(truth.theta0) and truth.peaks[1] * truth.theta0 < 0
-
-
-def test_a_rigid_block_loses_at_each_impact_what_its_restitution_says():
-    truth = clean_records.truth_of(19)
-    block, tops = truth.scene.block, truth.block_peaks[:8]
-    lifted = block.h * (np.cos(tops) - 1) + block.b * np.abs(np.sin(tops))
-    assert np.sqrt(lifted[1:] / lifted[:-1]) == pytest.approx(truth.parameters["r"], abs=1e-4)
-
-
-def test_intervals_hold_the_truth_in_slow_noise_as_in_white():
-    """Of so few records four in five: where noise is taken for white, one in five do in 20 ms."""
-    kinds = ("white", "20 ms", "1/f")
-    for noise in kinds:
-        rows = [row for i in range(10) for row in noises.rows_of((noise, i))]
-        for number, least in (("release", 0.8), ("theta0", 0.8), ("restitution", 0.8), ("k", 0.8)):
-            inside = [row["inside"] for row in rows if row["number"] == number]
-            assert np.mean(inside) >= least, (noise, number)

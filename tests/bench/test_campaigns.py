@@ -1,0 +1,134 @@
+"""The harness of the studies: configuration of a campaign of records, and its tables held against truth."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from freerock.config.campaign import load_campaign
+from freerock_bench import campaigns, kinds, noises
+from freerock_bench.scattered import KNOWN, make
+
+TRUTH = {"k": 2e6, "lambda": 5e7}
+
+
+@pytest.fixture(scope="module")
+def records(tmp_path_factory):
+    """A Hunt–Crossley block on Aerstop, guided, whose impacts scatter."""
+    path = make(tmp_path_factory.mktemp("records"), 0.01, 5, seed=3, known="rule")
+    return {path.stem: path}
+
+
+@pytest.fixture
+def tables(records):
+    """What a workflow might say of it: k of run 1 three u too large, else right; λ of run 2 failed."""
+    ((test, path),) = records.items()
+    truth = np.load(path)
+    of = {"test": test, "model": "hunt_crossley"}
+    fits = [
+        of
+        | {"run": run, "parameter": name, "value": float(truth[f"run{run - 1}_{name}"]) * (1 + off)}
+        | {"stderr": 1.0, "u_total": 0.01 * float(truth[f"run{run - 1}_{name}"]), "success": success}
+        for run, name, off, success in [
+            (1, "k", 0.03, True),
+            (1, "lambda", 0.01, True),
+            (2, "lambda", 0, False),
+        ]
+    ]
+    fits.append(of | {"run": 1, "parameter": "sigma_r", "value": 0.011, "u_total": 0.001, "success": True})
+    status = {1: ("selected", "rejected"), 2: ("also_possible", "selected"), 3: ("rejected", "selected")}
+    choice = [
+        {"test": test, "run": run, "model": model, "status": each, "explains": True, "reason": ""}
+        for run, (own, other) in status.items()
+        for model, each in (("hunt_crossley", own), ("winkler", other))
+    ]
+    runs = [
+        {"test": test, "run": j + 1, "release_s": float(begins) + 0.005, "verdict": "ok", "reasons": ""}
+        for j, begins in enumerate(truth["begins_s"][:2])
+    ]
+    at, r = (
+        float(truth["run0_volts_impacts_s"][1]) - runs[0]["release_s"],
+        float(truth["run0_volts_r_energy"][1]),
+    )
+    impact = {"test": test, "run": 1, "source": "experiment", "time_s": at, "r_energy": r + 0.01}
+    mean = of | {"level": "record", "parameter": "k", "n_runs": 3, "stderr": 1.0, "u_total": 1e4}
+    mean |= {"mean": float(truth["mean_k"]), "next_low": 0.0, "next_high": 1.0}
+    mean |= {"total95_low": 0.0, "total95_high": 1e9}
+    band = {"test": test, "run": 1, "inside": True, "impact_inside": False}
+    made = {
+        "runs": runs,
+        "choice": choice,
+        "parameters": fits,
+        "restitution": [impact | {"r_energy_u": 0.001}],
+    }
+    made |= {"populations": [mean], "bands": [band], "reasons": []}
+    return {
+        name: pd.DataFrame(rows, columns=None if rows else ["test", "reason"]) for name, rows in made.items()
+    }
+
+
+def inside(frame, parameter):
+    return frame.loc[frame["parameter"] == parameter, "inside"].astype(bool).tolist()
+
+
+def test_tables_are_held_against_the_truth(tables, records):
+    frame = campaigns.graded(tables, records, lambda truth: "a case")
+    assert list(frame) == campaigns.COLUMNS and set(frame["case"]) == {"a case"}
+    assert inside(frame, "k") == [False] and inside(frame, "lambda") == [True]
+    assert inside(frame, "sigma_r") == [True]
+    assert inside(frame, "true law first") == [True, False, False]
+    assert inside(frame, "true law in the set") == [True, True, False]
+    assert inside(frame, "named alone, wrongly") == [False, False, True]
+    assert inside(frame, "verdict missed") == [False, False, True]
+    assert inside(frame, "r of an impact") == [False]
+    assert inside(frame, "mean k") == [True] and inside(frame, "next k") == [False]
+    assert inside(frame, "|θ_n| of the next run") == [True]
+    assert inside(frame, "impacts of the next run") == [False]
+    row = campaigns.summary(frame).set_index("parameter").loc["k"]
+    assert (row["n"], row["inside_percent"]) == (1, 0)
+    assert row["error_percent"] == pytest.approx(3) and row["u_percent"] == pytest.approx(1)
+    assert "| k | 0 % of 1, 3 % |" in campaigns.markdown(frame)
+    assert campaigns.worst(frame, 1).split()[-1] == "impact"  # r, ten u off
+
+
+def test_the_campaign_that_is_written_is_read(records, tmp_path, monkeypatch):
+    campaigns._write(tmp_path, records)
+    monkeypatch.chdir(tmp_path)
+    ((test, _),) = records.items()
+    stated = json.loads((tmp_path / "config/campaigns/bench.yaml").read_text())
+    assert stated["blocks"][f"block_{test}"]["uncertainty"]["height_m"] == KNOWN["rule"]["height_m"]
+    assert (
+        stated["lasers"][f"laser_{test}"]["uncertainty"]["scale_fraction"] == KNOWN["rule"]["scale_fraction"]
+    )
+    assert [each for each in load_campaign(tmp_path / "config/campaigns/bench.yaml").records] != []
+    before = (tmp_path / f"raw/bench/{test}.csv").stat().st_mtime_ns
+    campaigns._write(tmp_path, records)
+    assert (tmp_path / f"raw/bench/{test}.csv").stat().st_mtime_ns == before
+
+
+@pytest.mark.parametrize(
+    "name", ["clean, rigid", "three samples lost", "clock 0.2 % fast", "card of 12 bits"]
+)
+def test_a_record_of_a_kind_is_that_of_its_seed(name, tmp_path):
+    one, other = (np.load(kinds.make(tmp_path / folder, name, 1, 0.0)) for folder in "ab")
+    np.testing.assert_array_equal(one["volts"], other["volts"])
+    assert np.isfinite(one["volts"]).all() and np.std(one["volts"][:1000]) < 6e-3
+    assert str(one["kind"]) == name and bool(one["clean"]) is kinds.KINDS[name].is_clean
+
+
+def test_what_a_kind_states_is_in_its_record(tmp_path):
+    plain, fast = (np.load(kinds.make(tmp_path, name, 0, 0.0)) for name in ("slow noise", "clock 0.2 % fast"))
+    assert abs(float(fast["true_clock"]) - 1 / 1.002) < 3e-4 > abs(float(plain["true_clock"]) - 1)
+    coarse = np.load(kinds.make(tmp_path, "card of 12 bits", 0, 0.0))["volts"]
+    assert len(np.unique(coarse)) < 4096 and np.diff(np.unique(coarse)).min() == pytest.approx(20 / 2**12)
+
+
+@pytest.mark.parametrize("name", ["white", "200 ms", "1/f", "14 bits, 2 mV"])
+def test_a_record_of_a_noise_has_its_size(name, tmp_path):
+    record = np.load(noises.make(tmp_path, name, 0, 1))
+    assert float(record["true_height_m"]) == float(record["stated_height_m"])
+    spread = np.std(record["volts"][:4000])
+    assert 2e-4 < spread < 8e-3
+    slow = np.corrcoef(record["volts"][:3999], record["volts"][1:4000])[0, 1]
+    assert (slow > 0.5) == (name in ("200 ms",)) or name == "1/f"
