@@ -25,7 +25,6 @@ from freerock.products.netcdf import open_fits, open_record
 from freerock.products.verdict_with_fits import verdict_of_run
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock_bench.document import in_markdown, renew
-from freerock_bench.virtual_run import Row
 
 TRUTHS = Path("benchmarks/foreign/truths.json")
 PRODUCT = Path("results/studies/foreign.csv")
@@ -36,6 +35,7 @@ TABLES = ("runs", "choice", "parameters", "restitution", "predictions")
 COLUMNS = ["test", "about", "run", "verdict", "names", "named", "model", "explained", "choice"]
 COLUMNS += ["k_error_percent", "k_error_stderrs", "lambda_error_percent", "lambda_error_stderrs"]
 COLUMNS += ["n_r", "n_r_inside", "r_error", "r_wrong", "release_error_ms", "prediction_epsilon", "wrong"]
+Row = dict[str, Any]
 Tables = Mapping[str, pd.DataFrame]
 Names = Mapping[str, tuple[str, ...]]  # of the reasons of each run
 
