@@ -19,22 +19,23 @@ Json = dict[str, Any]
 def listed_rows(results: Path) -> dict[str, list[Json]]:
     """The lines of each test by the tables of a campaign; none without tables that can be read."""
     try:
-        runs, choice = (read_csv(results / f"tables/{name}.csv") for name in ("runs", "choice"))
-        return lines_of_runs(runs, choice)
+        names = ("runs", "choice", "epsilon")
+        return lines_of_runs(*(read_csv(results / f"tables/{name}.csv") for name in names))
     except (FreerockError, OSError, AttributeError, KeyError, ValueError):
         return {}
 
 
-def lines_of_runs(runs: pd.DataFrame, choice: pd.DataFrame) -> dict[str, list[Json]]:
-    """The lines of each test in the list of runs, from the tidy tables runs and choice.
+def lines_of_runs(runs: pd.DataFrame, choice: pd.DataFrame, epsilon: pd.DataFrame) -> dict[str, list[Json]]:
+    """The lines of each test in the list of runs, from the tidy tables runs, choice and epsilon.
 
     Parameters
     ----------
-    runs, choice : pandas.DataFrame
+    runs, choice, epsilon : pandas.DataFrame
         Tidy tables; a record without runs has one line.
     """
-    selected = choice[choice["status"] == "selected"]
+    selected, fitted = choice[choice["status"] == "selected"], epsilon[epsilon["selected"].astype(bool)]
     chosen = {(row.test, str(row.run)): row for row in selected.itertuples()}
+    far = {(row.test, str(row.run)): row.epsilon_theta for row in fitted.itertuples()}
     found: dict[str, list[Json]] = {}
     for row in runs.itertuples():
         own = chosen.get((row.test, str(row.run)))
@@ -46,6 +47,7 @@ def lines_of_runs(runs: pd.DataFrame, choice: pd.DataFrame) -> dict[str, list[Js
                 "excluded": bool(row.excluded),
                 "model": MODEL_LABELS.get(own.model, "") if own else "",
                 "explained": own is not None and bool(own.explains),
+                "epsilon": _number(far.get((row.test, str(row.run)))),
             }
         )
     return found

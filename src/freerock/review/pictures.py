@@ -21,11 +21,11 @@ from freerock.tables.number_text import quantity, unit_text
 
 def lines_of_record(test: str, found: Analysed) -> list[Json]:
     """The lines of a record in the list of runs: one for each run, or one for a record without any."""
-    from freerock.tables.tidy_tables import choice_table, runs_table
+    from freerock.tables.tidy_tables import choice_table, epsilon_table, runs_table
 
     record, fits = found
     known = [fits] if fits is not None else []
-    return lines_of_runs(runs_table([record], known), choice_table(known))[test]
+    return lines_of_runs(runs_table([record], known), choice_table(known), epsilon_table(known))[test]
 
 
 def run_picture(found: Analysed, number: int, block: Block, means: bool = True) -> Json:
@@ -162,17 +162,22 @@ def _drawn(group: xr.DataTree) -> dict[str, xr.Dataset]:
 
 
 def _impacts(data: xr.Dataset, later_s: float, block: Block) -> list[list[float | None]]:
-    """Time on the record's clock [s], peak before [degree], speed [degree/s], r and its standard error."""
+    """Time on the record's clock [s], peak before [degree], speed [degree/s], r and its uncertainty.
+
+    r is that by energy of a law, that of the peaks as seen of what was measured.
+    """
     if not data.sizes.get("impact", 0):
         return []
-    unknown = np.full(data.sizes["impact"], np.nan)  # of a law
-    peak = np.abs(data["peak_before"].values)
+    unknown, peak = np.full(data.sizes["impact"], np.nan), np.abs(data["peak_before"].values)
+    names = ("restitution", "restitution_stderr")
+    names = ("restitution_energy", "restitution_energy_u") if "delta" in data else names
+    r, u = (data[name].values if name in data else unknown for name in names)
     columns = (
         data["impact_time"].values + later_s,
         np.degrees(peak),
         np.degrees(impact_speed(peak, block)),
-        data["restitution"].values,
-        data["restitution_stderr"].values if "restitution_stderr" in data else unknown,
+        r,
+        u,
     )
     return [[screen_digits(float(each)) for each in row] for row in zip(*columns, strict=True)]
 

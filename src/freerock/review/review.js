@@ -271,7 +271,7 @@ function drawNumbers() {
     if (!old && !now) return [];
     const shown = now ?? old;
     const parts = [element("h3", {}, head), fitTable(old, tried ? now : undefined, key === "means")];
-    const told = shown.reason && `${shown.reason[0].toUpperCase()}${shown.reason.slice(1)}. ${shown.stories ?? ""}`;
+    const told = shown.reason && `${shown.reason[0].toUpperCase()}${shown.reason.slice(1)}.`;
     if (told && key === "fits") parts.splice(1, 0, element("p", {}, ...indexed(told)));
     return parts;
   });
