@@ -68,3 +68,42 @@ def test_the_same_band_twice():
         > one["low_deg"].iloc[0]
         == pytest.approx(one["low_deg"].iloc[0])
     )
+
+
+CRITICAL, P = BLOCK.theta_cr, BLOCK.p
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)
+
+
+def quarter_s(peak):
+    """From rest at a peak to θ = 0: ∫ dφ/θ̇ with φ = θ_cr - θ_n + θ_n s² [s]."""
+    s, top = (NODES + 1) / 2, (CRITICAL - peak)[:, None]
+    rate = P * np.sqrt(2 * (np.cos(top) - np.cos(top + peak[:, None] * s**2)))
+    return (2 * peak[:, None] * s / rate) @ WEIGHTS / 2
+
+
+def rocked(r, delta, theta0=0.17):
+    """Peaks [°] and instants [s] of a rigid block, whose energy falls by (r (1 + δ_i))² at impact i."""
+    fallen = np.cumprod((r * (1 + delta)) ** 2)
+    top = np.arccos(np.cos(CRITICAL) + fallen * (np.cos(CRITICAL - theta0) - np.cos(CRITICAL)))
+    quarters = quarter_s(np.append(theta0, CRITICAL - top))
+    return np.degrees(CRITICAL - top), np.cumsum(np.append(quarters[0], 2 * quarters[1:-1]))
+
+
+@pytest.mark.parametrize(("claimed", "held"), [(0.02, (0.9, 1.0)), (0.0, (0.0, 0.5))])
+def test_the_band_holds_runs_of_another_program_whose_impacts_scatter(claimed, held):
+    """Runs of r = 0.92 and σ_r = 2 %; a band that knows of no scatter does not hold them."""
+    draw, sigma_r, n, inside = np.random.default_rng(3), 0.02, 12, []
+    for _ in range(6):
+        estimates, motions, swings = [], {}, {}
+        for run in (1, 2, 3):
+            delta = sigma_r * draw.standard_normal(n)
+            r = 0.92 * np.exp(np.log1p(delta).mean()) if claimed else 0.92  # as a fit finds it
+            names = "made_up", "a_marble", run, "a", "marble", "housner"
+            error = np.array([[(r * sigma_r) ** 2 / n if claimed else 1e-12]])
+            estimates.append(Estimate(*names, {"r": r, "theta0": 0.17}, error, sigma_r=claimed))
+            motions[run] = Motion(TIME, np.zeros(TIME.size), sigma_theta=1e-5, theta0=0.17)
+            peaks, times = rocked(0.92, delta)
+            swings["a_marble", run] = peaks[:7], times[:7]
+        table = bands(estimates, lambda test, own=motions: own, {"a": BLOCK}, swings)
+        inside += [table["inside"], table["impact_inside"][table["peak"] > 1]]
+    assert held[0] <= np.mean(np.concatenate(inside)) <= held[1]
