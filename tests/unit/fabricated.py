@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from freerock.identification.model_discrepancy import Part
 
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit
-from freerock.identification.model_discrepancy import Part
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS
 from freerock.noise.spectrum import white_noise

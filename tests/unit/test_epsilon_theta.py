@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-
 from freerock.identification.against_noise import is_white
+
 from freerock.identification.epsilon_theta import epsilon_theta
 
 

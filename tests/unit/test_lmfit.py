@@ -6,6 +6,7 @@ from dataclasses import replace
 import lmfit
 import numpy as np
 import pytest
+from freerock.selection.allowed_hypotheses import BY_DEFAULT
 
 import freerock
 from freerock.config.fit_settings import FitSettings
@@ -18,7 +19,6 @@ from freerock.models.given import Given, faults
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.products.netcdf import open_fits, write_fits
 from freerock.runs.motion import Motion
-from freerock.selection.allowed_hypotheses import BY_DEFAULT
 
 BLOCK = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
 TRUTHS = {

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from freerock.identification.against_noise import against_rest, octave_limits
+from freerock.identification.likelihood import Whitened
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from freerock.identification.against_noise import against_rest, octave_limits
-from freerock.identification.likelihood import Whitened
 from freerock.identification.significance_levels import RESIDUAL
 from freerock.noise.at_rest import noise_at_rest, quiet_stretches
 from freerock.noise.spectrum import (

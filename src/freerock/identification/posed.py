@@ -236,7 +236,7 @@ def minimised(posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7) ->
         if np.max(np.abs(at.inputs - known[0]), initial=0.0) > RENEWED:
             known[:] = at.inputs, posed.by_inputs(at)
         _, rows = posed.jacobian(at, known[1])
-        return rows @ _tied(moved, varied) if tied else rows[:, varied]
+        return rows @ tied(moved, varied) if tied else rows[:, varied]
 
     minimizer = lmfit.Minimizer(residual, parameters, scale_covar=False)
     result = minimizer.least_squares(
@@ -245,7 +245,7 @@ def minimised(posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7) ->
     return Ended(posed, posed.point(result.params), result, minimizer)
 
 
-def _tied(parameters: lmfit.Parameters, varied: list[int]) -> Floats:
+def tied(parameters: lmfit.Parameters, varied: list[int]) -> Floats:
     """Derivatives of all parameters by those that vary, where some are tied to others."""
     each = list(parameters.values())
     found = np.zeros((len(each), len(varied)))

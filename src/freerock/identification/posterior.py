@@ -7,7 +7,7 @@ import numpy as np
 
 from freerock.arrays import Floats, Mask
 from freerock.identification.goodness import Goodness, goodness, level_of, louder, minus_two_log, through
-from freerock.identification.posed import Ended, Posed
+from freerock.identification.posed import Ended, Posed, tied
 from freerock.identification.run_model import Point
 from freerock.identification.scatter import Told, told_by
 from freerock.models.free_parameters import PARAMETERS
@@ -37,6 +37,8 @@ class Posterior:
         Derivatives of `Posed.residual` by all numbers, inputs and impacts, in this order.
     varied : ndarray of bool, shape (n_all,)
         What the fit moved.
+    ties : ndarray, shape (n_all, n_varied)
+        Derivatives of all by what the fit moved.
     """
 
     posed: Posed
@@ -45,14 +47,19 @@ class Posterior:
     theta: Floats
     rows: Floats
     varied: Mask
+    ties: Floats
 
     @classmethod
     def of(cls, ended: Ended, noise: Noise) -> "Posterior":
         """At the end of a fit."""
         posed, at = ended.posed, ended.at
         theta, rows = posed.jacobian(at, posed.by_inputs(at))
-        varied = np.array([each.vary for each in ended.result.params.values()])
-        return cls(posed, at, noise, theta, rows, varied)
+        parameters = ended.result.params
+        varied = np.array([each.vary for each in parameters.values()])
+        ties = np.eye(len(varied))[:, varied]
+        if any(each.expr for each in parameters.values()):
+            ties = tied(parameters, np.flatnonzero(varied).tolist())
+        return cls(posed, at, noise, theta, rows, varied, ties)
 
     @property
     def n_names(self) -> int:
@@ -72,19 +79,17 @@ class Posterior:
     @cached_property
     def columns(self) -> Floats:
         """Derivatives of the residual by all that the fit moved [rad], shape (n, n_varied)."""
-        return self.rows[: len(self.residual), self.varied] * self.posed.level
+        return (self.rows[: len(self.residual)] @ self.ties) * self.posed.level
 
     @cached_property
     def inverse(self) -> Floats:
         """Covariance under noise of the level and the priors, shape (n_all, n_all); 0 of what is held."""
-        rows = self.rows[:, self.varied]
+        rows = self.rows @ self.ties
         scale = np.linalg.norm(rows, axis=0)
         scale[scale == 0] = 1.0
         scaled = rows / scale
         own = np.linalg.pinv(scaled.T @ scaled, hermitian=True) / np.outer(scale, scale)
-        found = np.zeros((len(self.varied),) * 2)
-        found[np.ix_(self.varied, self.varied)] = own
-        return found
+        return np.asarray(self.ties @ own @ self.ties.T)
 
     @cached_property
     def covariance(self) -> Floats:

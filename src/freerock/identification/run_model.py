@@ -217,9 +217,17 @@ class RunModel:
                 columns[:, j] = -rate
             elif name == "r" and at.impacts.size:  # r of impact i is r (1 + δ_i)
                 columns[:, j] = columns[:, len(names) :] @ ((1 + at.impacts) / at.values["r"])
+                columns[:, j] += self._by_later_r(at, time_s, rtol, theta)
             else:
                 columns[:, j] = self._quotient(at, name, time_s, rtol, theta)
         return theta, columns
+
+    def _by_later_r(self, at: Point, time_s: Floats, rtol: float, theta: Floats) -> Floats:
+        """Derivative by the restitution of the impacts after those that have a δ."""
+        r = at.values["r"]
+        kept = (1 + at.impacts) * r / (r - STEP) - 1
+        moved = Point({**at.values, "r": r - STEP}, at.inputs, kept)
+        return (theta - self.curve(moved, time_s, rtol)) / STEP
 
     @cached_property
     def is_smooth(self) -> bool:

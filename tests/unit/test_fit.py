@@ -1,0 +1,176 @@
+"""One model of a run with impacts that scatter, fitted by lmfit alone."""
+
+import lmfit
+import numpy as np
+import pytest
+from scattered import BLOCK, SIGMA, TRUTH, scattered_run
+from scipy.optimize import differential_evolution
+
+from freerock.config.fit_settings import FitSettings
+from freerock.errors import FreerockError
+from freerock.identification.epsilon_theta import epsilon_theta
+from freerock.identification.fit import fit_record, fit_run
+from freerock.identification.goodness import goodness
+from freerock.identification.paper_fit import RELEASE_WALLS, paper_fit
+from freerock.identification.posed import release_prior
+from freerock.identification.run_model import Point, RunModel, Samples
+from freerock.identification.scatter import Told, find_scatter
+from freerock.identification.start import crossings_s, horizons_s
+from freerock.noise.spectrum import white_noise
+
+
+@pytest.fixture(scope="module")
+def record():
+    """Two runs of a record with σ_r = 1 %, and their true δ."""
+    return dict(enumerate(scattered_run("hunt_crossley", 0.01, seed) for seed in (1, 2)))
+
+
+@pytest.fixture(scope="module")
+def fits(record):
+    return fit_record("hunt_crossley", BLOCK, {run: motion for run, (motion, _) in record.items()})
+
+
+def test_k_and_lambda_are_found_beside_impacts_that_scatter(fits):
+    for fit in fits.values():
+        assert fit.success and fit.evidence.agrees
+        for name, true in TRUTH["hunt_crossley"].items():
+            i = fit.parameters.index(name)
+            assert abs(fit.value[i] - true) < 3.3 * fit.u_total[i]
+        assert abs(fit.values["k"] / TRUTH["hunt_crossley"]["k"] - 1) < 2e-3
+
+
+def test_delta_of_each_impact_is_found(fits, record):
+    for run, fit in fits.items():
+        n = len(fit.scatter.delta) - 1
+        z = (fit.scatter.delta[:n] - record[run][1][:n]) / fit.scatter.u_delta[:n]
+        assert np.sqrt(np.mean(z**2)) < 1.8 and n >= 5
+        # the data tell them far better than their prior
+        assert np.median(fit.scatter.u_delta[:n]) < 0.3 * fit.scatter.of_record.sigma_r
+
+
+def test_the_runs_of_a_record_have_one_sigma_r(fits):
+    one, other = (fit.scatter.of_record for fit in fits.values())
+    assert one == other and one.low < 0.01 < one.high and one.gain > 100
+
+
+def test_clean_runs_have_no_scatter_and_no_impact_free():
+    fit = fit_run("hunt_crossley", BLOCK, scattered_run("hunt_crossley", 0.0, 5)[0])
+    assert fit.scatter.of_record.sigma_r == 0 and fit.scatter.delta.size == 0 and fit.evidence.agrees
+    assert abs(fit.values["k"] / TRUTH["hunt_crossley"]["k"] - 1) < 1e-3
+
+
+def test_the_result_is_lmfits(fits):
+    result = fits[0].result
+    assert {"k", "lambda_", "theta0", "t0", "impact_1"} <= {*result.params}
+    assert result.errorbars and "could not be estimated" not in lmfit.fit_report(result)
+    assert 0.8 < result.redchi < 1.25
+    assert result.params["k"].stderr == pytest.approx(fits[0].u_total[0], rel=1e-6)
+    assert result.params["k"].correl["lambda_"] == pytest.approx(
+        fits[0].uncertainty.covariance[0, 1] / np.prod(fits[0].u_total[:2]), rel=1e-3
+    )
+
+
+def test_without_lmfit_there_is_no_fit(monkeypatch, record):
+    def refuse(*_, **__):
+        raise RuntimeError("lmfit")
+
+    monkeypatch.setattr(lmfit.Minimizer, "least_squares", refuse)
+    for fitted in (fit_run, paper_fit):
+        with pytest.raises(RuntimeError):
+            fitted("winkler", BLOCK, record[0][0])
+
+
+def test_numbers_that_are_given_are_kept(record):
+    given = {"hunt_crossley": {"k": {"value": 2.9e6, "vary": False}}}
+    fit = fit_run("hunt_crossley", BLOCK, record[0][0], FitSettings(parameters=given))
+    assert fit.values["k"] == 2.9e6 and fit.u_total[0] == 0
+    tied = {"winkler": {"c": {"expr": "0.009*k"}}}
+    fit = fit_run("winkler", BLOCK, scattered_run("winkler", 0.01, 3)[0], FitSettings(parameters=tied))
+    assert fit.values["c"] == pytest.approx(0.009 * fit.values["k"], rel=1e-9) and fit.u_total[1] > 0
+
+
+def test_an_unknown_candidate_and_a_run_without_samples_are_refused(record):
+    with pytest.raises(FreerockError, match="unknown model"):
+        fit_run("maxwell", BLOCK, record[0][0])
+    motion = scattered_run("housner", 0.0, 1, duration_s=0.003)[0]
+    with pytest.raises(FreerockError, match="fewer valid samples"):
+        fit_run("winkler", BLOCK, motion)
+
+
+@pytest.mark.parametrize("candidate", ["housner", "winkler", "hunt_crossley_pivoting"])
+def test_derivatives_are_those_of_the_curve(candidate):
+    motion, delta = scattered_run(candidate, 0.01, 4)
+    model = RunModel(candidate, BLOCK, motion)
+    time_s = motion.time_s[::5]
+    values = {**TRUTH[candidate], "theta0": 0.17, "t0": 1e-4}
+    at = Point(values, np.zeros(0), delta[:4])
+    _, columns = model.derivatives(at, Samples(time_s, np.zeros(time_s.size)))
+    for j, name in enumerate(model.names):
+        step = 1e-5 * max(abs(values[name]), 1e-2)
+        up, down = (
+            model.curve(Point({**values, name: values[name] + by}, at.inputs, at.impacts), time_s, 1e-11)
+            for by in (step, -step)
+        )
+        central = (up - down) / (2 * step)
+        assert np.linalg.norm(columns[:, j] - central) < 2e-3 * np.linalg.norm(central), name
+    for i in range(4):
+        moved = 1e-5 * np.eye(4)[i]
+        up, down = (
+            model.curve(Point(values, at.inputs, at.impacts + by), time_s, 1e-11) for by in (moved, -moved)
+        )
+        central = (up - down) / 2e-5
+        assert np.linalg.norm(columns[:, len(model.names) + i] - central) < 2e-3 * np.linalg.norm(central)
+
+
+def test_the_papers_fit_is_the_global_minimum(record):
+    motion = record[0][0]
+    found = paper_fit("winkler", BLOCK, motion)
+    model = RunModel("winkler", BLOCK, motion, moves_inputs=False)
+    prior, whole = release_prior(model), model.whole
+
+    def epsilon(x):
+        values = {"k": np.exp(x[0]), "c": np.exp(x[0] + x[1]), "theta0": x[2], "t0": x[3]}
+        theta = model.curve(Point(values, np.zeros(0), np.zeros(0)), whole.time_s[::4], 1e-6)
+        return epsilon_theta(whole.time_s[::4], theta, whole.theta[::4])
+
+    walls = [
+        (value - RELEASE_WALLS * u, value + RELEASE_WALLS * u) for value, u in (prior["theta0"], prior["t0"])
+    ]
+    bounds = [(np.log(3e5), np.log(1e9)), (np.log(1e-4), np.log(0.1)), *walls]
+    least = differential_evolution(epsilon, bounds, seed=1, maxiter=60, popsize=10, tol=1e-6)
+    assert found.epsilon_theta <= 1.01 * least.fun
+    assert found.success and np.isfinite(found.stderr).all()
+
+
+@pytest.mark.parametrize("sigma_r", [0.0, 0.003, 0.03])
+def test_sigma_r_by_the_marginal_likelihood(sigma_r):
+    generator = np.random.default_rng(8)
+    inside = 0
+    for _ in range(20):
+        runs = []
+        for _ in range(3):
+            u = 10 ** generator.uniform(-3.5, -2.5, 20)
+            seen = sigma_r * generator.standard_normal(20) + u * generator.standard_normal(20)
+            runs.append(Told(np.diag(u**-2), seen / u**2))
+        found = find_scatter(runs)
+        inside += found.low <= sigma_r <= found.high
+        if sigma_r >= 0.003:
+            assert 0.6 * sigma_r < found.sigma_r < 1.6 * sigma_r
+    assert inside >= (17 if sigma_r else 18)
+
+
+def test_goodness_tells_noise_from_a_law_that_is_wrong():
+    generator, noise = np.random.default_rng(3), white_noise(1.0, 400.0)
+    residual, column = generator.standard_normal(2000), np.linspace(0, 1, 2000)[:, None]
+    clean = goodness(residual, column, noise)
+    assert clean.agrees and clean.over_noise == pytest.approx(1, abs=0.05)
+    swing = goodness(residual + np.sin(np.arange(2000) / 30), column, noise)
+    assert not swing.agrees and swing.low_hz <= 400 / (2 * np.pi * 30) <= swing.high_hz
+
+
+def test_horizons_grow_from_the_first_peak_to_the_last_clear_swing(record):
+    motion = record[0][0]
+    horizons, crossings = horizons_s(motion), crossings_s(motion)
+    assert crossings[0] < horizons[0] < crossings[1] and horizons[-1] == crossings[-1]
+    assert horizons == sorted(horizons)
+    assert np.abs(motion.theta[motion.time_s < crossings[-1]]).max() > 10 * SIGMA
