@@ -1,19 +1,16 @@
 """lmfit is the door: its words for parameters, its result, its models."""
 
 import math
-from dataclasses import replace
 
 import lmfit
 import numpy as np
 import pytest
-from freerock.selection.allowed_hypotheses import BY_DEFAULT
 
 import freerock
 from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
 from freerock.identification.lmfit_models import HousnerModel, HuntCrossleyModel, WinklerModel
-from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.given import Given, faults
 from freerock.models.simulate import Solver, simulate_theta
@@ -168,18 +165,6 @@ def test_where_nothing_is_left_to_fit_that_is_said():
 def test_a_tie_that_leaves_the_possible_is_an_error_of_that_fit():
     with pytest.raises(FreerockError, match="fits"):
         fitted("winkler", {"c": {"expr": "k - 1e12"}})
-
-
-def test_what_is_given_does_not_count_as_freed():
-    for given, n in (({}, 4), ({"c": {"expr": "3e-3*k"}}, 3), ({"k": {"min": 1e6}}, 4)):
-        ladder = replace(BY_DEFAULT, options={"parameters": {"winkler": given}})
-        assert ladder.n_freed("winkler") == n
-        assert ladder.n_freed("winkler_width") == n + 1
-        assert ladder.n_freed("hunt_crossley") == 4
-        assert (
-            int(posed("winkler", [BLOCK], [released("winkler")], ladder.settings("winkler")).varied.sum())
-            == n
-        )
 
 
 def test_no_law_has_a_fault_where_nothing_is_given():

@@ -225,7 +225,7 @@ def minimised(posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7) ->
     parameters = posed.parameters(start)
     begun = posed.point(parameters)
     known = [begun.inputs, posed.by_inputs(begun)]
-    tied = any(each.expr for each in parameters.values())
+    has_ties = any(each.expr for each in parameters.values())
     varied = [i for i, each in enumerate(parameters.values()) if each.vary]
 
     def residual(moved: lmfit.Parameters) -> Floats:
@@ -236,7 +236,7 @@ def minimised(posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7) ->
         if np.max(np.abs(at.inputs - known[0]), initial=0.0) > RENEWED:
             known[:] = at.inputs, posed.by_inputs(at)
         _, rows = posed.jacobian(at, known[1])
-        return rows @ tied(moved, varied) if tied else rows[:, varied]
+        return rows @ tied(moved, varied) if has_ties else rows[:, varied]
 
     minimizer = lmfit.Minimizer(residual, parameters, scale_covar=False)
     result = minimizer.least_squares(
