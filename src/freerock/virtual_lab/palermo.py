@@ -25,16 +25,17 @@ LASERS = {  # one that suits each block
 CONFIGURATIONS = {  # block, release angle [rad] and laser
     name: (block, RELEASE_ANGLES[name], LASERS[name]) for name, block in BLOCKS.items()
 }
+MOST_IMPACTS = 200  # of a release that scatter
 FOUNDATIONS = {name: models["hunt_crossley"] for name, models in TABLE_2.items()}
 
 
 def palermo_releases(
-    angle: float, parameters: Mapping[str, float], generator: Any, *, number: int = 3
+    angle: float, parameters: Mapping[str, float], generator: Any, *, number: int = 3, sigma_r: float = 0.0
 ) -> list[VirtualRelease]:
     """Releases as an operator does them: angles within ±0.3°, parameters within ±3 %, both uniform.
 
     Holds and pauses last 1.5 to 2.5 s, tilts 1.2 to 2 s, the finger fades over 5 to 20 ms, and a hand gets
-    into the beam up to twice a tilt.
+    into the beam up to twice a tilt. The rate after each impact is multiplied by 1 + `sigma_r` g, g normal.
     """
 
     def draw(low: float, high: float, digits: int = 4) -> float:
@@ -58,12 +59,15 @@ def palermo_releases(
                     (start, round(start + draw(0.05, 0.3), 4))
                     for start in (draw(0.1, 0.8) for _ in range(generator.randint(3)))
                 ],
+                impacts=(sigma_r * generator.standard_normal(MOST_IMPACTS)).round(6).tolist()
+                if sigma_r
+                else (),
             )
         )
     return releases
 
 
-def palermo_records(*, seed: int = 2017) -> Iterator[tuple[str, VirtualRecord]]:
+def palermo_records(*, seed: int = 2017, sigma_r: float = 0.0) -> Iterator[tuple[str, VirtualRecord]]:
     """Simulate the virtual Palermo campaign: the name of each test and its record."""
     for configuration, (block, angle, laser) in CONFIGURATIONS.items():
         for foundation, parameters in FOUNDATIONS.items():
@@ -75,7 +79,7 @@ def palermo_records(*, seed: int = 2017) -> Iterator[tuple[str, VirtualRecord]]:
                     block,
                     laser,
                     "hunt_crossley",
-                    palermo_releases(angle, parameters, generator),
+                    palermo_releases(angle, parameters, generator, sigma_r=sigma_r),
                     seed=seed,
                     recording=Recording(
                         zero_v=round(generator.uniform(4.8, 5.2), 3),

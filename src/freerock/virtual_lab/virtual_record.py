@@ -53,6 +53,8 @@ class VirtualRelease:
         after the block has come to rest [s]. fade_s = 0 is a sudden release.
     blocked_s : sequence of (float, float)
         When, counted from the start of the tilt, a hand is in the beam [s].
+    impacts : sequence of float
+        δ of each of the first impacts: the rate after it is multiplied by 1 + δ.
     """
 
     theta0: float
@@ -62,6 +64,7 @@ class VirtualRelease:
     fade_s: float = 0.01
     pause_s: float = 2.0
     blocked_s: Sequence[tuple[float, float]] = ()
+    impacts: Sequence[float] = ()
 
 
 @dataclass(frozen=True)
@@ -203,7 +206,8 @@ def _release(
     held = replace(release, theta0=release.theta0 + stands)
     theta[fading], begin = _fade(model, block, rules, held, grid[fading] - let_go)
     since = grid[rocking] - free
-    motion = simulate(model, block, release.parameters, since, theta0=begin, rules=rules, solver=EXACT)
+    law: dict[str, Any] = {**release.parameters, "impacts": np.array(release.impacts, float)}
+    motion = simulate(model, block, law, since, theta0=begin, rules=rules, solver=EXACT)
     theta[rocking] = motion.theta
     depth = np.zeros(grid.size)
     if soil:
@@ -229,6 +233,8 @@ def _release(
         "outcome": motion.outcome,
         "blocked_s": [[round(clock + t, 6) for t in blocked] for blocked in release.blocked_s],
     }
+    if release.impacts:
+        truth["impact_factors"] = [round(1 + each, 6) for each in release.impacts[: impacts.size]]
     return np.stack([theta, depth])[:, : math.ceil(end * rate_hz) - first], truth, end
 
 
