@@ -24,7 +24,7 @@ from freerock.runs.motion import Motion
 
 RELEASE_WALLS = 2.0  # standard uncertainties of the measured release, within which the paper's fit has it
 STARTS, SAMPLES = 3, 500  # starts that are followed, and the samples that tell which
-ENOUGH = 4000  # samples of the last fit
+ENOUGH = 2000  # samples of the last fit
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from freerock.models.laws import law_of
 from freerock.runs.release import FAR, lowered
 
 FARTHEST_INPUT = 8.0  # standard uncertainties: a law that needs more is rejected by its pull
-RENEWED = 0.1  # standard uncertainties by which an input moves before its derivatives are renewed
+RENEWED = 0.4  # standard uncertainties by which an input moves before its derivatives are renewed
 WIDEST_IMPACT = 0.5  # |δ| of an impact
 EPS = float(np.finfo(float).eps)
 
