@@ -4,28 +4,33 @@ import functools
 import tempfile
 from pathlib import Path
 
+import lmfit
 import numpy as np
 import xarray as xr
-from freerock.identification.model_discrepancy import Part
 
 from freerock.errors import FreerockError
-from freerock.identification.fit import Fit
-from freerock.models.free_parameters import unit_of
+from freerock.identification.fit import Curve, Evidence, Fit, ImpactScatter, Uncertainty
+from freerock.identification.paper_fit import PaperFit
+from freerock.identification.scatter import Scatter
+from freerock.models.given import legal
 from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS
 from freerock.noise.spectrum import white_noise
 from freerock.products import netcdf as datasets
 from freerock.products.runs import runs_in
+from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
 from freerock.runs.measured_total import MeasuredTotal
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason, Verdict
-from freerock.selection.choice import choose, evidence
+from freerock.selection.choice import Choice, Judged
 from freerock.tables.tidy_tables import joined, rows_of
 
 VALUES = {"r": 0.957, "width": 0.066, "k": 6.88e6, "c": 2.36e4, "lambda": 1.30e8}
 STDERR = {"r": 0.0012, "width": 1e-4, "k": 1.2e4, "c": 310.0, "lambda": 4.0e5}
 SIGMA = np.radians(0.01)
 RATE_HZ = 200.0
+RANK = {law: i for i, law in enumerate(PAPER_MODELS)}
+EPSILON, OVER = (0.246, 0.026, 1.3e-6), (9e4, 2e3, 1.1)  # ε_θ, and the residual over the noise, of each law
 LEFT_OUT = Reason("warn", "excluded", "excluded: the block slid & turned <1°")
 
 
@@ -106,73 +111,106 @@ def failed_record():
 
 
 def fits(tree, failed=(), models=PAPER_MODELS):
-    """Fits of the runs of a record that are not excluded."""
+    """Fits of the runs of a record that are not excluded, by each candidate and by the paper's procedure."""
     runs = [run for run in runs_in(tree) if not run.excluded]
     fitted = {run.number: {model: fit(tree, model, run, failed) for model in models} for run in runs}
+    papers = {
+        run.number: {law: paper_fit(tree, law, run, failed) for law in models if law in PAPER_MODELS}
+        for run in runs
+    }
     attrs = {key: tree.attrs[key] for key in (*identity(*"    "), "verdict", "reasons")}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "fits.nc")
-        choices = {run: choose([evidence(each) for each in own.values()]) for run, own in fitted.items()}
-        datasets.write_fits(path, fitted, attrs, choices)
+        datasets.write_fits(path, fitted, attrs, dict.fromkeys(fitted, choice(models, failed)), papers)
         return datasets.open_fits(path)
 
 
-def fit(tree, model, run, failed):
-    rank = PAPER_MODELS.index(CANDIDATES[model].law)
+def choice(models, failed=()):
+    """Of candidates the last is selected that did not fail."""
+    good = [model for model in models if model not in failed]
+    if not good:
+        each = tuple(Judged(model, "not_fitted", "no fit is to be used") for model in models)
+        return Choice("", "none", "none", "no fit is to be used", each)
+    each = []
+    for model in models:
+        if model in failed:
+            each.append(Judged(model, "not_fitted", "k lies at its bound"))
+            continue
+        status = "selected" if model == good[-1] else "rejected"
+        why = "the evidence is for it" if status == "selected" else "the evidence is against it"
+        rank = RANK[CANDIDATES[model].law]
+        each.append(Judged(model, status, why, OVER[-1 - rank] ** 2, len(MODELS[model]), OVER[rank]))
+    reason = "it leaves no more than the noise, with the greatest evidence"
+    return Choice(good[-1], "noise", "evidence", reason, tuple(each))
+
+
+def named(model):
+    """Parameters of a candidate."""
+    freed = ["width"] if CANDIDATES[model].width else []
+    return (*MODELS[model], *freed, *(["theta0"] if model != "housner" else []))
+
+
+def curve(tree, law, run):
+    """Measured rotation and that of a law since the release."""
     time_s = tree["time"].values
     span = (time_s >= run.release_s) & (time_s <= run.end_s)
-    since, angle = time_s[span] - run.release_s, np.degrees(run.theta0)
-    own, theta = swing(since, angle, 1.24 - 0.02 * rank), tree["theta"].values[span]
-    names = (
-        *MODELS[model],
-        *(["width"] if CANDIDATES[model].width else []),
-        *(["theta0"] if model != "housner" else []),
-    )
-    value = np.array([VALUES.get(name, np.radians(10)) for name in names])
+    since = time_s[span] - run.release_s
+    own = swing(since, np.degrees(run.theta0), 1.24 - 0.02 * RANK[law])
+    return Curve(since, tree["theta"].values[span], own)
+
+
+def least_squares(names):
+    """What lmfit says of parameters."""
+    params = lmfit.Parameters()
+    for name in names:
+        params.add(legal(name), value=VALUES.get(name, 0.17))
+    return lmfit.minimizer.MinimizerResult(params=params, method="least_squares", nfev=20)
+
+
+def fit(tree, model, run, failed):
+    law, names = CANDIDATES[model].law, named(model)
+    rank, n = RANK[law], len(names)
     stderr = np.array([STDERR.get(name, 1e-5) for name in names])
+    contributions = Contributions.held((), np.zeros((n, 0)))
+    delta = 0.005 * np.array([1.0, -1.0, 0.5, -0.5])
     return Fit(
         model=model,
-        parameters=names,
-        value=value,
-        stderr=stderr,
-        ci95_low=value - 1.96 * stderr,
-        ci95_high=value + 1.96 * stderr,
-        discrepancy=2 * stderr,
-        covariance=np.diag(stderr**2),
-        units=tuple(map(unit_of, names)),
-        time=since,
-        theta=theta,
-        theta_model=own,
-        residual=own - theta,
-        epsilon_theta=[0.246, 0.026, 1.3e-6][rank],
-        epsilon_holdout=np.nan,
-        final_time_s=4.0,
-        aic=-10.0 * rank,
-        bic=-8.0 * rank,
-        n_parameters=len(names),
+        values={name: VALUES.get(name, np.radians(10)) for name in names},
+        uncertainty=Uncertainty(np.diag(5 * stderr**2), stderr, 2 * stderr, contributions),
+        curve=curve(tree, law, run),
+        evidence=Evidence(
+            epsilon_theta=EPSILON[rank],
+            agrees=rank == 2,
+            noise_p=[0.0, 1e-9, 0.5][rank],
+            residual_over_noise=OVER[rank],
+            noise_low_hz=1.0,
+            noise_high_hz=2.0,
+            minus_two_log=-10.0 * rank,
+            n_parameters=n,
+            evaluations=20,
+        ),
+        scatter=ImpactScatter(
+            Scatter(0.006, 0.004, 0.01, 30.0, 9.0), delta, 0 * delta + 1e-3, np.eye(4), np.zeros((n, 4))
+        ),
         success=model not in failed,
         message="k lies at its bound" if model in failed else "converged",
-        impacts=impacts(0.0, angle, 0.8 + 0.02 * rank, 0.0),
-        diagnostics={
-            "evaluations": 20.0,
-            "rtol": [1e-6, 1e-6, 1e-7][rank],
-            "integrator_error": [0.0, 0.002, 0.004][rank],
-            "averaged": 16.0,
-            "white": 0.0,
-            "noise": [0.0, 0.0, 1.0][rank],
-            "noise_p": [0.0, 1e-9, 0.5][rank],
-            "noise_ratio": [9e4, 2e3, 1.1][rank],
-            "noise_low_hz": 1.0,
-            "noise_high_hz": 2.0,
-            "residual_over_sigma": [200.0, 60.0, 1.0][rank],
-            "coloured": [1.0, 1.0, 0.0][rank],
-        },
-        parts=()
-        if model in failed
-        else tuple(
-            Part(*span_s, scale * value, stderr, np.diag(stderr**2))
-            for span_s, scale in (((0.0, 1.0), 1.01), ((1.0, 4.0), 1.0))
-        ),
+        result=least_squares(names),
+        impacts=impacts(0.0, np.degrees(run.theta0), 0.8 + 0.02 * rank, 0.0),
+    )
+
+
+def paper_fit(tree, law, run, failed):
+    names = named(law)
+    return PaperFit(
+        model=law,
+        values={name: VALUES.get(name, np.radians(10)) for name in names},
+        stderr=np.array([STDERR.get(name, 1e-5) for name in names]),
+        epsilon_theta=EPSILON[RANK[law]],
+        curve=curve(tree, law, run),
+        success=law not in failed,
+        message="converged",
+        result=least_squares(names),
+        impacts=impacts(0.0, np.degrees(run.theta0), 0.8 + 0.02 * RANK[law], 0.0),
     )
 
 

@@ -111,6 +111,7 @@ def test_restitution_has_a_panel_per_scene_and_leaves_out_excluded_runs(datasets
     told = {text.get_text() for text in legend.get_texts()}
     assert told == {
         "rigid block (Housner 1963)",
+        "95 % of impacts, selected law and σ$_r$",
         "runs, simulated record",
         *("Housner", "Winkler", "Hunt–Crossley"),
     }

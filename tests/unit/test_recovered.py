@@ -14,7 +14,7 @@ def test_recovered_compares_runs_with_the_truth():
     assert table["error_percent"].tolist() == pytest.approx([0.0, 4.0])
     truth["b1_marble", 1, "hunt_crossley", "k"] = 6.92e6  # beyond the noise, within the total uncertainty
     table = recovered_table(parameters_table(campaign()[1]), truth)
-    assert not table["inside"].any() and table["inside_total"].tolist() == [True, False]
+    assert table["inside"].tolist() == [True, False]
     printed = printed_recovered(table)
     assert printed.text["In 1.96 u"].tolist() == ["yes", "no"]
     assert printed.text["Identified"].tolist() == ["(6.880 ± 0.027)·10⁶", "(1.3000 ± 0.0089)·10⁸"]

@@ -5,13 +5,16 @@ from itertools import cycle
 from typing import NamedTuple
 
 import pandas as pd
+from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from freerock.arrays import Floats
 from freerock.figures import looks, style
 from freerock.figures.style import Axes, Drawing, Labels, Style
+from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.block import Block
-from freerock.models.laws import PAPER_MODELS
+from freerock.models.laws import CANDIDATES, PAPER_MODELS
 from freerock.tables.swings import first_runs, swings
 
 MARKERS = "os^Dv<>p*h"  # of the runs of a record
@@ -26,6 +29,7 @@ class Shown(NamedTuple):
     label: str
     rigid: Callable[[Block, float], tuple[Floats, Floats]]
     y_u: str = ""
+    scatters: bool = False  # whether it has the band of the selected law's σ_r
 
 
 def draw_by_scene(
@@ -61,6 +65,8 @@ def draw_by_scene(
     for (block, foundation), ax in panels.items():
         own = style.of_scene(data, block, foundation)
         _panel(ax, shown, own)
+        if shown.scatters:
+            _scatter(ax, shown, own, epsilon)
         highest = own["amplitude"].max() if len(own) else 1.0
         x, y = shown.rigid(blocks[block], highest)
         ax.plot(x, y, color="0.45", linestyle=":")
@@ -74,11 +80,13 @@ def draw_by_scene(
         "markerfacecolor": "none",
         "markersize": 3,
     }
-    handles = [Line2D([], [], label=f"runs, {style.recorded(origin)['label']}", **points)]
+    handles: list[Artist] = [Line2D([], [], label=f"runs, {style.recorded(origin)['label']}", **points)]
     handles += [
         Line2D([], [], **looks.MODEL_STYLES[law]) for law in PAPER_MODELS if law in set(data["source"])
     ]
     handles += [Line2D([], [], color="0.45", linestyle=":", label="rigid block (Housner 1963)")]
+    if shown.scatters and epsilon.get("sigma_r", pd.Series(dtype=float)).gt(0).any():
+        handles += [Patch(color="0.88", label="95 % of impacts, selected law and σ$_r$")]
     style.finish_with(figure, origin, handles)
     return figure, data
 
@@ -103,6 +111,24 @@ def _panel(ax: Axes, shown: Shown, own: pd.DataFrame) -> None:
         rows = own[own["source"] == law].sort_values("amplitude")
         if len(rows):
             ax.plot(rows["amplitude"], rows[shown.y], **looks.MODEL_STYLES[law])
+
+
+def _scatter(ax: Axes, shown: Shown, own: pd.DataFrame, epsilon: pd.DataFrame) -> None:
+    """The band that holds 95 % of the impacts by the scatter σ_r of the law selected for the first run."""
+    for model, sigma_r in _selected(own, epsilon):
+        rows = own[own["source"] == CANDIDATES[model].law].sort_values("amplitude")
+        ends = (rows[shown.y] * (1 + sign * NORMAL_95 * sigma_r) for sign in (-1, 1))
+        ax.fill_between(rows["amplitude"], *ends, color="0.88", zorder=0, linewidth=0)
+
+
+def _selected(own: pd.DataFrame, epsilon: pd.DataFrame) -> list[tuple[str, float]]:
+    """The candidate selected for the first run of a scene, and σ_r."""
+    modelled = own[own["source"] != "experiment"]
+    if modelled.empty or "sigma_r" not in epsilon:
+        return []
+    test, run = modelled[["test", "run"]].iloc[0]
+    rows = epsilon[(epsilon["test"] == test) & (epsilon["run"] == run) & epsilon["selected"].astype(bool)]
+    return [(str(row["model"]), float(row["sigma_r"])) for _, row in rows.iterrows() if row["sigma_r"] > 0]
 
 
 def caption_of(point: str) -> Callable[..., str]:

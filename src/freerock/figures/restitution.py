@@ -15,7 +15,7 @@ def _rigid(block: Block, highest: float) -> tuple[Floats, Floats]:
     return np.array([0.0, highest]), np.full(2, block.restitution_housner)
 
 
-SHOWN = Shown("r", "restitution $r$", _rigid, "r_u")
+SHOWN = Shown("r", "restitution $r$", _rigid, "r_u", scatters=True)
 
 
 @styled()

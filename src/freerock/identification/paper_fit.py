@@ -20,6 +20,7 @@ from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunMo
 from freerock.identification.start import scan, scan_whole
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
+from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
 
 RELEASE_WALLS = 2.0  # standard uncertainties of the measured release, within which the paper's fit has it
@@ -45,6 +46,8 @@ class PaperFit:
     success : bool
     message : str
     result : lmfit.minimizer.MinimizerResult
+    impacts : Impacts, optional
+        Of the modelled motion.
     """
 
     model: str
@@ -55,6 +58,7 @@ class PaperFit:
     success: bool
     message: str
     result: "lmfit.minimizer.MinimizerResult" = field(compare=False, repr=False)
+    impacts: Impacts | None = None
 
     @property
     def units(self) -> tuple[str, ...]:

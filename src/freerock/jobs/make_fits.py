@@ -4,12 +4,13 @@ import logging
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import lmfit
 
 from freerock.config.processing import ImpactLimits
 from freerock.identification.fit import Fit
+from freerock.identification.paper_fit import PaperFit
 from freerock.models.block import Block
 from freerock.models.laws import MODELS
 from freerock.populations.impact_energy import ImpactEnergy, impact_energy
@@ -27,6 +28,7 @@ from freerock.selection.choice import Choice
 from freerock.selection.identify import Identified, identify_record
 from freerock.selection.reasons import reasons_of_fit
 
+Fitted = TypeVar("Fitted", Fit, PaperFit)
 log = logging.getLogger("freerock")
 
 
@@ -87,7 +89,11 @@ def make_fits(
     attributes["provenance"] = provenance([record_file], settings)
     energies = {number: _energies(own, motions[number], allowed) for number, own in fits.items()}
     choices = dict.fromkeys(fits, choice)
-    write_fits(output, fits, attributes, choices, found.paper, reasons, energies, packed)
+    papers = {
+        number: {law: _with_impacts(fit, block, limits) for law, fit in own.items()}
+        for number, own in found.paper.items()
+    }
+    write_fits(output, fits, attributes, choices, papers, reasons, energies, packed)
 
 
 def _read(record_file: str | Path) -> tuple[dict[int, Motion], Mapping[Any, Any]]:
@@ -118,7 +124,7 @@ def _report(
             log.info("run %d: %s", number, reason.text)
 
 
-def _with_impacts(fit: Fit, block: Block, limits: ImpactLimits) -> Fit:
+def _with_impacts(fit: Fitted, block: Block, limits: ImpactLimits) -> Fitted:
     """The fit with the impacts of the modelled motion."""
     theta0 = fit.values.get("theta0", fit.curve.theta_model[0])
     impacts = find_impacts(fit.curve.time, fit.curve.theta_model, 0.0, block, theta0=theta0, limits=limits)

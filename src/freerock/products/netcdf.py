@@ -302,7 +302,7 @@ def _fit(model: str, fit: "Fit", energies: "ImpactEnergy | None") -> xr.Dataset:
 def _paper(fit: "PaperFit") -> xr.Dataset:
     """The dataset of a law as the paper fits it."""
     names = list(fit.values)
-    arrays = {
+    arrays: dict[str, Any] = {
         "value": ("parameter", np.array(list(fit.values.values()))),
         "stderr": ("parameter", fit.stderr),
         "theta_model": ("time", fit.curve.theta_model),
@@ -310,6 +310,10 @@ def _paper(fit: "PaperFit") -> xr.Dataset:
         "epsilon_theta": ((), fit.epsilon_theta),
     }
     coordinates = {"parameter": names, "unit": ("parameter", list(fit.units)), **_since(fit.curve.time)}
+    if fit.impacts is not None:
+        own = _impacts(fit.impacts)
+        arrays |= {name: own[name] for name in ("impact_time", "peak_before", "restitution")}
+        coordinates |= _numbered(len(fit.impacts.time_s))
     told = {"law": fit.model, "success": np.int8(fit.success), "message": fit.message}
     told["final_time_s"] = float(fit.curve.time[-1])
     return xr.Dataset(arrays, coordinates, told | _of_lmfit(fit.result))

@@ -47,8 +47,9 @@ def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
     text = pd.DataFrame(rows)
     text = text.loc[:, [name for name in text if set(text[name]) != {"–"}]]
     about = (
-        "±: total standard uncertainty. r of first impacts: median of all runs, from peaks. ε_θ of the laws: "
-        f"median, {PROCEDURE}. Next run: measured peaks in the band foretold by the other runs of the record."
+        "±: total standard uncertainty. r of first impacts: median of all runs, by energy. "
+        f"ε_θ of the laws: median, {PROCEDURE}. Next run: measured peaks in the band foretold by "
+        "the other runs of the record."
     )
     return Printed(text, "Each foundation", [about])
 

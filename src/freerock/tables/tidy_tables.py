@@ -26,9 +26,9 @@ from freerock.tables.populations import budget_table, populations_table
 # Of impacts: columns, and their variables in the datasets, which not all of them have.
 KINDS_OF_R = ("", "_stderr", "_u", "_energy", "_energy_u")
 OF_IMPACTS = {f"r{kind}": f"restitution{kind}" for kind in KINDS_OF_R}
-OF_IMPACTS |= {"impact_speed_m_s": "impact_speed", "delta": "delta", "delta_u": "delta_u"}
+OF_IMPACTS |= {"delta": "delta", "delta_u": "delta_u"}
 PEAKS = {f"{name}_deg": name for name in ("peak_before", "peak_before_u")}
-ENERGIES = ("restitution_energy", "restitution_energy_u", "impact_speed")
+OF_SELECTED = ("restitution_energy", "restitution_energy_u", "delta", "delta_u")  # of its impacts
 NUMBERS_OF_FIT = ("value", "stderr", "u_law", "u_total")
 OF_EVIDENCE = ("residual_over_noise", "noise_p", "sigma_r_low", "sigma_r_high", "n_parameters")
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
@@ -326,7 +326,7 @@ def _of_impacts(node: xr.Dataset, name: str) -> Floats:
 
 
 def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
-    """One row per impact of the measured runs and of the models fitted to each of them.
+    """One row per impact of the measured runs and of the laws fitted to each by the paper's own procedure.
 
     Parameters
     ----------
@@ -336,12 +336,11 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns of restitution.csv; source is "experiment" or a model, impact counts from 1, time_s is
+        Columns of restitution.csv; source is "experiment" or a law, impact counts from 1, time_s is
         since the release [s], r the restitution from the peaks before and after the impact, peak_before_deg
         the peak |θ| before it, both of the rotation seen; of those measured r_u and peak_before_u_deg are the
         total uncertainties. r_energy is the root of the ratio of true energies, of a measured impact under
-        the selected law, r_energy_u its total uncertainty, impact_speed_m_s that of the corner that comes
-        down.
+        the selected law, r_energy_u its total uncertainty; delta is by that law.
     """
     fits, parts = list(fits), list[tuple[xr.DataTree, int, str, xr.Dataset, float]]()
     selected = {
@@ -355,7 +354,7 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
             measured = _with_energies(group.dataset, selected.get((tree.attrs["test"], number)))
             parts.append((tree, number, "experiment", measured, measured["release"].item()))
     for tree in fits:
-        parts += [(tree, run, model, fit, 0.0) for run, model, fit in fits_of(tree)]
+        parts += [(tree, run, law, fit, 0.0) for run, law, fit in paper_fits_of(tree)]
     frames = [
         pd.DataFrame(
             {
@@ -387,7 +386,7 @@ def _with_energies(measured: xr.Dataset, fit: xr.Dataset | None) -> xr.Dataset:
         return measured
     since_s = measured["impact_time"].values - measured["release"].item()
     own = of_measured(since_s, fit["impact_time"].values)
-    known = {name: fit[name].values for name in ENERGIES if name in fit}
+    known = {name: fit[name].values for name in OF_SELECTED if name in fit}
     return measured.assign(
         {name: ("impact", np.where(own >= 0, values[own], np.nan)) for name, values in known.items()}
     )
