@@ -92,50 +92,52 @@ def graded(tables: Tables, records: Mapping[str, Path], case_of: Callable[[Any],
         }
         scene |= {"test": test, "block": str(truth["true_block_name"])}
         scene["kinematics"] = str(truth["true_kinematics"]) if "true_kinematics" in truth else ""
-        rows += [scene | row for row in _of_record(own, truth)]
+        law, kinematics = scene["law"], scene["kinematics"]
+        right = [Candidate(law, kinematics).name] if kinematics else []
+        rows += [scene | row for row in rows_of_record(own, truth, right)]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _of_record(own: Tables, truth: Any) -> Iterator[Row]:
-    """Rows of a record."""
+def rows_of_record(own: Tables, truth: Mapping[str, Any], right: Sequence[str]) -> Iterator[Row]:
+    """Rows of a record; candidates that are right, none where no law is true."""
     found = {}
     for j, begins in enumerate(truth["begins_s"]):
         near = own["runs"][(own["runs"]["release_s"] - begins).abs() < SAME_RUN_S]
         level = str(near["verdict"].iloc[0]) if len(near) else "missed"
         note = str(near["reasons"].iloc[0]) if len(near) else ""
-        for parameter in ("ok", "warn", "fail", "missed"):
-            yield {
-                "parameter": f"verdict {parameter}",
-                "inside": level == parameter,
-                "run": j + 1,
-                "note": note,
-            }
+        for each in ("ok", "warn", "fail", "missed"):
+            yield {"parameter": f"verdict {each}", "inside": level == each, "run": j + 1, "note": note}
         if len(near) and level != "fail":
             found[str(near["run"].iloc[0])] = j
-    law = str(truth["true_law"])
-    candidate = Candidate(law, str(truth["true_kinematics"])).name if "true_kinematics" in truth else ""
-    selected = own["choice"][own["choice"]["status"] == "selected"]
-    model = candidate or (str(selected["model"].iloc[0]) if len(selected) else "")
-    if candidate:
-        yield from _choice(own["choice"], candidate)
+    selected = [*own["choice"].loc[own["choice"]["status"] == "selected", "model"]]
+    fitted = {*own["parameters"]["model"]}
+    model = next(
+        (name for name in (*(each for each in selected if each in right), *right) if name in fitted), ""
+    )
+    if right:
+        yield from _choice(own["choice"], right)
+    else:
+        model = selected[0] if selected else ""
     yield from _parameters(own["parameters"][own["parameters"]["model"] == model], truth, found)
     yield from _restitution(own["restitution"], own["runs"], truth, found)
     yield from _means(own["populations"], truth, model)
-    for name in ("inside", "impact_inside"):
+    for name, what in (("inside", "|θ_n|"), ("impact_inside", "impacts")):
         for row in own["bands"].itertuples():
-            what = "|θ_n| of the next run" if name == "inside" else "impacts of the next run"
-            yield {"parameter": what, "inside": bool(getattr(row, name)), "run": row.run}
+            yield {"parameter": f"{what} of the next run", "inside": bool(getattr(row, name)), "run": row.run}
 
 
-def _choice(choice: pd.DataFrame, candidate: str) -> Iterator[Row]:
+def _choice(choice: pd.DataFrame, right: Sequence[str]) -> Iterator[Row]:
     """Whether the true law is named, in the set that the data can't tell apart, or neither."""
     for run, own in choice.groupby("run"):
         status = own.set_index("model")["status"]
         selected = [*status.index[status == "selected"]]
         among = {*selected, *status.index[status == "also_possible"]}
         explained = own[own["status"] == "selected"]["explains"].astype(str).eq("True").any()
-        answers = {"true law first": selected == [candidate], "true law in the set": candidate in among}
-        answers |= {"named alone, wrongly": candidate not in among and bool(explained)}
+        answers = {
+            "true law first": bool({*selected} & {*right}),
+            "true law in the set": bool(among & {*right}),
+        }
+        answers |= {"named alone, wrongly": not among & {*right} and bool(explained)}
         for parameter, answer in answers.items():
             yield {"parameter": parameter, "inside": answer, "run": run, "note": " ".join(selected)}
 
