@@ -45,18 +45,13 @@ NAME_IT = "name one in the channel column of the campaign's CSV"
 
 def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    add(
-        "campaign",
-        metavar="CAMPAIGN",
-        nargs="?",
-        help="its name or YAML file; by default the campaigns of config/config.yaml",
-    )
+    add("campaign", metavar="CAMPAIGN", nargs="?", help="by default those of config/config.yaml")
 
 
 def run(chosen: Namespace) -> None:
     """Print doubts and what is sound; raise all problems together."""
     sound, problems, doubts = check_config(campaign=chosen.campaign)
-    for path in _paths("config/config.yaml", chosen.campaign, []):
+    for path in campaign_paths("config/config.yaml", chosen.campaign and [Path(chosen.campaign).stem], []):
         for note in left_unread(read_campaign(path)):
             print(f"not read: {note}")
     for doubt in doubts:
@@ -76,7 +71,7 @@ def check_config(
     path : path
         The configuration file; campaigns lie in the folder `campaigns` beside it.
     campaign : str, optional
-        Name of the one campaign, or path of its YAML file.
+        Name of the one campaign, or path of its YAML file there.
 
     Returns
     -------
@@ -87,28 +82,16 @@ def check_config(
     doubts : list of FreerockError
         What is possible and unusual in the campaigns without a problem.
     """
-    problems: list[FreerockError] = []
-    doubts: list[FreerockError] = []
-    sound = []
-    for each in _paths(path, campaign, problems):
+    sound, problems, doubts = list[str](), list[FreerockError](), list[FreerockError]()
+    for each in campaign_paths(path, campaign and [Path(campaign).stem], problems):
         source = read_campaign(each)
         found = [*source.problems, *(check_files(source) if each.exists() else ())]
         asked = [] if found else [*configuration_doubts(source), *signal_doubts(source, found)]
         problems += found
         if not found and source.campaign:
-            held = {"record": source.records, "block": source.campaign.blocks}
-            held |= {"foundation": source.campaign.foundations}
-            counted = (f"{len(all_of)} {what}{'s' * (len(all_of) != 1)}" for what, all_of in held.items())
-            sound.append(f"{each.stem}: {', '.join(counted)}")
+            sound.append(f"{each.stem}: {len(source.records)} records")
             doubts += asked
     return sound, problems, doubts
-
-
-def _paths(path: str | Path, campaign: str | None, problems: list[FreerockError]) -> list[Path]:
-    """YAML files of the campaigns of a configuration, or of one by its name or file."""
-    if campaign is not None and campaign.endswith((".yaml", ".yml")):
-        return [Path(campaign)]
-    return [*campaign_paths(path, None if campaign is None else [campaign], problems)]
 
 
 def check_files(source: Source) -> Iterator[FreerockError]:
@@ -216,7 +199,6 @@ def configuration_doubts(source: Source) -> Iterator[FreerockError]:
             yield FreerockError(source.where("foundations", name), what, remedy)
     csv = source.path.with_suffix(".csv")
     yield from _same_signal(csv, source)
-    yield from _same_bytes(csv, source)
 
 
 def signal_doubts(source: Source, problems: list[FreerockError]) -> Iterator[FreerockError]:
@@ -237,31 +219,17 @@ def signal_doubts(source: Source, problems: list[FreerockError]) -> Iterator[Fre
 
 
 def _same_signal(csv: Path, source: Source) -> Iterator[FreerockError]:
-    """Records whose signal is that of another record."""
-    first: dict[tuple[str, str], str] = {}
+    """Records whose signal is that of another record, in the same file or in a copy: it would count twice."""
+    known, first = dict(listed_checksums(source.raw)), dict[tuple[str, str], Record]()
     for line, record in source.records:
-        for channel in record.channels:
-            test = first.setdefault((record.file, channel), record.test)
-            if test != record.test:
-                what = f"channel {channel or 'without a name'} of {record.file} is the signal of {test} too"
-                where = f"{csv}:{line}: {record.test}"
-                yield FreerockError(where, what, "name the file and channel of this record")
-
-
-def _same_bytes(csv: Path, source: Source) -> Iterator[FreerockError]:
-    """Records whose file is a copy of another record's: one motion would count twice."""
-    listed = attempt(listed_checksums, source.raw)
-    known = {} if isinstance(listed, FreerockError) else listed
-    first: dict[str, Record] = {}
-    for line, record in source.records:
-        path = Path(source.raw, record.file)
-        if record.file not in known and path.is_file():
+        if record.file not in known and (path := Path(source.raw, record.file)).is_file():
             known[record.file] = sha256(path)
-        other = first.setdefault(known.get(record.file, record.file), record)
-        if other.file != record.file:
-            what = f"{record.file} has the checksum of {other.file}, the record of {other.test}"
-            where = f"{csv}:{line}: {record.test}"
-            yield FreerockError(where, what, f"exclude {record.test} or {other.test}")
+        for channel in record.channels:
+            other = first.setdefault((known.get(record.file, record.file), channel), record)
+            if other is not record:
+                what = f"{record.file} holds the signal of {other.test} too"
+                remedy = f"name its own file and channel, or exclude {record.test} or {other.test}"
+                yield FreerockError(f"{csv}:{line}: {record.test}", what, remedy)
 
 
 def left_unread(source: Source) -> Iterator[str]:
@@ -300,9 +268,8 @@ def _channel(where: str, campaign: Campaign, record: Record, channel: str, name:
     from freerock.rotation.sensor import laser_of
 
     block, laser = campaign.blocks[record.block], campaign.lasers[name]
-    known = campaign.processing.rotation
-    clock = {"time_unit": known.time_unit, "rate_hz": known.sampling_rate_hz}
-    read = read_record(campaign.file(record.test), channel or None, **clock)
+    known, path = campaign.processing.rotation, campaign.file(record.test)
+    read = read_record(path, channel or None, time_unit=known.time_unit, rate_hz=known.sampling_rate_hz)
     (signal,) = read.data_vars.values()
     values, quantity = in_base_units(signal.values, laser.units, str(signal.attrs["units"]))
     sensor = laser_of(section_values(laser, "uncertainty"), campaign.raw)
