@@ -67,7 +67,7 @@ def palermo_releases(
     return releases
 
 
-def palermo_records(*, seed: int = 2017, sigma_r: float = 0.0) -> Iterator[tuple[str, VirtualRecord]]:
+def palermo_records(*, seed: int = 2017, sigma_r: float = 0.01) -> Iterator[tuple[str, VirtualRecord]]:
     """Simulate the virtual Palermo campaign: the name of each test and its record."""
     for configuration, (block, angle, laser) in CONFIGURATIONS.items():
         for foundation, parameters in FOUNDATIONS.items():
