@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,7 @@ class Array:
     """An array of a file: how many samples its vectors have, and a way to all of them; or why it is none."""
 
     shape: tuple[int, ...]
-    load: Callable[[], Any]
+    load: Any  # callable without arguments; None where it is no vector
     unfit: str = ""
 
 
@@ -87,7 +88,7 @@ def vectors(name: str, data: Any, attributes: Attributes) -> dict[str, Array]:
             return {
                 name: Array(data.shape, None, f"holds records of shape {data.shape}, type {data.dtype}"[:120])
             }
-        return {f"{name}/{f}": Array(shape, lambda f=f: np.asarray(data[f]).reshape(-1)) for f in fields}
+        return {f"{name}/{f}": Array(shape, partial(_field, data, f)) for f in fields}
     if data.dtype.kind not in "iuf":
         return {name: Array(shape, None, f"holds {data.dtype}, no real numbers")}
     if len(shape) < 2:
@@ -103,9 +104,13 @@ def vectors(name: str, data: Any, attributes: Attributes) -> dict[str, Array]:
         return whole[i] if wide else whole[:, i]
 
     return {
-        (names[i] if names else f"{name}(:,{i + 1})"): Array((max(shape),), lambda i=i: column(i))
+        (names[i] if names else f"{name}(:,{i + 1})"): Array((max(shape),), partial(column, i))
         for i in range(n)
     }
+
+
+def _field(data: Any, name: str) -> Any:
+    return np.asarray(data[name]).reshape(-1)
 
 
 def of_arrays(
@@ -152,9 +157,9 @@ def of_arrays(
     ]
     channels += [Channel(n.rpartition("/")[2], "", n, why, n.rpartition("/")[0]) for n, why in left_out]
     if not any(not isinstance(c.clock, str) for c in channels):
-        told = names_in_short(f"{c.name} {c.clock}" for c in channels) or names_in_short(arrays) or "none"
+        why = names_in_short(f"{c.name} {c.clock}" for c in channels) or names_in_short(arrays) or "none"
         remedy = "save the time and each signal as a vector of numbers"
-        raise FreerockError(path, f"no vector of numbers that could be a signal ({told})", remedy)
+        raise FreerockError(path, f"no vector of numbers that could be a signal ({why})", remedy)
 
     def read(names: Sequence[str]) -> dict[str, Floats]:
         return {name: _unpacked(arrays[name].load(), attributes.get(name, {})) for name in names}

@@ -24,7 +24,7 @@ UNSET = np.datetime64("1905-01-01")  # LabVIEW counts from 1904
 log_manager.set_level("ERROR")  # what npTDMS warns of is refused below, in one line
 
 
-class _Increments(TdmsReader):
+class _Increments(TdmsReader):  # type: ignore[misc]
     """Every wf_increment that the segments give a channel: npTDMS keeps the last."""
 
     def __init__(self, stream: Any) -> None:
@@ -144,5 +144,6 @@ def _values(path: Path, channel: TdmsChannel) -> Floats:
 
 def _started(origin: object) -> str:
     """A start of recording in UTC; "" where it is LabVIEW's epoch, or none."""
-    known = isinstance(origin, np.datetime64) and origin > UNSET
-    return f"{np.datetime_as_string(origin, 'ms')}Z" if known else ""  # type: ignore[arg-type]
+    if not isinstance(origin, np.datetime64) or origin <= UNSET:
+        return ""
+    return f"{np.datetime_as_string(origin, 'ms')}Z"

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -96,7 +96,7 @@ def _mdf(path: Path) -> Iterator[Contents]:
 
     with MDF(path) as file:
         found = []
-        for g, group in enumerate(file.groups):
+        for g, group in enumerate(cast(Any, file.groups)):
             master = file.masters_db.get(g)
             for i, channel in enumerate(group.channels):
                 if i == master:
@@ -110,7 +110,7 @@ def _mdf(path: Path) -> Iterator[Contents]:
                 found.append(Channel(channel.name, unit, (g, i), clock, f"group {g}"))
 
         def values(columns: Sequence[tuple[int, int | None]]) -> dict[tuple[int, int | None], Floats]:
-            read = {}
+            read: dict[tuple[int, int | None], Floats] = {}
             for g, i in columns:
                 if i is None:
                     read[g, i] = np.asarray(file.get_master(g), float)
