@@ -353,16 +353,15 @@ def _posterior(end: Ended) -> Posterior:
 
 def _round(end: Ended, sigma_r: float, level: float, roughly: bool) -> Ended:
     """The fit of a run to all its samples, or roughly to those of its end."""
-    model, samples = end.posed.model, end.posed.samples
-    if not roughly:
-        m = noise_of(model.motion).averaged
-        samples = replace(model.until(horizons_s(model.motion)[-1], 10**9), m=m)
+    model, m = end.posed.model, noise_of(end.posed.model.motion).averaged
+    every = replace(model.until(horizons_s(model.motion)[-1], 10**9), m=m)
+    samples = end.posed.samples if roughly else every
     start = with_impacts(end.at, len(end.at.impacts) if sigma_r else 0)
     posed = Posed(model, samples, sigma_r, level, RTOL)
     far = roughly or level > ROUNDS.far * noise_of(model.motion).variance ** 0.5
     found = minimised(posed, start, *(ROUNDS.rough if far else ROUNDS.exact))
     found.result.nfev += end.result.nfev
-    return found
+    return replace(found, posed=replace(posed, samples=every))
 
 
 def finished(runs: Mapping[int, tuple[Posterior, Ended, Scatter]]) -> dict[int, Fit]:

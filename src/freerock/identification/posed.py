@@ -14,13 +14,12 @@ import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.run_model import RTOL, Point, RunModel, Samples
+from freerock.identification.run_model import FARTHEST_INPUT, RTOL, Point, RunModel, Samples
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.given import Given, arithmetic, legal
 from freerock.models.laws import law_of
 from freerock.runs.release import FAR, lowered
 
-FARTHEST_INPUT = 8.0  # standard uncertainties: a law that needs more is rejected by its pull
 RENEWED = 0.4  # standard uncertainties by which an input moves before its derivatives are renewed
 WIDEST_IMPACT = 0.5  # |δ| of an impact
 EPS = float(np.finfo(float).eps)
@@ -127,10 +126,11 @@ class Posed:
             if given.get(name, Given()).expr:
                 others = tuple(other for other in own if other != name)
                 found[legal(name)].set(expr=arithmetic(given[name].expr, others))
-        most = 0.999 * FARTHEST_INPUT
         for j, source in enumerate(self.model.inputs):
-            value = float(np.clip(at.inputs[j], -most, most))
-            found.add(f"input_{j + 1}_{source.name}", value=value, min=-FARTHEST_INPUT, max=FARTHEST_INPUT)
+            low, high = self.model.farthest(source), FARTHEST_INPUT
+            inside = 1e-3 * min(high - low, 1.0)
+            value = float(np.clip(at.inputs[j], low + inside, high - inside))
+            found.add(f"input_{j + 1}_{source.name}", value=value, min=low, max=high)
         for i, value in enumerate(at.impacts.tolist()):
             found.add(f"impact_{i + 1}", value=value, min=-WIDEST_IMPACT, max=WIDEST_IMPACT)
         return found
