@@ -90,8 +90,10 @@ class Bench:
         except FreerockError:
             path = Path(campaign.raw, line.file)
             known = campaign.processing.rotation
-            clock = {"time_unit": known.time_unit, "rate_hz": known.sampling_rate_hz}
-            channels = [read_record(path, name or None, **clock) for name in line.channels]
+            channels = [
+                read_record(path, name or None, time_unit=known.time_unit, rate_hz=known.sampling_rate_hz)
+                for name in line.channels
+            ]
         first, *more = channels
         for n, each in enumerate(more, 2):
             if np.array_equal(each["time"].values, first["time"].values):
