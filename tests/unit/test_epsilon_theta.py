@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from freerock.identification.against_noise import is_white
 
 from freerock.identification.epsilon_theta import epsilon_theta
 
@@ -39,13 +38,3 @@ def test_epsilon_theta_of_several_runs_adds_their_integrals():
 @pytest.mark.parametrize("theta", [np.zeros(5), np.full(5, np.nan)])
 def test_epsilon_theta_of_no_motion_is_undefined(theta):
     assert np.isnan(epsilon_theta(np.arange(5.0), np.ones(5), theta))
-
-
-def test_white_noise_passes_and_a_trace_of_a_wave_does_not():
-    generator = np.random.default_rng(1)
-    noise = generator.standard_normal((200, 4000))
-    passed = sum(is_white(row) for row in noise)
-    assert passed >= 194  # 198 expected
-    wave = 0.4 * np.sin(2 * np.pi * 5 * np.arange(4000) / 4000)
-    assert sum(is_white(row + wave) for row in noise) < 10
-    assert not is_white(np.cumsum(noise[0]))
