@@ -68,6 +68,8 @@ def compared(one: Mapping[int, Floats], other: Mapping[int, Floats]) -> Compared
     if n < LEAST_SWINGS:
         return Compared(math.nan, 1.0, n)
     mean, error = float(np.mean(apart)), float(np.std(apart, ddof=1) / math.sqrt(_independent(apart)))
+    if not mean:
+        return Compared(1.0, 1.0, n)
     p = 2 * float(stdtr(max(_independent(apart) - 1, 1), -abs(mean) / error)) if error > 0 else 0.0
     return Compared(math.exp(mean), min(p, 1.0), n)
 

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtr, stdtr
 
 from freerock.arrays import Floats
 from freerock.identification.fit import Fit
+from freerock.identification.scatter import Told, find_scatter
 from freerock.identification.significance_levels import PULLED, WARNS
 from freerock.identification.start import crossings_s
 from freerock.models.laws import MODEL_LABELS
@@ -37,6 +38,8 @@ class ReasonLimits:
 
 
 REASONS = ReasonLimits()
+FEWEST_IMPACTS = 6  # of which a trend can be told
+LEAST_SCATTER = 1e-4  # of impacts beside a trend: the models of contact are no better
 
 
 def reasons_of_fit(motion: Motion, fit: Fit | None, choice: Choice) -> Iterator[Reason]:
@@ -106,22 +109,32 @@ def of_swings(motion: Motion, n_impacts: int) -> tuple[Floats, Floats]:
 def trend(fit: Fit, regressor: Floats) -> tuple[float, float]:
     """Slope of δ over a number of each impact, and its chance; 0 and 1 where there is none to tell.
 
-    δ_i = slope · x_i + ε_i, ε of standard deviation σ_r beside what the samples tell of δ.
+    δ_i = slope · x_i + ε_i beside what the samples tell of δ. The scatter of ε is that which is left beside
+    the slope, so that a slope does not hide in σ_r.
     """
     posterior = fit.posterior
     x = regressor - regressor.mean()
-    if posterior is None or len(x) < 4 or not x.any():
+    if posterior is None or len(x) < FEWEST_IMPACTS or not x.any():
         return 0.0, 1.0
     told, sigma_r = posterior.told, fit.scatter.of_record.sigma_r
-    of_x = told.precision @ x
-    with_prior = told.precision + np.eye(len(x)) / sigma_r**2
+    slope = u = 0.0
+    for _ in range(3):
+        slope, u = _slope(told, x, sigma_r)
+        if not u:
+            return 0.0, 1.0
+        beside = find_scatter([Told(told.precision, told.towards - told.precision @ x * slope)])
+        sigma_r = max(beside.sigma_r, LEAST_SCATTER)
+    return slope, 2 * float(stdtr(len(x) - 3, -abs(slope) / u))
+
+
+def _slope(told: Told, x: Floats, sigma_r: float) -> tuple[float, float]:
+    """Generalised least squares of δ over x beside a scatter: the slope and its standard error."""
+    of_x, with_prior = told.precision @ x, told.precision + np.eye(len(x)) / sigma_r**2
     by_x, by_towards = np.linalg.solve(with_prior, np.column_stack([of_x, told.towards])).T
     information = float(x @ of_x - of_x @ by_x)
-    towards = float(x @ told.towards - of_x @ by_towards)
     if information <= 0:
-        return 0.0, 1.0
-    slope = towards / information
-    return slope, 2 * float(ndtr(-abs(slope) * np.sqrt(information)))
+        return 0.0, 0.0
+    return float(x @ told.towards - of_x @ by_towards) / information, information**-0.5
 
 
 def line_hz(fit: Fit) -> float:
