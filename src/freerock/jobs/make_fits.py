@@ -69,14 +69,10 @@ def make_fits(
     found = identify(block, motions, allowed)
     choice, limits = found.choice, ImpactLimits(**settings["impacts"])
     fits = {
-        number: {
-            name: _with_impacts(found.fits[name][number], block, limits)
-            for name in MODELS
-            if name in found.fits
-        }
+        number: {name: _with_impacts(own[name], block, limits) for name in MODELS if name in own}
         for number in motions
+        if (own := found.of_run(number))
     }
-    fits = {number: own for number, own in fits.items() if own}
     reasons = {
         number: list(reasons_of_fit(motion, fits.get(number, {}).get(choice.selected), choice))
         for number, motion in motions.items()
