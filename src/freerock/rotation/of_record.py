@@ -66,5 +66,6 @@ def _channel(path: Path, name: str, options: RotationOptions) -> "xr.DataArray":
         several = f"has the channels {', '.join(map(str, read.data_vars))}"
         raise FreerockError(path, several, "name one in the channel column of the campaign's CSV")
     (signal,) = read.data_vars.values()
+    signal = signal.copy(data=np.array(signal.values))  # a reader may give an array that can't be written to
     signal.values[signal.attrs.pop("out_of_range", [])] = np.inf
     return signal.assign_attrs(read.attrs)
