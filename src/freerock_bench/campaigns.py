@@ -59,8 +59,10 @@ def _write(folder: Path, records: Mapping[str, Path]) -> None:
         record = np.load(path)
         known = {name.removeprefix("u_"): float(record[name]) for name in record if name.startswith("u_")}
         known["mass_kg"] = known.pop("mass") * float(record["stated_mass_kg"])
-        block = {name: float(record[f"stated_{name}"]) for name in ("height_m", "width_m", "mass_kg")}
-        block["uncertainty"] = {name: known[name] for name in block}
+        block: dict[str, Any] = {
+            name: float(record[f"stated_{name}"]) for name in ("height_m", "width_m", "mass_kg")
+        }
+        block["uncertainty"] = {name: known[name] for name in [*block]}
         laser = {"beam": "horizontal", "position_m": float(record["stated_position_m"]), "units": "V"}
         laser |= {"range_m": float(record["stated_range_m"])}
         laser["uncertainty"] = {name: known[name] for name in known if name not in block}
@@ -244,9 +246,8 @@ def worst(frame: pd.DataFrame, n: int = 10) -> str:
     """The numbers farthest from their truth, in u."""
     off = ((frame["value"] - frame["truth"]) / frame["u"]).astype(float).abs()
     rows = frame.assign(z=off).nlargest(n, "z")
-    return rows[
-        ["z", "case", "test", "run", "law", "kinematics", "block", "foundation", "parameter"]
-    ].to_string()
+    shown = ["z", "case", "test", "run", "law", "kinematics", "block", "foundation", "parameter"]
+    return str(rows[shown].to_string())
 
 
 def made(maker: Callable[[Any], Path], cases: Sequence[Any]) -> dict[str, Path]:

@@ -244,7 +244,9 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--document", default="")
     given = parser.parse_args(arguments)
     cases = [(name, i) for i in range(given.per_kind) for name in given.kinds]
-    records = campaigns.made(lambda case: make(given.folder / "records", *case, given.sigma), cases)
+    records = campaigns.made(
+        lambda case: make(given.folder / "records", case[0], case[1], given.sigma), cases
+    )
     tables = campaigns.analysed(given.folder.resolve(), records, given.cores)
     by_kind = campaigns.graded(tables, records, lambda truth: str(truth["kind"]))
     campaigns.finish(

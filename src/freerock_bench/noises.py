@@ -65,7 +65,9 @@ def make(folder: Path, name: str, i: int, seed: int) -> Path:
         truth = Truth.drawn(i, 0.0, "exact", draw)
         runs = runs_of(truth, draw)[:1]
         volts, begins = volts_of(truth, runs, draw, NOISES.get(name, _white), sigma_v, bits)
-        more = {"noise": name} | {f"run0_{key}": value for key, value in runs[0].parameters.items()}
+        more: dict[str, Any] = {"noise": name} | {
+            f"run0_{key}": value for key, value in runs[0].parameters.items()
+        }
         more |= {"run0_volts_impacts_s": begins[0] + runs[0].held.passages_s}
         more |= {"run0_volts_r_energy": runs[0].held.restitution}
         scattered.write(path, truth, volts, begins, RATE_HZ, more)
@@ -82,7 +84,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--document", default="")
     given = parser.parse_args(arguments)
     cases = [(name, i) for i in range(given.per_noise) for name in (*NOISES, *CONVERTERS)]
-    records = campaigns.made(lambda case: make(given.folder / "records", *case, given.seed), cases)
+    records = campaigns.made(lambda case: make(given.folder / "records", case[0], case[1], given.seed), cases)
     tables = campaigns.analysed(given.folder.resolve(), records, given.cores)
     frame = campaigns.graded(tables, records, lambda truth: str(truth["noise"]))
     campaigns.finish(frame, "noises", given.document)

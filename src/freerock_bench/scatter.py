@@ -26,7 +26,7 @@ def main(arguments: list[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     numbers = range(given.first, given.first + given.per_cell)
     cases = [(sigma, i) for sigma in given.sigma for i in numbers]
-    records = campaigns.made(lambda case: make(given.folder / "records", *case, given.seed), cases)
+    records = campaigns.made(lambda case: make(given.folder / "records", case[0], case[1], given.seed), cases)
     tables = campaigns.analysed(given.folder.resolve(), records, given.cores)
     frame = campaigns.graded(tables, records, lambda truth: f"σ_r {100 * float(truth['true_sigma_r']):g} %")
     campaigns.finish(frame, "scatter", given.document)

@@ -18,16 +18,23 @@ from scipy.optimize import brentq, root
 
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
-from freerock.models.compiled import compiled
+from freerock_bench.springs_compiled import (
+    AT_REST,
+    DULL_RAD_S,
+    STEP_S,
+    N,
+    bed_force,
+    march,
+    rates_of,
+    stored,
+    turn,
+)
 
-CELLS, GAUSS = 128, 3**-0.5
-DULL_RAD_S, DULL_M_S = 2e-3, 1e-3  # rates over which dry friction and hysteresis turn round
+CELLS = 128
 LEAST_RAD = 1e-5  # a rigid block lies still below
-AT_REST = 2e-5  # [rad]
-STEP_S, LONGEST_S, STILL_S = 5e-5, 60.0, 1.0  # at the end of a motion the block has been at rest for so long
+LONGEST_S = 60.0
 TILT_S = 1.2  # of a record, before its hold
 AWAY_M = 0.5  # sensor from the face
-N = 12  # coordinates and rates, without what friction and bed remember
 BASE = {  # what a base may be besides flat
     "left_m": 0.0,  # by how much the left corner is worn
     "right_m": 0.0,
@@ -56,7 +63,6 @@ BESIDES = {  # what may be besides a law; 0 is none
 }
 KEYS = list(BESIDES)
 UNEVEN = ("radius_m", "hollow_m", "thickness_m", "varies", "hysteresis", "relaxing", "tensionless")
-BRISTLE_N_M, BRISTLE_NS_M = 2e7, 2e3  # what friction holds by before it slips
 
 
 @dataclass(frozen=True)
@@ -224,141 +230,12 @@ def energy(states: Floats, scene: Scene, stiffness: float | Floats = 1.0) -> Flo
         Of the bed, over k.
     """
     (m, inertia, e, h), known = scene.numbers[0][:4], scene.known
-    bed = np.array([_stored(y, scene.cells, e, h) for y in states.T.copy()])
+    bed = np.array([stored(y, scene.cells, e, h) for y in states.T.copy()])
     moving = m * (states[6] ** 2 + states[7] ** 2) + inertia * states[8] ** 2
     for i, hz in ((4, known["table_x_hz"]), (5, known["table_y_hz"])):
         if hz:
             moving += known["table_kg"] * ((2 * math.pi * hz * states[i]) ** 2 + states[i + 6] ** 2)
     return np.asarray(moving / 2 + m * GRAVITY * states[1] + scene.law.get("k", 0.0) * stiffness * bed)
-
-
-@compiled()
-def _stored(y, cells, e, h):  # type: ignore[no-untyped-def]
-    """Energy of a bed over its stiffness [m³]."""
-    sin, cos = math.sin(y[2]), math.cos(y[2])
-    low = y[1] + e * sin - h * cos
-    total = 0.0
-    for i in range(cells.shape[0]):
-        u, half, height, slope, stiff = cells[i]
-        depth, deeper = y[5] - low + u * sin - height * cos, half * (sin - slope * cos)
-        most, least = depth + abs(deeper), depth - abs(deeper)
-        if most <= 0.0:
-            continue
-        share = 1.0 if least > 0.0 else most / (most - least)
-        least = max(least, 0.0)
-        total += stiff * half * share * (most * most + most * least + least * least) / 3.0
-    return total
-
-
-@compiled()
-def _bed(y, law, cells, besides, pulls):  # type: ignore[no-untyped-def]
-    """Upward force [N], its moment about the base's middle by u, and rates of what the bed remembers."""
-    thick, lags, relaxing, relaxes, loose = besides[0], besides[4], besides[5], besides[6], besides[7]
-    k, c, lam = law
-    sin, cos = math.sin(y[2]), math.cos(y[2])
-    force = moment = 0.0
-    e, h = pulls
-    low = y[1] + e * sin - h * cos
-    low_rate = y[7] + (e * cos + h * sin) * y[8]
-    n = cells.shape[0]
-    forgets = np.zeros(n if relaxing > 0.0 else 0)
-    for i in range(n):
-        u, half, height, slope, stiffer = cells[i]
-        depth, deeper = y[5] - low + u * sin - height * cos, half * (sin - slope * cos)
-        bent = 0.0
-        if relaxing > 0.0:
-            rate = y[11] - low_rate + (u * cos + height * sin) * y[8]
-            bent = y[N + 1 + i]
-            forgets[i] = -bent / relaxes + (relaxing * k * rate if depth > 0.0 else 0.0)
-        if depth <= -abs(deeper):
-            continue
-        first, last = -1.0, 1.0
-        if depth < abs(deeper):
-            if deeper > 0.0:
-                first = -depth / deeper
-            else:
-                last = -depth / deeper
-        for node in (-GAUSS, GAUSS):
-            at = 0.5 * (first + last) + 0.5 * (last - first) * node
-            place, z = u + half * at, depth + deeper * at
-            rate = y[11] - low_rate + (place * cos + height * sin) * y[8]
-            stiff = k * stiffer * (1.0 + lags * math.tanh(rate / DULL_M_S))
-            if thick > 0.0:
-                stiff /= 1.0 - min(z / thick, 0.95)
-            f = stiff * z + (c + lam * z) * rate + bent
-            if loose > 0.0:
-                f = max(f, 0.0)
-            part = 0.5 * half * (last - first) * f
-            force, moment = force + part, moment + part * place
-    return force, moment, forgets
-
-
-@compiled()
-def _rates(t, y, body, law, cells, besides, hand, fade):  # type: ignore[no-untyped-def]
-    """Of all states; the hand is a couple that fades."""
-    m, inertia, e, h, top, up, left, right, pivots = body
-    top_hz, table, x_hz, y_hz, lost, grip, air, rub, tilt = besides[9:]
-    theta, q, w, vq = y[2], y[3], y[8], y[9]
-    sin, cos = math.sin(theta), math.cos(theta)
-    force, moment, forgets = _bed(y, law, cells, besides, (e, h))
-    gx, gy = GRAVITY * math.sin(tilt), -GRAVITY * math.cos(tilt)
-    mass, right_side = np.zeros((7, 7)), np.zeros(7)
-    mass[0, 0] = mass[1, 1] = m
-    mass[2, 2] = inertia
-    mass[3, 3] = mass[4, 4] = mass[5, 5] = 1.0
-    mass[6, 6] = 1.0
-    right_side[0], right_side[1] = m * gx, m * gy + force
-    # of a point at (u, v) of the base's frame: by θ it moves (b, -a), with (a, b) from the centre turned
-    place = moment / force if force > 0.0 else 0.0
-    right_side[2] = -((place - e) * cos - h * sin) * force
-    right_side[2] -= air * w * abs(w) + rub * math.tanh(w / DULL_RAD_S)
-    if t < fade:
-        right_side[2] += hand * 0.5 * (1 + math.cos(math.pi * t / fade))
-    if top > 0.0:  # at (q, up) of the base's frame: rows of J are its moves by x, y, θ, q
-        a, b = (q - e) * cos + (up - h) * sin, -(q - e) * sin + (up - h) * cos
-        jx, jy = (1.0, 0.0, b, cos), (0.0, 1.0, -a, -sin)
-        bx, by = -a * w * w - 2 * sin * w * vq, -b * w * w - 2 * cos * w * vq
-        mass[3, 3] = 0.0
-        for i in range(4):
-            right_side[i] += top * (jx[i] * (gx - bx) + jy[i] * (gy - by))
-            for j in range(4):
-                mass[i, j] += top * (jx[i] * jx[j] + jy[i] * jy[j])
-        turn = 2 * math.pi * top_hz
-        right_side[3] -= top * (turn * turn * q + 2 * lost * turn * vq)
-    if table > 0.0:
-        mass[4, 4] = mass[5, 5] = table
-        along, across = 2 * math.pi * x_hz, 2 * math.pi * y_hz
-        if x_hz > 0.0:
-            right_side[4] = -table * (along * along * y[4] + 2 * lost * along * y[10])
-        if y_hz > 0.0:
-            right_side[5] = -force - table * (across * across * y[5] + 2 * lost * across * y[11])
-    corner = (right if theta > 0.0 else left) if pivots > 0.0 else 0.0
-    slides = 0.0
-    if grip > 0.0:
-        b = -(place - e) * sin - h * cos
-        v = y[6] + b * w - y[10]
-        most = grip * max(force, 0.0)
-        hold = BRISTLE_N_M * y[N] + BRISTLE_NS_M * v
-        hold = min(max(-hold, -most), most)
-        slides = v if (most > 0.0 and abs(BRISTLE_N_M * y[N]) < most) or v * y[N] < 0.0 else 0.0
-        right_side[0] += hold
-        right_side[2] += hold * b
-        if x_hz > 0.0:
-            right_side[4] -= hold
-    else:
-        a, b = (corner - e) * cos - h * sin, -(corner - e) * sin - h * cos
-        mass[0, 6], mass[2, 6] = -1.0, -b
-        mass[6, 0], mass[6, 2], mass[6, 6] = 1.0, b, 0.0
-        right_side[6] = a * w * w
-        if table > 0.0 and x_hz > 0.0:
-            mass[6, 4], mass[4, 6] = -1.0, 1.0
-    speeds = np.linalg.solve(mass, right_side)
-    found = np.zeros(y.shape[0])
-    found[:6], found[6:N] = y[6:N], speeds[:6]
-    found[N] = slides
-    if besides[5] > 0.0:
-        found[N + 1 :] = forgets
-    return found
 
 
 def _state(scene: Scene, depth: float, theta: float) -> Floats:
@@ -379,7 +256,7 @@ def _state(scene: Scene, depth: float, theta: float) -> Floats:
 
 
 def _at(scene: Scene, y: Floats, hand: float = 0.0) -> Floats:
-    rates = _rates(0.0, y, *scene.numbers[:2], scene.cells, scene.numbers[2], hand, 1.0)
+    rates = rates_of(0.0, y, *scene.numbers[:2], scene.cells, scene.numbers[2], hand, 1.0)
     return np.asarray(rates)
 
 
@@ -391,7 +268,7 @@ def _held(scene: Scene) -> Floats:
 
     def excess(depth: float) -> float:
         y = _state(scene, depth, scene.theta0)
-        force = _bed(y, scene.numbers[1], scene.cells, scene.numbers[2], tuple(scene.numbers[0][2:4]))[0]
+        force = bed_force(y, scene.numbers[1], scene.cells, scene.numbers[2], tuple(scene.numbers[0][2:4]))[0]
         return float(force) - weight
 
     high = scene.block.b * math.sin(abs(scene.theta0)) + 0.01
@@ -421,83 +298,12 @@ def _on_springs(
     hand = -float(_at(scene, held)[8] / pulled) if scene.fade_s > STEP_S else 0.0
     given = (*scene.numbers[:2], scene.cells, scene.numbers[2], hand, scene.fade_s)
     y = held.copy()
-    _turn(scene.numbers[0], y, math.copysign(scene.rate, scene.rate * scene.theta0))
+    turn(scene.numbers[0], y, math.copysign(scene.rate, scene.rate * scene.theta0))
     states, passages = np.zeros((round(longest_s * rate_hz) + 1, N)), np.zeros(1000)
     lifts = scene.block.mass_kg * GRAVITY / (scene.law["k"] * 2 * scene.block.b**2)
     how = np.array([1 / rate_hz, rests, lifts, *scene.blow])
-    n, count = _march(given, y, how, np.asarray(scene.impacts, float), states, passages)
+    n, count = march(given, y, how, np.asarray(scene.impacts, float), states, passages)
     return states[:n].T, passages[:count]
-
-
-@compiled()
-def _march(given, y, how, impacts, states, passages):  # type: ignore[no-untyped-def]
-    """Fills states and instants of impacts; how many of each. A step ends where the block stands upright."""
-    sample_s, rests, lifts, hit_s, kept, added = how
-    steps = math.ceil(sample_s / STEP_S)
-    still, top, count = 0, abs(y[2]), 0
-    body, fresh, law = given[0], given[1], given[1].copy()
-    for i in range(states.shape[0]):
-        states[i] = y[:N]
-        still = still + 1 if abs(y[2] - rests) < AT_REST else 0
-        if still * sample_s > STILL_S:
-            return i + 1, count
-        for j in range(steps):
-            t, left = i * sample_s + j * sample_s / steps, sample_s / steps
-            if t + 0.5 * left > hit_s:
-                y[6:N] *= kept
-                _turn(body, y, added)
-                hit_s = math.inf
-            after = _step(given, law, t, left, y)
-            if after[2] * y[2] < 0.0:
-                t, left, y = _upright(given, law, t, left, y)
-                if top > lifts:
-                    if count < impacts.shape[0]:
-                        _turn(body, y, (impacts[count, 0] - 1.0) * y[8])
-                        law[0] = fresh[0] * impacts[count, 1]
-                        law[1], law[2] = fresh[1] * impacts[count, 2], fresh[2] * impacts[count, 2]
-                    passages[min(count, passages.size - 1)] = t
-                    count += 1
-                top = 0.0
-                after = _step(given, law, t, left, y)
-            y = after
-            top = max(top, abs(y[2]))
-    return states.shape[0], count
-
-
-@compiled()
-def _upright(given, law, t, dt, y):  # type: ignore[no-untyped-def]
-    """Instant at which the block stands upright within a step, what is left of it, and the state then."""
-    low, high = 0.0, dt
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        if _step(given, law, t, middle, y)[2] * y[2] > 0.0:
-            low = middle
-        else:
-            high = middle
-    return t + high, dt - high, _step(given, law, t, high, y)
-
-
-@compiled()
-def _step(given, law, t, dt, y):  # type: ignore[no-untyped-def]
-    """State after a step of Runge and Kutta."""
-    body, _, cells, besides, hand, fade = given
-    one = _rates(t, y, body, law, cells, besides, hand, fade)
-    two = _rates(t + 0.5 * dt, y + 0.5 * dt * one, body, law, cells, besides, hand, fade)
-    three = _rates(t + 0.5 * dt, y + 0.5 * dt * two, body, law, cells, besides, hand, fade)
-    four = _rates(t + dt, y + dt * three, body, law, cells, besides, hand, fade)
-    return y + dt / 6.0 * (one + 2.0 * two + 2.0 * three + four)
-
-
-@compiled()
-def _turn(body, y, by):  # type: ignore[no-untyped-def]
-    """Give it a rate of rotation about its lower corner, upright about its middle [rad/s], in place."""
-    e, h, left, right, pivots = body[2], body[3], body[6], body[7], body[8]
-    sin, cos = math.sin(y[2]), math.cos(y[2])
-    corner = 0.0 if abs(y[2]) < 1e-9 else (right if y[2] > 0.0 else left)
-    held = corner if pivots > 0.0 else 0.0
-    y[6] += ((held - e) * sin + h * cos) * by
-    y[7] += ((corner - e) * cos - h * sin) * by
-    y[8] += by
 
 
 def on_corners(scene: Scene, theta: Floats) -> Floats:

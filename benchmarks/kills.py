@@ -1,6 +1,6 @@
 """Runs that are killed: the same command then gives the bytes of a run from scratch.
 
-python -m freerock_bench.kills [20]
+python benchmarks/kills.py [20]
 
 Snakemake is killed by SIGKILL at random times, alone and with its jobs in turn, and started again.
 """
@@ -16,7 +16,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from freerock_bench.scale import ROOT, SNAKEFILE, write_campaign
+from scale import ROOT, SNAKEFILE, write_campaign
 
 PROFILE = ROOT / "profiles/default"
 COMMAND = [sys.executable, "-m", "snakemake", "--snakefile", f"{SNAKEFILE}", "--profile", f"{PROFILE}"]

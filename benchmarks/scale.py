@@ -1,6 +1,6 @@
 """Campaigns of many records: wall time, processor time and memory over their number.
 
-python -m freerock_bench.scale run [6 60 600 …] | plan [600 6000 …]
+python benchmarks/scale.py run [6 60 600 …] | plan [600 6000 …]
 """
 
 import argparse
@@ -26,7 +26,7 @@ from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS, palermo_re
 from freerock.virtual_lab.virtual_record import simulate_record
 from freerock.virtual_lab.write_tdms import write_records
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 SNAKEFILE = ROOT / "Snakefile"
 PLAIN = """
 import csv
