@@ -13,7 +13,7 @@ from freerock.identification.fit import Fit
 from freerock.identification.paper_fit import PaperFit
 from freerock.models.block import Block
 from freerock.models.laws import MODELS
-from freerock.populations.impact_energy import ImpactEnergy, impact_energy
+from freerock.populations.impact_energy import ImpactEnergy, beside_near_laws, impact_energy
 from freerock.products.groups import NotFitted
 from freerock.products.netcdf import open_record, samples_in, write_fits
 from freerock.products.provenance import provenance
@@ -83,7 +83,10 @@ def make_fits(
     if missed := _not_fitted(found, allowed):
         attributes["not_fitted"] = missed
     attributes["provenance"] = provenance([record_file], settings)
-    energies = {number: _energies(own, motions[number], allowed) for number, own in fits.items()}
+    energies = {
+        number: beside_near_laws(_energies(own, motions[number], allowed), own)
+        for number, own in fits.items()
+    }
     choices = dict.fromkeys(fits, choice)
     papers = {
         number: {law: _with_impacts(fit, block, limits) for law, fit in own.items()}

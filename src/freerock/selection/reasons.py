@@ -75,7 +75,9 @@ def _pulls(fit: Fit) -> Iterator[Reason]:
         if abs(pull) > PULLED:
             off = f"{by * source.u:+.3g} {source.unit}".removesuffix(" 1")
             text = f"{source.label} off by {off}, {abs(pull):.1f} standard uncertainties"
-            warns = 2 * len(known.pulls) * float(ndtr(-abs(pull))) < WARNS
+            # where the law leaves more than the noise, it pulls the inputs as well
+            unlikely = 2 * len(known.pulls) * float(ndtr(-abs(pull))) < WARNS
+            warns = unlikely and fit.evidence.agrees
             yield Reason.of("pulled_input", text, "warn" if warns else "ok", float(abs(pull)), PULLED, "1")
 
 
