@@ -1,22 +1,19 @@
-"""One hypothesis on one run: its data, parameters, start, least squares, noise and intervals.
+"""One candidate on the runs of a record: model of a run, start, least squares by lmfit, scatter of impacts.
 
-A fit goes `settings` → `problem` → `start` → `search` (`least_squares`, `diverging_motions`) →
-`inputs_with_priors` (`against_noise`, `likelihood`) → `intervals` → `model_discrepancy` → `fit`.
+A fit goes `settings` → `run_model` → `start` → `posed` (the least squares) → `scatter` → `goodness` →
+`posterior` → `fit`; `paper_fit` is the paper's own.
 """
 
 __all__ = [
-    "against_noise",
-    "diverging_motions",
     "epsilon_theta",
     "fit",
-    "inputs_with_priors",
-    "intervals",
-    "least_squares",
-    "likelihood",
+    "goodness",
     "lmfit_models",
-    "model_discrepancy",
-    "problem",
-    "search",
+    "paper_fit",
+    "posed",
+    "posterior",
+    "run_model",
+    "scatter",
     "settings",
     "significance_levels",
     "start",

@@ -7,5 +7,4 @@ __all__ = [
     "means",
     "predict",
     "random_effects",
-    "sensitivity",
 ]

@@ -1,8 +1,9 @@
-"""Which hypothesis a run needs: candidates, their search, what each explains, and reasons to warn."""
+"""Which law the runs of a record need: candidates, their fits, the choice among them, and reasons to warn."""
 
 __all__ = [
-    "allowed_hypotheses",
+    "candidates",
     "choice",
-    "hypotheses_tried",
-    "reasons_after_fits",
+    "identify",
+    "prediction",
+    "reasons",
 ]
