@@ -21,7 +21,7 @@ from freerock.tables.csvfile import read_csv, write_csv
 from freerock_bench.document import in_markdown, renew
 
 ROOT = Path(__file__).parents[2]
-TABLES = ("runs", "reasons", "choice", "parameters", "restitution", "populations", "bands")
+TABLES = ("runs", "reasons", "choice", "parameters", "restitution", "populations", "bands", "epsilon")
 SAME_RUN_S, SAME_IMPACT_S = 0.5, 0.02
 COLUMNS = ["case", "parameter", "truth", "value", "stderr", "u", "inside", "test", "run", "law", "kinematics"]
 COLUMNS += ["block", "foundation", "note"]
@@ -121,6 +121,11 @@ def rows_of_record(own: Tables, truth: Mapping[str, Any], right: Sequence[str]) 
     else:
         model = selected[0] if selected else ""
     yield from _parameters(own["parameters"][own["parameters"]["model"] == model], truth, found)
+    if "true_sigma_r" in truth:
+        true = float(truth["true_sigma_r"])
+        for row in own["epsilon"][own["epsilon"]["model"] == model].head(1).itertuples():
+            inside = row.sigma_r_low <= true <= row.sigma_r_high
+            yield {"parameter": "σ_r", "truth": true, "value": row.sigma_r, "inside": inside}
     yield from _restitution(own["restitution"], own["runs"], truth, found)
     yield from _means(own["populations"], truth, model)
     for name, what in (("inside", "|θ_n|"), ("impact_inside", "impacts")):
@@ -145,14 +150,12 @@ def _choice(choice: pd.DataFrame, right: Sequence[str]) -> Iterator[Row]:
 
 
 def _parameters(fits: pd.DataFrame, truth: Any, runs: Mapping[str, int]) -> Iterator[Row]:
-    """Numbers of the fits of the true law; σ_r once a record."""
+    """Numbers of the fits of the true law."""
     fits = fits[fits["success"].astype(str) == "True"]
     for row in fits.itertuples():
         if row.parameter in ("theta0", "t0"):
             continue  # of the reading, not of the block
         key = f"run{runs.get(str(row.run), -1)}_{row.parameter}"
-        if row.parameter == "sigma_r" and "true_sigma_r" in truth and row.run == fits["run"].iloc[0]:
-            key = "true_sigma_r"
         if key in truth:
             yield number_row(str(row.parameter), float(truth[key]), row.value, row.stderr, row.u_total) | {
                 "run": row.run

@@ -36,7 +36,7 @@ def tables(records):
             (2, "lambda", 0, False),
         ]
     ]
-    fits.append(of | {"run": 1, "parameter": "sigma_r", "value": 0.011, "u_total": 0.001, "success": True})
+    scatter = of | {"run": 1, "sigma_r": 0.011, "sigma_r_low": 0.009, "sigma_r_high": 0.013}
     status = {1: ("selected", "rejected"), 2: ("also_possible", "selected"), 3: ("rejected", "selected")}
     choice = [
         {"test": test, "run": run, "model": model, "status": each, "explains": True, "reason": ""}
@@ -62,7 +62,7 @@ def tables(records):
         "parameters": fits,
         "restitution": [impact | {"r_energy_u": 0.001}],
     }
-    made |= {"populations": [mean], "bands": [band], "reasons": []}
+    made |= {"populations": [mean], "bands": [band], "reasons": [], "epsilon": [scatter]}
     return {
         name: pd.DataFrame(rows, columns=None if rows else ["test", "reason"]) for name, rows in made.items()
     }
@@ -76,7 +76,7 @@ def test_tables_are_held_against_the_truth(tables, records):
     frame = campaigns.graded(tables, records, lambda truth: "a case")
     assert list(frame) == campaigns.COLUMNS and set(frame["case"]) == {"a case"}
     assert inside(frame, "k") == [False] and inside(frame, "lambda") == [True]
-    assert inside(frame, "sigma_r") == [True]
+    assert inside(frame, "σ_r") == [True]
     assert inside(frame, "true law first") == [True, False, False]
     assert inside(frame, "true law in the set") == [True, True, False]
     assert inside(frame, "named alone, wrongly") == [False, False, True]

@@ -35,7 +35,12 @@ def graded(verdict="ok", reasons="", selected="winkler", k=1.01e6, r=0.9005):
         ],
         "restitution": [of | {"source": "experiment", "time_s": 0.095, "r_energy": r, "r_energy_u": 1e-3}],
     }
-    heads = {"populations": ["test", "level", "model"], "bands": ["test", "run"], "reasons": ["test"]}
+    heads = {
+        "populations": ["test", "level", "model"],
+        "bands": ["test", "run"],
+        "reasons": ["test"],
+        "epsilon": ["test", "model"],
+    }
     frames = {name: pd.DataFrame(rows) for name, rows in tables.items()}
     frames |= {name: pd.DataFrame(columns=columns) for name, columns in heads.items()}
     return foreign.grade(frames, {"mat": TRUTH}).set_index("parameter")
