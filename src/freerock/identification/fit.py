@@ -1,5 +1,6 @@
 """Fits of a candidate to the runs of a record, with impacts that scatter."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -19,6 +20,7 @@ from freerock.identification.significance_levels import NORMAL_95
 from freerock.identification.start import START, Followed, horizons_s, with_impacts
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
+from freerock.models.given import legal
 from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
@@ -51,6 +53,7 @@ class RoundSettings:
 
 
 ROUNDS = RoundSettings()
+AT_BOUND = 1e-3  # of a bound that the configuration gives: a number this close to it lies there
 
 
 @dataclass(frozen=True)
@@ -425,6 +428,12 @@ def _failure(ended: Ended, posterior: Posterior, epsilon: float) -> str:
         return str(ended.result.message)
     if not np.isfinite(epsilon) or epsilon > 1:
         return "worse than a block at rest: ε_θ above 1"
+    model = ended.posed.model
+    for name, given in model.settings.given(model.candidate).items():
+        each = ended.result.params[legal(name)]
+        ends = [end for end in (given.min, given.max) if end is not None and math.isfinite(end)]
+        if each.vary and any(math.isclose(each.value, end, rel_tol=AT_BOUND) for end in ends):
+            return f"{name} lies at its bound of fits.parameters"
     diagonal = np.diag(posterior.covariance)[: posterior.n_names]
     if not np.isfinite(diagonal).all() or (diagonal < 0).any():
         return "the run does not determine the parameters"

@@ -14,6 +14,7 @@ import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.errors import FreerockError
 from freerock.identification.run_model import FARTHEST_INPUT, RTOL, Point, RunModel, Samples
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.given import Given, arithmetic, legal
@@ -221,6 +222,11 @@ def minimised(posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7) ->
         Evaluations of the residual.
     ftol : float
         Relative change of the objective at which it ends.
+
+    Raises
+    ------
+    FreerockError
+        The search met parameters that no motion has.
     """
     parameters = posed.parameters(start)
     begun = posed.point(parameters)
@@ -239,9 +245,13 @@ def minimised(posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7) ->
         return rows @ tied(moved, varied) if has_ties else rows[:, varied]
 
     minimizer = lmfit.Minimizer(residual, parameters, scale_covar=False)
-    result = minimizer.least_squares(
-        jac=jacobian, x_scale="jac", ftol=ftol, xtol=1e-10, gtol=EPS, max_nfev=most
-    )
+    try:
+        result = minimizer.least_squares(
+            jac=jacobian, x_scale="jac", ftol=ftol, xtol=1e-10, gtol=EPS, max_nfev=most
+        )
+    except ValueError as error:  # lmfit's answer to a residual that is no number
+        what = "a fit met parameters that no motion has"
+        raise FreerockError("fits", what, "correct values, bounds and ties of fits.parameters") from error
     return Ended(posed, posed.point(result.params), result, minimizer)
 
 
