@@ -82,7 +82,7 @@ def test_inspect_of_what_can_not_be_read_fails_and_draws_nothing(folder, capsys)
     Path("bad.csv").write_text("time [s],laser [V]\n" + "0.1,1\n" * 120 + "0.2,abc\n" + "0.3,1\n" * 5)
     assert cli.main(["inspect", "bad.csv"]) == 1
     told = "line 122, column 2: 'abc' is not a number; correct the line, or export the file again"
-    assert capsys.readouterr().err == f"bad.csv: laser: {told}\n"
+    assert capsys.readouterr().err == f"bad.csv: {told}\n"
     assert not Path("results").exists()
 
 

@@ -42,6 +42,6 @@ def fitted(name, model):
 def test_stiffness_damping_and_the_worn_width_are_recovered():
     fit = fitted("C3", workbook.TRUE)
     truth = workbook.TABLE | {"width": workbook.BLOCKS["C3"].contact_width_m}
-    for parameter, value, stderr in zip(fit.parameters, fit.value, fit.stderr, strict=True):
+    for (parameter, value), stderr in zip(fit.values.items(), fit.uncertainty.stderr, strict=True):
         if parameter in truth:
             assert abs(value - truth[parameter]) < 4 * stderr < 0.02 * value, parameter
