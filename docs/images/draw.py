@@ -14,10 +14,13 @@ from freerock.figures.style import styled
 from freerock.files import atomic
 from freerock.models import published
 from freerock.models.block import GRAVITY
-from freerock.models.contact import Foundation, State, contact_intervals
+from freerock.models.contact import Foundation, State
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.laws import Rules
 from freerock.models.simulate import simulate
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests/physics"))
+from plain_law import contact_intervals
 
 BLOCKS, RELEASE = (
     dict(enumerate(values.values(), 1)) for values in (published.BLOCKS, published.RELEASE_ANGLES)

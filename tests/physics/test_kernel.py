@@ -171,7 +171,7 @@ def run(law, theta0, time, tolerance=1e-9, max_steps=100_000):
     z0 = contact.static_depth(BLOCK, Foundation(*law), theta0)
     outcome, *counts, _ = kernel.integrate(
         per_mass(law), -1.0, False, (z0, 0.0, theta0, 0.0), time, np.empty(0), STILL, tolerance, max_steps,
-        theta, np.empty((0, 3)),
+        np.empty(0), np.empty((0, 5)), theta, np.empty((0, 3)),
     )  # fmt: skip
     return theta, outcome, counts
 

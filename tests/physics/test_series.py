@@ -20,6 +20,7 @@ from freerock.virtual_lab.palermo import CONFIGURATIONS
 
 BLOCK = Block(0.28, 0.07, 5.84)
 NO_GROUND = np.empty(0), np.empty((0, 14))
+NO_SCATTER = np.empty(0), np.empty((0, 5))
 SCENES = [
     (CONFIGURATIONS[block][0], CONFIGURATIONS[block][1], model, TABLE_2[foundation][model])
     for block in CONFIGURATIONS
@@ -110,6 +111,7 @@ def by_the_kernel(block, model, parameters, theta0, time, rtol, sideways="guided
         *((base.breaks, base.coefficients) if tilt else NO_GROUND),
         rtol * abs(theta0),
         1_000_000,
+        *NO_SCATTER,
         theta,
         others,
     )

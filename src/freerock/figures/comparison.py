@@ -58,8 +58,9 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
         _plot(panels[scene], own, origin)
         _legend(motion, run)
         parts.append(own.assign(test=tree.attrs["test"], run=number, block=scene[0], foundation=scene[1]))
-    data = style.gathered(parts, COLUMNS)[COLUMNS]
-    furthest = 1.05 * data["residual_over_theta0"].abs().max() if len(data) else 1.0
+    data = style.gathered(parts, COLUMNS).reindex(columns=COLUMNS)
+    furthest = 1.05 * float(data["residual_over_theta0"].astype(float).abs().max() or 1.0)
+    furthest = furthest if np.isfinite(furthest) else 1.0  # no law of the paper was fitted
     for _, over_release, _ in panels.values():
         over_release.set_ylim(-furthest, furthest)
     shown = [law for law in looks.MODEL_STYLES if law in set(data["source"])]
