@@ -78,7 +78,7 @@ def test_the_scatter_of_impacts_is_recovered(palermo):
     assert set(epsilon["model"]) == {"hunt_crossley"} and epsilon["agrees_with_noise"].all()
     inside = (epsilon["sigma_r_low"] <= 0.01) & (epsilon["sigma_r_high"] >= 0.01)
     assert inside.sum() >= 5
-    impacts = table(palermo, "restitution").query("source == 'hunt_crossley' and impact <= 5")
+    impacts = table(palermo, "restitution").query("source == 'experiment' and impact <= 5")
     assert 0.005 < impacts["delta"].std() < 0.02
 
 
