@@ -62,6 +62,8 @@ def test_a_rigid_blocks_impacts_scatter_about_its_r():
     found = impact_energy(fit, BLOCK, np.linspace(0.2, 2.0, N))
     off = (found.restitution - r * (1 + delta[:N])) / found.u_total
     assert np.abs(off).max() < 4 and (found.u_total < 5e-3).all()
+    beyond = impact_energy(fit, BLOCK, np.linspace(0.2, 3.9, 60))  # later ones than the fit knows
+    assert beyond.u_total[-1] == pytest.approx(r * fit.scatter.of_record.sigma_r, rel=0.05)
 
 
 def test_measured_impacts_belong_to_the_nearest_of_the_law():

@@ -108,6 +108,8 @@ def impact_energy(
         by_delta = slope(dict(fit.values), delta + RELATIVE, RELATIVE)[own]
         both = 2 * np.sum(by_numbers[own] * fit.scatter.with_parameters[:, at].T, axis=1)
         total[own] += by_delta * (by_delta * np.diag(fit.scatter.covariance)[at] + both)
+    unknown = nominal.restitution * fit.scatter.of_record.sigma_r  # where the fit has no δ
+    total[~own] += unknown[~own] ** 2
     if laboratory is not None:
         for source, shift in zip(contributions.inputs, contributions.values.T, strict=True):
             moved = laboratory.moved(source, SHARE).block
@@ -166,7 +168,7 @@ def of_measured(time_s: Floats, law_s: Floats) -> NDArray[np.intp]:
 def _rigid(fit: Fit, asked: Floats) -> ImpactEnergy:
     """r (1 + δ_i) of a rigid block, and its uncertainty."""
     i, r, delta = list(fit.values).index("r"), fit.values["r"], np.zeros(asked.size)
-    own, n = np.zeros(asked.size), min(asked.size, fit.scatter.delta.size)
+    own, n = np.full(asked.size, fit.scatter.of_record.sigma_r**2), min(asked.size, fit.scatter.delta.size)
     both = np.zeros(asked.size)
     delta[:n], own[:n] = fit.scatter.delta[:n], np.diag(fit.scatter.covariance)[:n]
     both[:n] = fit.scatter.with_parameters[i, :n]
