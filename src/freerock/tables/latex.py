@@ -31,10 +31,10 @@ TEX = {
     **{"t_f": "$t_f$", "t₀": "$t_0$"},
 }
 _TEX_TOKEN = re.compile(
-    r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|[₀₁₂₃₄₅₆₇₈₉]+|\bt_f\b|"
+    r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|[₀₁₂₃₄₅₆₇₈₉ₙ]+|\bt_f\b|"
     + "|".join(re.escape(key) for key in sorted({*TEX} - {"t_f"}, key=len, reverse=True))
 )
-_NORMAL_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅₆₇₈₉", "-01234567890123456789")
+_NORMAL_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅₆₇₈₉ₙ", "-01234567890123456789n")
 
 
 class _Fit(NamedTuple):
@@ -284,7 +284,7 @@ def _letters(name: str) -> str:
 
 def _tex(text: object) -> str:
     def command(match: re.Match[str]) -> str:
-        place = "_" if match[0][0] in "₀₁₂₃₄₅₆₇₈₉" else "^"
+        place = "_" if match[0][0] in "₀₁₂₃₄₅₆₇₈₉ₙ" else "^"
         return TEX.get(match[0]) or f"${place}{{{match[0].translate(_NORMAL_DIGITS)}}}$"
 
     return _TEX_TOKEN.sub(command, re.sub(r"\s+", " ", str(text)))
