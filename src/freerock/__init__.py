@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from freerock.identification.lmfit_models import HousnerModel as HousnerModel
     from freerock.identification.lmfit_models import HuntCrossleyModel as HuntCrossleyModel
     from freerock.identification.lmfit_models import WinklerModel as WinklerModel
+    from freerock.loaded_record import LoadedRecord as LoadedRecord
+    from freerock.loaded_record import LoadedRun as LoadedRun
+    from freerock.loaded_record import load as load
     from freerock.models.block import Block as Block
     from freerock.models.contact import State as State
     from freerock.models.ground import GroundMotion as GroundMotion
@@ -56,6 +59,7 @@ _ROOMS = {  # module: the public names it holds
     "identification.epsilon_theta": ("epsilon_theta",),
     "identification.fit": ("Fit", "fit_record", "fit_run"),
     "identification.lmfit_models": ("HousnerModel", "HuntCrossleyModel", "WinklerModel"),
+    "loaded_record": ("LoadedRecord", "LoadedRun", "load"),
     "models.block": ("Block",),
     "models.contact": ("State",),
     "models.ground": ("GroundMotion", "accelerogram", "pulse"),

@@ -31,6 +31,7 @@ RTOL_SCREENING = 1e-5
 # Of difference quotients, as a share of a positive number; absolute of δ and of an angle [rad]. A number of
 # the law is nearly a sum of impacts: quotients must be exact to 1e-5, or they tell what the samples do not.
 STEP = 3e-7
+JUMP_RAD = 3e-5  # a step `STEP` moves a curve by less: by 100 rad over the logarithm of a number
 STEP_BOTH_WAYS = 1e-4  # where the integrator's error is larger: edges, an offset, the tensionless rule
 FARTHEST_INPUT = 8.0  # standard uncertainties: a law that needs more is rejected by its pull
 MOST_STEPS = 20_000  # of a curve: a real one takes a tenth; where an optimiser wanders, one takes minutes
@@ -254,10 +255,14 @@ class RunModel:
         elif name == "r":
             step = -step
         later = self.curve(replace(at, values={**at.values, name: value + step}), time_s, rtol)
-        if self.is_smooth or value - step < PARAMETERS[name].bounds[0]:
+        only = value - step < PARAMETERS[name].bounds[0]
+        if only or (self.is_smooth and np.max(np.abs(later - theta)) < JUMP_RAD):
             return (later - theta) / step
         earlier = self.curve(replace(at, values={**at.values, name: value - step}), time_s, rtol)
-        return (later - earlier) / (2 * step)
+        if not self.is_smooth:
+            return (later - earlier) / (2 * step)
+        # within the step a swing begins or ceases to lift the block, and an impact has its δ or has it not
+        return min(later - theta, theta - earlier, key=lambda by: float(np.max(np.abs(by)))) / step
 
     def by_inputs(self, at: Point, time_s: Floats, rtol: float = RTOL) -> Floats:
         """Derivatives of the curve by the inputs [rad per standard uncertainty], shape (n_time, n_inputs)."""
