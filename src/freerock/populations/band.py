@@ -34,7 +34,7 @@ def bands(
 
     The parameters are drawn about the mean of the other runs, with the spread between them and their own
     uncertainty; the rate after each impact is multiplied by 1 + δ with δ drawn from σ_r; the release is that
-    of the run.
+    of the run, with its standard errors.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def foretold(
     rng, candidate, drawn_swings = np.random.default_rng(_seed(own) + 1), CANDIDATES[own.model], []
     time_s = np.arange(0.0, motion.time_s[-1], 1 / RATE_HZ)
     for law, sigma_r in drawn:
-        values: dict[str, object] = {"theta0": motion.theta0, **own.release, **law}
+        values: dict[str, object] = {**law, **_released(own, motion, rng)}
         if sigma_r > 0:
             values["impacts"] = rng.normal(0.0, sigma_r, 4 * MOST_PEAKS)
         theta = as_measured(
@@ -111,6 +111,14 @@ def foretold(
         drawn_swings.append(np.hstack([found, np.tile(rests, n_peaks - found.shape[1])]))
     low, middle, high = np.percentile(drawn_swings, INSIDE, axis=0)
     return low, middle, high
+
+
+def _released(own: Estimate, motion: Motion, rng: np.random.Generator) -> dict[str, float]:
+    """Release of a run, drawn about what its fit found by the standard errors of the measured one."""
+    found = {"theta0": motion.theta0, "t0": 0.0, **own.release}
+    found["theta0"] += rng.normal(0.0, motion.theta0_stderr)
+    found["t0"] += rng.normal(0.0, motion.t0_stderr)
+    return found
 
 
 def _seed(own: Estimate) -> int:
