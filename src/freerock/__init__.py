@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from freerock.models.simulate import Response as Response
     from freerock.models.simulate import Solver as Solver
     from freerock.models.simulate import simulate as simulate
-    from freerock.noise.at_rest import quiet_stretches as quiet_stretches
-    from freerock.noise.at_rest import sensor_noise as sensor_noise
     from freerock.products.estimates import parameters_in as parameters_in
     from freerock.products.netcdf import open_fits as open_fits
     from freerock.products.netcdf import open_record as open_record
@@ -65,7 +63,6 @@ _ROOMS = {  # module: the public names it holds
     "models.ground": ("GroundMotion", "accelerogram", "pulse"),
     "models.laws": ("Rules",),
     "models.simulate": ("Response", "Solver", "simulate"),
-    "noise.at_rest": ("quiet_stretches", "sensor_noise"),
     "products.estimates": ("parameters_in",),
     "products.netcdf": ("open_fits", "open_record"),
     "records.read": ("list_channels", "read_record"),

@@ -1,24 +1,25 @@
 """A record file in one call, for scripts and notebooks: θ(t), its runs, their impacts and fits."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import xarray as xr
 
-from freerock.config.fit_settings import FitSettings
+from freerock.config.fit_settings import FIT_SETTINGS, FitSettings
+from freerock.config.processing import RotationOptions
+from freerock.config.uncertainty import inputs_of
 from freerock.errors import FreerockError
-from freerock.identification.fit import Fit, fit_run
+from freerock.identification.fit import Fit, fit_record
 from freerock.models.block import Block
-from freerock.noise.at_rest import noise_at_rest, quiet_stretches
-from freerock.records.read import read_record
-from freerock.rotation.faults import signal_quality
-from freerock.rotation.rotation import find_rotation
+from freerock.rotation.laboratory import UNITS, Input, Laboratory
+from freerock.rotation.of_record import rotation_in
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts
-from freerock.runs.motion import Motion, heard, motion_of
-from freerock.runs.runs_with_impacts import runs_with_impacts
+from freerock.runs.motion import Motion, motions_of
+from freerock.runs.runs_with_impacts import Measured, measured
 from freerock.runs.segment import Run
 
 
@@ -31,19 +32,29 @@ class LoadedRun:
     found : Run
         Release, end and verdict.
     impacts : Impacts
-    block : Block
     motion : Motion
-        What a fit takes: θ(t) since the release, the noise at rest, the view of the sensor.
+        What a fit takes: θ(t) since the release, the noise at rest, the sensor, the laboratory.
+    record : LoadedRecord
     """
 
     found: Run
     impacts: Impacts
-    block: Block
     motion: Motion
+    record: "LoadedRecord" = field(repr=False)
 
-    def fit(self, law: str, settings: FitSettings | None = None) -> Fit:
-        """Identify a law on this run alone, its impacts free to scatter; see `freerock.fit_run`."""
-        return fit_run(law, self.block, self.motion, settings)
+    def fit(self, law: str, settings: FitSettings = FIT_SETTINGS) -> Fit:
+        """The fit of a law to this run, as the workflow has it: beside the other runs of its record.
+
+        Raises
+        ------
+        FreerockError
+            As of `freerock.fit_record`; or the run can't be used.
+        """
+        fits = self.record.fit(law, settings)
+        if self.found.number not in fits:
+            where, why = f"run {self.found.number}", "; ".join(self.found.verdict.texts)
+            raise FreerockError(where, f"can't be used: {why}", "see docs/verdicts.md")
+        return fits[self.found.number]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,54 +65,80 @@ class LoadedRecord:
     ----------
     data : xarray.Dataset
         θ(t), its noise and its flags over time, as `freerock.find_rotation` gives them.
-    runs : tuple of LoadedRun
+    block : Block
+    motions : mapping of int to Motion
+        Of each run by its number.
+    found : Measured
+        Runs, their impacts, and the noise at rest.
     """
 
     data: xr.Dataset
-    runs: tuple[LoadedRun, ...]
+    block: Block
+    motions: Mapping[int, Motion] = field(repr=False)
+    found: Measured = field(repr=False)
+    _fits: dict[str, dict[int, Fit]] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def theta(self) -> xr.DataArray:
         """Rotation [rad] over time [s], shape (n_time,)."""
         return self.data["theta"]
 
+    @property
+    def runs(self) -> tuple[LoadedRun, ...]:
+        """The runs, from release to rest."""
+        each = zip(self.found.runs, self.found.impacts, strict=True)
+        return tuple(LoadedRun(run, own, self.motions[run.number], self) for run, own in each)
 
-def load(file: str | Path, block: Block, laser: Laser, channel: str | None = None) -> LoadedRecord:
-    """Read a record of one laser: θ(t), its runs and their impacts, as the workflow finds them.
+    def fit(self, law: str, settings: FitSettings = FIT_SETTINGS) -> dict[int, Fit]:
+        """The fits of a law to all runs that can be used, by their number; see `freerock.fit_record`."""
+        key = f"{law} {settings}"
+        if key not in self._fits:
+            usable = [run.number for run in self.found.runs if run.verdict.level != "fail"]
+            self._fits[key] = fit_record(law, self.block, {n: self.motions[n] for n in usable}, settings)
+        return self._fits[key]
 
-    Block and laser count as exact; a campaign's configuration gives their uncertainties.
+
+def load(
+    file: str | Path,
+    block: Block,
+    laser: Laser | Sequence[Laser],
+    channel: str | Sequence[str] = "",
+    uncertainty: Mapping[str, float] | None = None,
+    **options: Any,
+) -> LoadedRecord:
+    """Read a record file: θ(t), its runs and their impacts, as the workflow finds them.
 
     Parameters
     ----------
     file : path
         Of any format that `freerock.read_record` reads.
     block : Block
-    laser : Laser
-    channel : str, optional
-        Of the laser; needed where the file holds several.
+    laser : Laser or sequence of two Laser
+    channel : str or sequence of two str, optional
+        Of each laser; needed where the file holds several.
+    uncertainty : mapping of str to float, optional
+        Standard uncertainties of block and laser, by the keys of `uncertainty` in a campaign, such as
+        `mass_kg` or `position_m`; 0 is exact. What is left out has the default of a campaign.
+    **options
+        Of `freerock.RotationOptions`, such as `sampling_rate_hz`, where the file states none.
 
     Raises
     ------
     FreerockError
-        If the file can't be read, holds several channels and none is named, or shows no rest.
+        The file can't be read, holds several channels of which none is named, or shows no rest; an
+        uncertainty of nothing that is known.
     """
-    channels = read_record(file)
-    names = ", ".join(map(str, channels))
-    if channel is None and len(channels) > 1:
-        raise FreerockError(str(file), f"it holds {len(channels)} channels", f"name one of {names}")
-    name = channel or str(next(iter(channels)))
-    if name not in channels:
-        raise FreerockError(str(file), f"it has no channel {name!r}", f"name one of {names}")
-    read = channels[name]
-    data = find_rotation(read["time"].values, read.values, laser, block, read.units)
-    time_s, theta, sigma, flags = (data[each].values for each in ("time", "theta", "sigma_theta", "flags"))
-    quality, view = signal_quality(data), view_of([laser], block)
-    rate_hz = (time_s.size - 1) / float(time_s[-1] - time_s[0])
-    noise = noise_at_rest(quiet_stretches(time_s, theta, sigma), rate_hz, quality.converter_step)
-    clean = np.where(flags > 0, np.nan, theta)
-    found = runs_with_impacts([time_s, theta, sigma, flags], block, quality)
-    runs = (
-        LoadedRun(run, impacts, block, heard(motion_of(run, time_s, clean, view=view), noise))
-        for run, impacts in found
-    )
-    return LoadedRecord(data, tuple(runs))
+    lasers = (laser,) if isinstance(laser, Laser) else tuple(laser)
+    names = (channel,) if isinstance(channel, str) else tuple(channel)
+    given = uncertainty or {}
+    if unknown := {*given} - {*UNITS}:
+        raise FreerockError("uncertainty", f"unknown key {min(unknown)!r}", f"use {', '.join(UNITS)}")
+    owners = {"laser" if i == 0 else "laser_2": each for i, each in enumerate(lasers)}
+    inputs = inputs_of(("block", block), owners, dict.fromkeys(("block", *owners), given))
+    laboratory = Laboratory(block, owners, tuple(Input(**each) for each in inputs))
+    data = rotation_in(Path(file), names, lasers, block, RotationOptions(**options))
+    found = measured(data, block)
+    samples = {name: data[name].values for name in ("time", "theta", "sigma_theta")}
+    motions = motions_of(found.runs, samples, view_of(lasers, block), found.noise)
+    motions = {number: replace(each, laboratory=laboratory) for number, each in motions.items()}
+    return LoadedRecord(data, block, motions, found)

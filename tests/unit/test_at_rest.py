@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from freerock.noise.at_rest import at_rest, over_usual, sensor_noise
+from freerock.noise.at_rest import at_rest
 from freerock.noise.spectrum import noise_told
 
 
@@ -15,4 +15,3 @@ def test_the_noise_of_a_record_is_read_again_to_the_last_digit():
     for name, value in vars(found.noise).items():
         np.testing.assert_array_equal(getattr(again, name), value)
     assert [each.kind for each in found.phases] == ["rest"]
-    assert sensor_noise(time_s, theta, sigma, 2e-6).white == over_usual(again, sigma).white

@@ -1,13 +1,19 @@
-"""A record in one call gives what the steps of the workflow give."""
+"""A record in one call gives what the workflow gives."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import freerock
+from freerock.config.campaign import load_config
+from freerock.config.step_settings import fit_settings, record_settings
+from freerock.jobs.make_fits import make_fits
+from freerock.jobs.make_record import make_record
 
-FILE = Path(__file__).parents[2] / "raw/palermo_virtual/config2_marble.tdms"
+ROOT = Path(__file__).parents[2]
+FILE = ROOT / "raw/palermo_virtual/config2_marble.tdms"
 BLOCK = freerock.Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
 LASER = freerock.Laser(beam="horizontal", position_m=0.20, range_m=0.1)
 
@@ -17,13 +23,20 @@ def record():
     return freerock.load(FILE, BLOCK, LASER)
 
 
-def test_the_rotation_and_the_runs_are_those_of_the_steps(record):
-    read = freerock.read_record(FILE)["laser"]
-    data = freerock.find_rotation(read["time"].values, read.values, LASER, BLOCK, read.units)
-    np.testing.assert_array_equal(record.theta, data["theta"])
-    names = ("time", "theta", "sigma_theta", "flags")
-    found = freerock.find_runs(*(data[name].values for name in names), BLOCK)
-    assert [run.found.release_s for run in record.runs] == pytest.approx([run.release_s for run in found])
+def test_runs_impacts_and_numbers_are_those_of_the_workflow_to_the_last_digit(record, tmp_path):
+    campaign = load_config(ROOT / "config/config.yaml", ["palermo_virtual"]).campaigns["palermo_virtual"]
+    (own,) = (each for each in campaign.records if each.test == "config2_marble")
+    settings = record_settings(campaign, own, "")
+    make_record(settings | {"raw": str(ROOT / settings["raw"])}, tmp_path / "record.nc")
+    make_fits(fit_settings(campaign, own), tmp_path / "record.nc", tmp_path / "fits.nc")
+    datasets, fits = freerock.open_record(tmp_path / "record.nc"), freerock.open_fits(tmp_path / "fits.nc")
+    np.testing.assert_array_equal(record.theta, datasets["theta"])
+    for run in record.runs:
+        group = f"run_{run.found.number}"
+        np.testing.assert_array_equal(run.impacts.restitution, datasets[group]["restitution"])
+        fit, told = run.fit("hunt_crossley"), fits[f"{group}/hunt_crossley"]
+        np.testing.assert_array_equal(fit.value, told["value"])
+        np.testing.assert_array_equal(fit.u_total, told["u_total"])
 
 
 def test_a_run_is_fitted_with_its_noise_and_its_view(record):
@@ -35,11 +48,26 @@ def test_a_run_is_fitted_with_its_noise_and_its_view(record):
 
 def test_a_wrong_law_has_an_honest_uncertainty_where_a_swing_just_lifts_the_block(record):
     """Within the step of c an impact begins to count: c would be known to 1e-7."""
-    fit = record.runs[0].fit("winkler")
+    fit = freerock.fit_run("winkler", BLOCK, replace(record.runs[0].motion, laboratory=None))
     assert not fit.evidence.agrees
     assert dict(zip(fit.parameters, fit.u_total / fit.value, strict=True))["c"] > 0.01
 
 
-def test_a_channel_that_is_not_there_is_refused():
-    with pytest.raises(freerock.FreerockError, match="name one of laser"):
-        freerock.load(FILE, BLOCK, LASER, "laser_2")
+def test_uncertainties_are_defaults_where_none_is_given():
+    record = freerock.load(FILE, BLOCK, LASER, uncertainty={"mass_kg": 0.0, "height_m": 1e-3})
+    told = {each.name: (each.u, each.stated) for each in record.runs[0].motion.laboratory.inputs}
+    assert told["mass_kg"] == (0.0, True) and told["height_m"] == (1e-3, True)
+    assert told["position_m"] == (6e-4, False)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"channel": "laser_2"}, "no channel 'laser_2'; its channels are laser"),
+        ({"uncertainty": {"mass": 0.1}}, "unknown key 'mass'; use height_m"),
+    ],
+)
+def test_what_is_not_known_is_refused_in_a_line(given, message):
+    with pytest.raises(freerock.FreerockError, match=message) as caught:
+        freerock.load(FILE, BLOCK, LASER, **given)
+    assert "\n" not in str(caught.value)

@@ -10,7 +10,7 @@ from typing import Any
 
 from freerock.config.campaign import Campaign
 from freerock.config.record import Record
-from freerock.config.uncertainty import DEFAULTS, response_u_ms
+from freerock.config.uncertainty import inputs_of
 from freerock.config.values import Section
 
 Settings = dict[str, Any]
@@ -34,26 +34,10 @@ def inputs(campaign: Campaign, record: Record) -> list[Settings]:
     A base that was levelled to ±a lies within, evenly: u = a/√3. A record has one clock and one response, its
     first laser's.
     """
-    block, own = campaign.blocks[record.block], section_values(campaign.blocks[record.block].uncertainty)
-    default = DEFAULTS | {"mass_kg": DEFAULTS["mass_fraction"] * block.mass_kg}
-    default |= {"inertia_kg_m2": DEFAULTS["inertia_fraction"] * block.block.inertia_cm}
-    default |= {"response_ms": response_u_ms(campaign.lasers[record.lasers[0]].response_ms)}
-    assumed = "com_height_m", "inertia_kg_m2"  # those of a uniform block
-    known = [
-        (record.block, name, u)
-        for name, u in own.items()
-        if u is not None or name in assumed or getattr(block, name) is not None
-    ]
-    for i, laser in enumerate(record.lasers):
-        section = campaign.lasers[laser]
-        without = {"position_m"} if section.beam is None else set()
-        without |= {"sampling_rate_fraction", "response_ms"} if i else set()
-        stated = section_values(section.uncertainty, *without)
-        known += [(laser, name, stated[name]) for name in stated]
-    found: list[Settings] = [
-        {"owner": owner, "name": name, "stated": u is not None, "u": default[name] if u is None else u}
-        for owner, name, u in known
-    ]
+    block, lasers = campaign.blocks[record.block], {name: campaign.lasers[name] for name in record.lasers}
+    stated = {name: section_values(each.uncertainty) for name, each in lasers.items()}
+    stated |= {record.block: section_values(block.uncertainty)}
+    found: list[Settings] = inputs_of((record.block, block.block), lasers, stated)
     levelled = campaign.foundations[record.foundation].levelled_deg
     if levelled:
         u = levelled / math.sqrt(3)

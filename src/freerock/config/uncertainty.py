@@ -8,11 +8,13 @@ range, over √3; a quartz that is right to ±100 ppm, over √3. The effect of 
 the square of its time; its mean over all times up to 5 ms is that of 5 ms/√3.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 from pydantic import ValidationInfo, field_validator
 
 from freerock.config.values import Invalid, Number, Section, key
+from freerock.models.block import Block
 
 LENGTH_M = 3e-4
 RULE = f"{LENGTH_M:g} (a rule, 1 mm/√12)"
@@ -27,11 +29,6 @@ DEFAULTS = {
     "response_ms": 2.9,
     "response_fraction": 0.1,
 }
-
-
-def response_u_ms(response_ms: float) -> float:
-    """Default uncertainty of a sensor's response [ms], of one that is given or of 0."""
-    return DEFAULTS["response_fraction"] * response_ms or DEFAULTS["response_ms"]
 
 
 def _known(of: str, by_default: str, **bounds: float) -> Any:
@@ -82,3 +79,39 @@ class LaserUncertainty(Section):
     response_ms: Number | None = _known(
         "its response_ms", "2.9 (up to 5 ms, over √3), or 10 % of a stated one", le=100
     )
+
+
+def inputs_of(
+    block: tuple[str, Block], lasers: Mapping[str, Any], stated: Mapping[str, Mapping[str, float | None]]
+) -> list[dict[str, Any]]:
+    """What a record's numbers rest on, as `freerock.rotation.laboratory.Input` takes it: stated or default.
+
+    Parameters
+    ----------
+    block : (str, Block)
+        Its name and the block.
+    lasers : mapping of str to LaserSection or Laser
+        By name; the clock and the response are the first one's.
+    stated : mapping of str to mapping of str to float or None
+        Uncertainties of the keys of `uncertainty`, by the name of block or laser.
+    """
+    owner, shape = block
+    response_ms = next(iter(lasers.values())).response_ms
+    default = DEFAULTS | {"mass_kg": DEFAULTS["mass_fraction"] * shape.mass_kg}
+    default |= {"inertia_kg_m2": DEFAULTS["inertia_fraction"] * shape.inertia_cm}
+    default |= {"response_ms": DEFAULTS["response_fraction"] * response_ms or DEFAULTS["response_ms"]}
+    assumed = "com_height_m", "inertia_kg_m2"  # those of a uniform block
+    known = [
+        (owner, name)
+        for name in BlockUncertainty.model_fields
+        if stated[owner].get(name) is not None or name in assumed or getattr(shape, name) is not None
+    ]
+    for i, (laser, each) in enumerate(lasers.items()):
+        without = {"position_m"} if each.beam is None else set()
+        without |= {"sampling_rate_fraction", "response_ms"} if i else set()
+        known += [(laser, name) for name in LaserUncertainty.model_fields if name not in without]
+    told = [(who, name, stated[who].get(name)) for who, name in known]
+    return [
+        {"owner": who, "name": name, "stated": u is not None, "u": default[name] if u is None else u}
+        for who, name, u in told
+    ]

@@ -17,7 +17,7 @@ from freerock.populations.impact_energy import ImpactEnergy, beside_near_laws, i
 from freerock.products.groups import NotFitted
 from freerock.products.netcdf import open_record, samples_in, write_fits
 from freerock.products.provenance import provenance
-from freerock.products.runs import OVER_TIME, measured_in, runs_in
+from freerock.products.runs import OVER_TIME, motions_in, runs_in
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import find_impacts
@@ -99,7 +99,7 @@ def _read(record_file: str | Path) -> tuple[dict[int, Motion], Mapping[Any, Any]
     """The motions of usable runs, and the record's attributes; its samples are let go."""
     record = open_record(record_file, samples=False)
     usable = {run.number for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
-    motions = measured_in(record, samples_in(record_file, OVER_TIME))
+    motions = motions_in(record, samples_in(record_file, OVER_TIME))
     return {number: each for number, each in motions.items() if number in usable}, record.attrs
 
 

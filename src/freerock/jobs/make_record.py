@@ -11,17 +11,14 @@ from freerock.config.processing import ImpactLimits, RunLimits
 from freerock.errors import FreerockError
 from freerock.jobs.log import of_the_machine
 from freerock.models.block import Block
-from freerock.noise.at_rest import at_rest, noise_at_rest, quiet_stretches
-from freerock.noise.spectrum import Noise
 from freerock.products.netcdf import write_failure, write_record
 from freerock.products.provenance import provenance
-from freerock.rotation.faults import listed_faults, signal_quality
+from freerock.rotation.faults import listed_faults
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.of_record import READERS_NOTES, rotation_of
 from freerock.runs.by_hand import ByHand
-from freerock.runs.impacts import Impacts
-from freerock.runs.measured_total import MeasuredTotal, measured_total
-from freerock.runs.runs_with_impacts import runs_with_impacts
+from freerock.runs.measured_total import measured_total
+from freerock.runs.runs_with_impacts import measured
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
 
@@ -67,7 +64,13 @@ def make_record(
             return
         by_hand = ByHand(settings["overrides"], settings["exclusions"], settings.get("stretches", ()))
         record = by_hand.without_hidden((rotate or rotation_of)(settings))
-        judged, totals, noise = _judged(settings, record, by_hand)
+        limits = RunLimits(**settings["runs"]), ImpactLimits(**settings["impacts"])
+        found = measured(record, Block(**settings["block"]), by_hand, *limits)
+        laboratory = Laboratory.of(settings["laboratory"])
+        totals = [
+            measured_total(run.theta0, run.theta0_stderr, own, laboratory)
+            for run, own in zip(found.runs, found.impacts, strict=True)
+        ]
     except FreerockError as error:
         if of_the_machine(error):
             raise
@@ -76,10 +79,8 @@ def make_record(
         log.error(failure)
         write_failure(output, Reason.of("not_processed", str(failure)), attributes, record, packed)
         return
-    runs = [run for run, _ in judged]
-    found = [impacts for _, impacts in judged]
-    write_record(output, record, runs, found, attributes, packed, totals, noise)
-    _log(record, runs)
+    write_record(output, record, found.runs, found.impacts, attributes, packed, totals, found.noise)
+    _log(record, found.runs)
 
 
 def _log(record: xr.Dataset, runs: Sequence[Run]) -> None:
@@ -98,21 +99,3 @@ def _files(settings: Settings) -> list[Path]:
     """The record file and the calibration tables of its lasers."""
     tables = [each["calibration"] for each in settings["lasers"] if each["calibration"]]
     return [Path(settings["raw"], file) for file in [settings["file"], *tables]]
-
-
-def _judged(
-    settings: Settings, record: xr.Dataset, by_hand: ByHand
-) -> tuple[Sequence[tuple[Run, Impacts]], list[MeasuredTotal], Noise | None]:
-    """Of θ(t) of a record its runs with their impacts, the total uncertainties of each, the noise at rest."""
-    block = Block(**settings["block"])
-    signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
-    limits = RunLimits(**settings["runs"]), ImpactLimits(**settings["impacts"])
-    quality, window_s = signal_quality(record), limits[0].window_s
-    time_s, theta, sigma = signal[:3]
-    still = at_rest(time_s, theta, sigma, quality.converter_step, window_s)
-    judged = runs_with_impacts(signal, block, quality, by_hand, *limits, still)
-    laboratory = Laboratory.of(settings["laboratory"])
-    totals = [measured_total(run.theta0, run.theta0_stderr, found, laboratory) for run, found in judged]
-    # of σ_θ as it is written, which fits read
-    quiet = quiet_stretches(time_s, theta, sigma.astype("float32"), window_s, still.phases)
-    return judged, totals, noise_at_rest(quiet, record.attrs["sampling_rate_hz"], quality.converter_step)

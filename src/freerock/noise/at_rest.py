@@ -103,16 +103,6 @@ def at_rest(
     return AtRest(phases, noise_at_rest(quiet, rate_hz, step))
 
 
-def sensor_noise(
-    time_s: Floats, theta: Floats, sigma_theta: Floats, step: float = 0.0, window_s: float = 0.25
-) -> Noise | None:
-    """Noise of a sensor in units of sigma_theta, from all quiet stretches of a record; None if too short.
-
-    Arguments as of `at_rest`.
-    """
-    return over_usual(at_rest(time_s, theta, sigma_theta, step, window_s).noise, sigma_theta)
-
-
 def over_usual(noise: Noise | None, sigma_theta: Floats) -> Noise | None:
     """Noise [rad] in units of what sigma_theta usually is; None where there is none."""
     return noise.scaled(1 / usual_of(sigma_theta)) if noise and noise.variance > 0 else None

@@ -1,6 +1,6 @@
 """Runs, impacts and motions of a record dataset, as the objects the analysis works with."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
@@ -8,13 +8,12 @@ import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.noise.at_rest import usual_of
 from freerock.noise.spectrum import noise_told
 from freerock.products.groups import reasons_in
 from freerock.products.names import IMPACT_VARIABLES, RUN_VARIABLES
 from freerock.rotation.view import View, view_in
 from freerock.runs.impacts import Impacts
-from freerock.runs.motion import Motion, heard, loud, motion_of
+from freerock.runs.motion import Motion, motions_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict
 
@@ -34,36 +33,17 @@ def runs_in(record: xr.DataTree) -> list[Run]:
 OVER_TIME = ("time", "theta", "sigma_theta")  # of which fits take something
 
 
-def motions_in(record: xr.DataTree, samples: Mapping[str, Floats] | None = None) -> dict[int, Motion]:
+def motions_in(record: xr.DataTree, samples: Mapping[str, Floats]) -> dict[int, Motion]:
     """The motion of each run of a record, by run number; none of a record that could not be processed.
 
-    `samples` are its time [s] and theta [rad], where it was opened without.
+    `samples` are those that `OVER_TIME` names; without sigma_theta the noise is white.
     """
     runs = runs_in(record)
-    if samples is None:
-        samples = {name: record.dataset[name].values for name in ("time", "theta") if runs}
-    return _motions(runs, samples, record.attrs)
-
-
-def measured_in(record: xr.DataTree, samples: Mapping[str, Floats]) -> dict[int, Motion]:
-    """The motion of each run with the noise of the sensor, at rest and in motion, by run number.
-
-    `samples` are those that `OVER_TIME` names.
-    """
-    runs = runs_in(record)
-    motions = _motions(runs, samples, record.attrs) if runs else {}
-    if "noise" not in record.attrs:
-        return motions
-    noise, usual = noise_told(record.attrs["noise"]), usual_of(samples["sigma_theta"])
-    levels = {run.number: loud(run, samples["time"], samples["sigma_theta"], usual) for run in runs}
-    return {number: heard(each, noise.scaled(levels[number])) for number, each in motions.items()}
-
-
-def _motions(
-    runs: Sequence[Run], samples: Mapping[str, Floats], attrs: Mapping[Any, Any]
-) -> dict[int, Motion]:
-    view = sensors_view(attrs) if runs else None
-    return {run.number: motion_of(run, samples["time"], samples["theta"], view=view) for run in runs}
+    if not runs:
+        return {}
+    heard = "sigma_theta" in samples and "noise" in record.attrs
+    noise = noise_told(record.attrs["noise"]) if heard else None
+    return motions_of(runs, samples, sensors_view(record.attrs), noise)
 
 
 def sensors_view(attrs: Mapping[Any, Any]) -> View | None:

@@ -1,6 +1,6 @@
 """A record file to θ(t): its channels are read, checked and turned into a rotation."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ from freerock.files import check_file
 from freerock.models.block import Block
 from freerock.records.read import read_record
 from freerock.rotation.rotation import find_rotation
-from freerock.rotation.sensor import laser_of
+from freerock.rotation.sensor import Laser, laser_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,14 +44,21 @@ def rotation_of(settings: Mapping[str, Any]) -> "xr.Dataset":
     if settings["sha256"]:
         check_file(settings["raw"], settings["file"], settings["sha256"])
     lasers = [laser_of(section, settings["raw"]) for section in settings["lasers"]]
-    options = RotationOptions(**settings["rotation"])
-    channels = [_channel(path, name, options) for name in settings["channels"]]
+    block, options = Block(**settings["block"]), RotationOptions(**settings["rotation"])
+    return rotation_in(path, settings["channels"], lasers, block, options)
+
+
+def rotation_in(
+    path: Path, names: Sequence[str], lasers: Sequence[Laser], block: Block, options: RotationOptions
+) -> "xr.Dataset":
+    """As `rotation_of`, of a file whose channels have these names, "" where it has one channel alone."""
+    channels = [_channel(path, name, options) for name in names]
     time_s = channels[0]["time"].values
     begun = {channel.attrs.get("start_time") for channel in channels}
     if len(begun) > 1 or not all(np.array_equal(channel["time"].values, time_s) for channel in channels):
         raise FreerockError(path, "the two channels have different time bases", "name two of one group")
     signals, units = [each.values for each in channels], [each.attrs["units"] for each in channels]
-    record = find_rotation(time_s, signals, lasers, Block(**settings["block"]), units, options)
+    record = find_rotation(time_s, signals, lasers, block, units, options)
     found_out = channels[0].attrs
     return record.assign_attrs({key: found_out[key] for key in READERS_NOTES if key in found_out})
 

@@ -1,13 +1,13 @@
 """A run as the input of fits and predictions: θ(t) since its release, and its quality."""
 
 import math
-from collections.abc import Iterable
-from dataclasses import InitVar, dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.noise.at_rest import noise_at_rest, relative_noise
+from freerock.noise.at_rest import relative_noise, usual_of
 from freerock.noise.in_motion import HIGH_SWING, in_motion, swings_of
 from freerock.noise.spectrum import Noise
 from freerock.rotation.laboratory import Laboratory
@@ -41,9 +41,6 @@ class Motion:
     laboratory : Laboratory, optional
         Block and sensors, whose inputs a fit moves within their uncertainties; None if these are
         exact.
-    rests : iterable of ndarray, optional
-        Stretches of θ at rest [rad], about any level, sampled as the motion is (`quiet.quiet_stretches`):
-        they give `noise` where that is None.
     """
 
     time_s: Floats
@@ -56,30 +53,36 @@ class Motion:
     noise: Noise | None = None
     view: View | None = None
     laboratory: Laboratory | None = None
-    rests: InitVar[Iterable[Floats]] = ()
-
-    def __post_init__(self, rests: Iterable[Floats]) -> None:
-        stretches = [np.asarray(each, float) for each in rests]
-        if self.noise is None and stretches:
-            rate_hz = (len(self.time_s) - 1) / float(self.time_s[-1] - self.time_s[0])
-            object.__setattr__(self, "noise", noise_at_rest(stretches, rate_hz))
 
 
-def motion_of(
-    run: Run, time_s: Floats, theta: Floats, noise: Noise | None = None, view: View | None = None
-) -> Motion:
-    """What a fit takes of a run.
+def motions_of(
+    runs: Sequence[Run], samples: Mapping[str, Floats], view: View | None = None, noise: Noise | None = None
+) -> dict[int, Motion]:
+    """What a fit takes of each run of a record, by the run's number.
 
     Parameters
     ----------
-    run : Run
-    time_s, theta : ndarray, shape (n_time,)
-        The record's clock [s] and rotation [rad].
-    noise : Noise, optional
-        Of the sensor while the block moves (`heard`).
+    runs : sequence of Run
+    samples : mapping of str to ndarray, shape (n_time,)
+        The record's time [s], theta [rad] and, where there is a noise, sigma_theta [rad].
     view : View, optional
         What the sensor makes of a motion.
+    noise : Noise, optional
+        Of the sensor at rest; a run may be louder (`in_motion`).
     """
+    motions = {run.number: motion_of(run, samples["time"], samples["theta"], view) for run in runs}
+    if noise is None:
+        return motions
+    sigma_theta = samples["sigma_theta"].astype("float32")  # as datasets of records hold it
+    relative = relative_noise(sigma_theta, usual_of(sigma_theta))
+    for run in runs:
+        louder = float(np.median(relative[_during(run, samples["time"])]))
+        motions[run.number] = _heard(motions[run.number], noise.scaled(louder))
+    return motions
+
+
+def motion_of(run: Run, time_s: Floats, theta: Floats, view: View | None = None) -> Motion:
+    """What a fit takes of a run, its noise white; arguments as of `motions_of`."""
     during = _during(run, time_s)
     return Motion(
         time_s[during] - run.release_s,
@@ -89,23 +92,15 @@ def motion_of(
         theta0_stderr=run.theta0_stderr,
         t0_stderr=run.release_stderr_s,
         fit_start_s=run.fit_start_s - run.release_s,
-        noise=noise,
         view=view,
     )
 
 
-def heard(motion: Motion, at_rest: Noise | None) -> Motion:
-    """A motion with the noise that a sensor has at rest, or as loud as in motion (`noise_in_motion`)."""
-    if at_rest is None:
-        return motion
+def _heard(motion: Motion, at_rest: Noise) -> Motion:
+    """A motion with the noise that a sensor has at rest, or as loud as in motion."""
     theta = motion.theta
     swings = swings_of(theta, HIGH_SWING * math.sqrt(at_rest.variance))
     return replace(motion, noise=in_motion(at_rest, theta, np.ones(len(theta)), swings))
-
-
-def loud(run: Run, time_s: Floats, sigma_theta: Floats, usual: float) -> float:
-    """How many times as loud as `quiet.usual_of` the noise is during a run; arrays are of shape (n_time,)."""
-    return float(np.median(relative_noise(sigma_theta[_during(run, time_s)], usual)))
 
 
 def _during(run: Run, time_s: Floats) -> slice:

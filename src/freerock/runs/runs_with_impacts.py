@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -11,16 +12,49 @@ from freerock.config.processing import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, 
 from freerock.models.block import Block
 from freerock.noise.at_rest import AtRest, at_rest, over_usual
 from freerock.noise.converter import scatter
-from freerock.rotation.faults import SignalQuality
+from freerock.noise.spectrum import Noise
+from freerock.rotation.faults import SignalQuality, signal_quality
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand
 from freerock.runs.impacts import IMPACT_COLUMNS, Impacts, find_impacts, reasons_of_impacts
 from freerock.runs.segment import Run, find_runs
 from freerock.runs.uneven_restitution import reasons_of_unevenness
 from freerock.runs.verdict import Reason, Verdict
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 TILTS = "alternating_restitution"
 PEAK_S = 0.02  # about as long as the top of a swing on which its height rests
 AFTER_S, FEWEST = 0.4, 10  # of a rest in which their scatter is seen, and means that show it
+
+
+class Measured(NamedTuple):
+    """What θ(t) of a record shows: its runs, the impacts of each, and the noise at rest [rad] if seen."""
+
+    runs: tuple[Run, ...]
+    impacts: tuple[Impacts, ...]
+    noise: Noise | None
+
+
+def measured(
+    record: "xr.Dataset",
+    block: Block,
+    by_hand: ByHand = NOTHING_BY_HAND,
+    of_runs: RunLimits = RUN_LIMITS,
+    of_impacts: ImpactLimits = IMPACT_LIMITS,
+) -> Measured:
+    """The runs of a record with their impacts, and the noise at rest: the same for workflow and Python.
+
+    `record` is as `freerock.find_rotation` gives it; all else, and the errors, as in `segment.find_runs` and
+    `impacts.find_impacts`.
+    """
+    names, quality = ("time", "theta", "sigma_theta", "flags"), signal_quality(record)
+    time_s, theta, sigma, flags = (record[name].values for name in names)
+    still = at_rest(time_s, theta, sigma, quality.converter_step, of_runs.window_s)
+    found = runs_with_impacts(
+        [time_s, theta, sigma, flags], block, quality, by_hand, of_runs, of_impacts, still
+    )
+    return Measured(tuple(run for run, _ in found), tuple(each for _, each in found), still.noise)
 
 
 def runs_with_impacts(
