@@ -49,32 +49,44 @@ def code_files(script: Path, *modules: str) -> dict[str, str]:
     while new:
         found |= new
         new = {file for path in new for name in _known(path)[1] for file in _files_of(name)} - found
-    return {os.path.relpath(each, SOURCES) if each != str(script) else script.name: each for each in found}
+    return {script.name if each == str(script) else _short(each): each for each in found}
 
 
 @cache
 def _files_of(name: str) -> frozenset[str]:
     """The files that importing a dotted name runs or lays beside a module, as far as they are ours."""
-    parts, found = name.split("."), set[str]()
-    for n in range(1, len(parts) + 1) if parts[0].startswith("freerock") else ():
-        path = SOURCES.joinpath(*parts[:n])
-        if path.with_suffix(".py").is_file():
-            found |= {str(each) for each in path.parent.glob(f"{path.name}.*") if each.suffix != ".pyc"}
-        elif (path / "__init__.py").is_file():
-            data = (each for each in path.iterdir() if n > 1 and _is_data(each))
-            found |= {f"{path}/__init__.py", *map(str, data)}
+    folder, found = str(SOURCES), set[str]()
+    for n, part in enumerate(name.split(".") if name.startswith("freerock") else ()):
+        if f"{part}.py" in _files_in(folder):
+            found |= {f"{folder}/{each}" for each in _files_in(folder) if each.startswith(f"{part}.")}
+        folder = f"{folder}/{part}"
+        if "__init__.py" in _files_in(folder):
+            data = {each for each in _files_in(folder) if n and not each.endswith((".py", ".md"))}
+            found |= {f"{folder}/{each}" for each in {"__init__.py", *data}}
     return frozenset(found)
 
 
-def _is_data(path: Path) -> bool:
-    return path.is_file() and path.suffix not in (".py", ".pyc", ".md") and path.name[0] != "."
+@cache
+def _files_in(folder: str) -> frozenset[str]:
+    """Names of the files in a folder that is there, without hidden and compiled ones."""
+    if not os.path.isdir(folder):
+        return frozenset()
+    with os.scandir(folder) as found:
+        return frozenset(
+            each.name for each in found if each.name[0] != "." and each.name[-4:] != ".pyc" and each.is_file()
+        )
+
+
+def _short(path: str) -> str:
+    """A path as seen from the folder of our packages."""
+    return path.removeprefix(f"{SOURCES}/")
 
 
 @cache
 def _known(path: str) -> tuple[str, list[str]]:
     """Checksum of a file's code and the dotted names that it imports; noted for the next start."""
     seen, notes = os.stat(path), _notes()
-    name, look = os.path.relpath(path, SOURCES), [seen.st_mtime_ns, seen.st_size]
+    name, look = _short(path), [seen.st_mtime_ns, seen.st_size]
     if notes.get(name, [None])[0] != look:
         notes[name] = [look, *_read(path)]
     return notes[name][1], notes[name][2]
