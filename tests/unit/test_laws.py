@@ -7,7 +7,7 @@ from freerock.models.free_parameters import (
     parameter_of,
     unit_of,
 )
-from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS, Rules, extended_by
+from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS, Rules
 
 
 @pytest.mark.parametrize("model", LAWS)
@@ -20,12 +20,6 @@ def test_a_law_is_made_of_known_parameters(model):
         for name in law.parameters:
             (low, high), (least, most, n) = PARAMETERS[name].bounds, PARAMETERS[name].grid
             assert low < least < most < high and n > 1
-
-
-def test_numbers_that_a_law_lacks():
-    assert extended_by("winkler") == {"lambda": "general"}
-    assert extended_by("hunt_crossley") == {"c": "general"}
-    assert not any(map(extended_by, ("general", "housner")))
 
 
 def test_candidates_are_the_laws_with_their_kinematics_and_width_from_few_numbers_to_many():

@@ -353,11 +353,6 @@ def scale_by_noise(residual: Axes, furthest: float) -> None:
     residual.minorticks_off()
 
 
-def note_simulated(figure: Figure) -> None:
-    """Say at the head of a figure, above a legend at its foot, that its records are simulated."""
-    figure.suptitle(FOOTER.capitalize(), x=0.01, ha="left", fontsize=7, color="0.35")
-
-
 @styled()
 def save(
     figures: Figure | Sequence[Figure],

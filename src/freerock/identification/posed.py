@@ -6,8 +6,7 @@ s the standard deviation of the noise, ν the inputs and the release with what i
 of the impacts. Priors are rows of the residual beside the samples.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import lmfit
@@ -270,13 +269,3 @@ def tied(parameters: lmfit.Parameters, varied: list[int]) -> Floats:
         parameters.update_constraints()
         found[:, j] = (ends[0] - ends[1]) / (2 * step)
     return found
-
-
-def with_level(posed: Posed, level: float) -> Posed:
-    """The same problem with another standard deviation of a sample [rad]."""
-    return replace(posed, level=level)
-
-
-def values_near(at: Point, values: Mapping[str, float]) -> Point:
-    """A point with some of its numbers replaced."""
-    return replace(at, values={**at.values, **values})

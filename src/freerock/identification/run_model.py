@@ -286,10 +286,6 @@ class RunModel:
         block, view, moved = self._there(at)
         return block, as_released(self.law, block, self._values(at, moved), view)
 
-    def laboratory_at(self, at: Point) -> Laboratory | None:
-        """The laboratory with its inputs moved."""
-        return self._there(at)[2] or self.motion.laboratory
-
     def _by_impacts(self, at: Point, time_s: Floats, rtol: float, theta: Floats, out: Floats) -> None:
         """Fill the derivatives by δ of each impact, shape (n_time, n_impacts)."""
         if not at.impacts.size:

@@ -113,11 +113,6 @@ class Block:
         moment = self.weight * math.hypot(arm, self.h)
         return math.atan2(arm, self.h), math.sqrt(moment / self.inertia_corner(towards))
 
-    @property
-    def is_uniform(self) -> bool:
-        """Whether neither centre of mass nor moment of inertia is given."""
-        return self.com_height_m is self.com_offset_m is self.inertia_kg_m2 is None
-
     @cached_property
     def inertia_cm(self) -> float:
         """Moment of inertia about the centre of mass [kg m²]."""

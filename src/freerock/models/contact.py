@@ -44,10 +44,6 @@ class Foundation(NamedTuple):
         """Whether it takes energy from the block."""
         return self.c > 0 or self.lam > 0
 
-    def pressure(self, depth: "float | Floats", rate: "float | Floats" = 0.0) -> "float | Floats":
-        """Force per unit width [N/m] of the bed in contact, at a depth [m] and its rate [m/s]."""
-        return self.k * depth + (self.c + self.lam * depth) * rate
-
     def constants(self, block: Block, pivots: bool = False) -> tuple[float, ...]:
         """The law and the block as `kernel.integrate` takes them."""
         m = block.mass_kg

@@ -31,8 +31,6 @@ class Parameter:
         and the width that of a rigid block, and the number of values, in geometric order.
     trace : float
         A small value (ratio to k), from which a fit starts that frees it beside all else.
-    lively : float
-        Ratio to k below which motions rattle, and the starting grid is too coarse.
     ratio_unit : str
         Unit of the ratio to k.
     """
@@ -44,7 +42,6 @@ class Parameter:
     bounds: tuple[float, float] = (-inf, inf)
     grid: tuple[float, float, int] = (0.0, 0.0, 0)
     trace: float = 0.0
-    lively: float = 0.0
     ratio_unit: str = ""
 
     @property
@@ -64,7 +61,6 @@ PARAMETERS = {
         bounds=(1e-5, 1.0),
         grid=(1.25e-4, 0.08, 9),
         trace=1e-4,
-        lively=1.5e-3,
         ratio_unit="s",
     ),
     "lambda": Parameter(
@@ -75,7 +71,6 @@ PARAMETERS = {
         bounds=(1e-2, 1e4),
         grid=(2, 200, 8),
         trace=1.0,
-        lively=6.0,
         ratio_unit="s/m",
     ),
     "width": Parameter(

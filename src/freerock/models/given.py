@@ -1,7 +1,6 @@
 """What is given of a law's parameters before a fit, in lmfit's words, and the arithmetic that ties them.
 
-Nothing is evaluated but arithmetic: `arithmetic` refuses every other text by its syntax tree, and `evaluated`
-walks that tree itself. Only a text that passed may reach lmfit.
+Only a text that `arithmetic` let pass by its syntax tree may reach lmfit.
 """
 
 import ast
@@ -87,17 +86,6 @@ def arithmetic(text: str, names: Mapping[str, Any] | tuple[str, ...]) -> str:
 def names_in(text: str) -> set[str]:
     """Names in an expression, as lmfit allows them."""
     return {node.id for node in ast.walk(_tree(text)) if isinstance(node, ast.Name)}
-
-
-def evaluated(text: str, values: Mapping[str, float]) -> float:
-    """The value of an expression, of the values of parameters by name [SI].
-
-    Raises
-    ------
-    FreerockError
-        It is no finite number.
-    """
-    return _value(text, _tree(text), {legal(name): value for name, value in values.items()})
 
 
 def in_order(given: Mapping[str, Given]) -> list[str]:

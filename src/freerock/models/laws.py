@@ -80,11 +80,6 @@ class Law:
         return "k" in self.parameters
 
     @property
-    def is_fallback(self) -> bool:
-        """Whether it is fitted only where others leave more than noise."""
-        return bool(self.cases)
-
-    @property
     def ratios(self) -> tuple[str, ...]:
         """The parameters beside k of a foundation, found as ratios to it; each may be zero."""
         return tuple(name for name in self.parameters if PARAMETERS[name].fitted_as == "ratio")
@@ -200,15 +195,3 @@ def law_of(model: str) -> Law:
 def alike(model: str, law: str) -> str:
     """The candidate of another law that is like one in kinematics and width."""
     return replace(CANDIDATES[model], law=law).name
-
-
-def extended_by(model: str) -> dict[str, str]:
-    """The candidates that hold one as a case, by the number that each adds."""
-    own = CANDIDATES[model].law
-    return {
-        name: alike(model, wider)
-        for wider, law in LAWS.items()
-        if own in law.cases
-        for name in law.ratios
-        if name not in MODELS[model]
-    }

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.special import ndtri, stdtrit
 
-from freerock.arrays import Complexes, Floats, Indices
+from freerock.arrays import Floats, Indices
 from freerock.noise.whitening import Slow
 
 TAPERS = 3
@@ -190,44 +190,6 @@ def expected_power(noise: Noise, n: int) -> Floats:
     lags = autocovariance(noise, n) * _of_tapers(n)
     size = next_fast_len(n, real=True)
     return round_a_circle(lags, size)[1 : (size + 1) // 2]
-
-
-def power_taken(basis: Floats, of_basis: Complexes, through: Floats, inner: Floats) -> tuple[Floats, Floats]:
-    """What a fit takes of the expected power, and of white noise of variance 1.
-
-    Parameters
-    ----------
-    basis : ndarray, shape (n_time, n_parameters)
-        Orthonormal basis of what the fit can take, or the rows of it that belong to one run.
-    of_basis : ndarray, shape (n_parameters, TAPERS, n_frequencies)
-        Its transforms under each taper.
-    through : ndarray, shape (n_time, n_parameters)
-        The basis, `filtered` by the noise.
-    inner : ndarray, shape (n_parameters, n_parameters)
-        Covariance of the noise in the basis: basisᵀ through, summed over all runs.
-
-    Returns
-    -------
-    taken, share : ndarray, shape (n_frequencies,)
-        [rad²] and pure numbers.
-    """
-    twice = tapered((2 * through - basis @ inner.T).T)
-    taken = np.sum(twice.real * of_basis.real + twice.imag * of_basis.imag, axis=0)
-    return np.mean(taken, axis=0), share_taken(of_basis)
-
-
-def share_taken(of_basis: Complexes) -> Floats:
-    """What a fit takes of white noise of variance 1: see `power_taken`."""
-    return np.asarray(np.mean(np.sum(of_basis.real**2 + of_basis.imag**2, axis=0), axis=0))
-
-
-def filtered(noise: Noise, columns: Floats) -> Floats:
-    """Covariance matrix of noise times columns, shape (n_time, n_columns)."""
-    n = len(columns)
-    size = next_fast_len(2 * n, real=True)
-    transform = rfft(np.ascontiguousarray(columns.T), size)
-    through = irfft(round_a_circle(autocovariance(noise, n), size) * transform, size)
-    return np.asarray(through[:, :n].T)
 
 
 def round_a_circle(lags: Floats, size: int) -> Floats:

@@ -10,9 +10,8 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.noise.spectrum import noise_told
 from freerock.products.groups import reasons_in
-from freerock.products.names import IMPACT_VARIABLES, RUN_VARIABLES
+from freerock.products.names import RUN_VARIABLES
 from freerock.rotation.view import View, view_in
-from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, motions_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict
@@ -52,9 +51,3 @@ def sensors_view(attrs: Mapping[Any, Any]) -> View | None:
         return None
     names = [each.name for each in fields(Block) if f"block_{each.name}" in attrs]
     return view_in(attrs, Block(**{name: attrs[f"block_{name}"] for name in names}))
-
-
-def impacts_in(group: xr.DataTree) -> Impacts:
-    """The impacts of a run of a record, or of a model of a run."""
-    arrays = {field: group.dataset[name].values for field, name in IMPACT_VARIABLES.items()}
-    return Impacts(**arrays | {"theta_uplift": arrays["theta_uplift"].item()})

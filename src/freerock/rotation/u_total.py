@@ -58,24 +58,10 @@ class Contributions:
         return cls(inputs, values, np.zeros(n), np.ones(n), np.full(n, np.nan), np.array(values))
 
     @property
-    def most_pulled(self) -> int | None:
-        """Number of the input with the largest pull; None where there is no pull."""
-        return None if np.isnan(self.pulls).all() else int(np.nanargmax(np.abs(self.pulls)))
-
-    @property
     def p_of_pulls(self) -> float:
         """Chance of so large a pull of any input, were all uncertainties right (Bonferroni); at most 1."""
         seen = np.abs(self.pulls[~np.isnan(self.pulls)])
         return min(1.0, 2 * len(seen) * float(ndtr(-seen.max(initial=0.0)))) if len(seen) else 1.0
-
-    @property
-    def if_as_stated(self) -> Floats:
-        """Shift of each number, to first order, where the most pulled input is held at its stated value and
-        all else is fitted again; shape (n_numbers,)."""
-        j = self.most_pulled
-        if j is None:
-            return np.zeros(len(self.values))
-        return np.asarray(-self.impacts[:, j] * self.moved[j] / self.remaining[j])
 
     @property
     def excess(self) -> Floats:
