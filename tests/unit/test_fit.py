@@ -1,5 +1,7 @@
 """One model of a run with impacts that scatter, fitted by lmfit alone."""
 
+from dataclasses import replace
+
 import lmfit
 import numpy as np
 import pytest
@@ -9,14 +11,17 @@ from scipy.optimize import differential_evolution
 from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.epsilon_theta import epsilon_theta
-from freerock.identification.fit import fit_record, fit_run
+from freerock.identification.fit import Followers, fit_record, fit_run
 from freerock.identification.goodness import goodness
 from freerock.identification.paper_fit import RELEASE_WALLS, paper_fit
 from freerock.identification.posed import release_prior
 from freerock.identification.run_model import Point, RunModel, Samples
 from freerock.identification.scatter import Told, find_scatter
 from freerock.identification.start import crossings_s, horizons_s
+from freerock.models.block import Block
+from freerock.models.simulate import Solver, simulate_fitted
 from freerock.noise.spectrum import white_noise
+from freerock.runs.motion import Motion
 
 
 @pytest.fixture(scope="module")
@@ -174,3 +179,23 @@ def test_horizons_grow_from_the_first_peak_to_the_last_clear_swing(record):
     assert crossings[0] < horizons[0] < crossings[1] and horizons[-1] == crossings[-1]
     assert horizons == sorted(horizons)
     assert np.abs(motion.theta[motion.time_s < crossings[-1]]).max() > 10 * SIGMA
+
+
+def test_a_rigid_block_with_many_impacts_that_scatter_is_followed_to_its_end():
+    block, generator = Block(0.9, 0.25, 150.0), np.random.default_rng(10)
+    time_s, delta = np.arange(0, 26, 1 / 300), 0.01 * generator.standard_normal(150)
+    values = {"r": 0.965, "theta0": 0.12, "t0": 0.0, "impacts": delta}
+    theta = simulate_fitted("housner", block, values, time_s, solver=Solver(1e-10))
+    theta = theta + SIGMA * generator.standard_normal(time_s.size)
+    motion = Motion(time_s, theta, SIGMA, 0.12, SIGMA / 30, 1e-4)
+    left, _ = Followers("housner", block, {1: motion}, FitSettings()).end_of_first()
+    assert left < 4  # 54 where horizons don't shrink
+
+
+def test_a_width_that_is_freed_is_found_below_the_stated_one():
+    worn = replace(BLOCK, width_m=0.94 * BLOCK.width_m)
+    motion, _ = scattered_run("hunt_crossley", 0.01, 3, theta0=0.2, block=worn)
+    followers = Followers("hunt_crossley_width", BLOCK, {1: motion}, FitSettings())
+    left, _ = followers.screened(6)
+    assert left < 1.5  # 1e5 from the stated width alone
+    assert followers.ends()[1].at.values["width"] == pytest.approx(0.94 * BLOCK.width_m, rel=0.01)

@@ -17,7 +17,7 @@ from freerock.identification.run_model import RTOL, Point, RunModel
 from freerock.identification.scatter import NONE, Scatter, Told, find_scatter
 from freerock.identification.settings import check
 from freerock.identification.significance_levels import NORMAL_95
-from freerock.identification.start import START, Followed, horizons_s, with_impacts
+from freerock.identification.start import Followed, horizons_s, with_impacts
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
 from freerock.models.given import legal
@@ -34,8 +34,6 @@ class RoundSettings:
     ----------
     most : int
         Rounds of σ_r and of the level.
-    large : float
-        σ_r above which the fit is tried with the impacts held too.
     changed : float
         Relative change of σ_r or of the level from which a further round is worth its time.
     poor : float
@@ -47,7 +45,6 @@ class RoundSettings:
     """
 
     most: int = 4
-    large: float = 0.03
     changed: float = 0.15
     poor: float = 3.0
     exact: tuple[int, float] = (30, 1e-6)
@@ -333,18 +330,7 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple
         Of a law that is far from the runs: one round on the samples of the ends.
     """
     posteriors = {run: _posterior(end) for run, end in ends.items()}
-    free = _settled(ends, posteriors, find_scatter(_told(posteriors)), roughly)
-    if roughly or next(iter(free.values()))[2].sigma_r <= ROUNDS.large:
-        return free
-    held = _settled(ends, posteriors, NONE, roughly)  # large δ may have taken up what the law should
-    return min((free, held), key=lambda runs: sum(each[0].minus_two_log() for each in runs.values()))
-
-
-def _settled(
-    ends: Mapping[int, Ended], posteriors: dict[int, Posterior], scatter: Scatter, roughly: bool
-) -> dict[int, tuple[Posterior, Ended, Scatter]]:
-    """The rounds of `settled` from some scatter; without any the impacts are held."""
-    now, sigma_r = dict(ends), START.sigma_r
+    now, scatter = dict(ends), find_scatter(_told(posteriors))
     for _ in range(1 if roughly else ROUNDS.most):
         for run, end in now.items():
             now[run] = _round(end, scatter.sigma_r, posteriors[run].level, roughly)

@@ -29,6 +29,12 @@ class StartSettings:
         Prior of the impacts' scatter while horizons grow: wide, so that no start loses the phase.
     ftol, most : float, int
         Relative change at which a horizon ends, and its evaluations.
+    first : int
+        Evaluations of the first horizon: a grid knows nothing of a width that is freed.
+    worn : tuple of float
+        Shares of the stated width, from which one that is freed starts.
+    lost : float
+        Times the mean square of the horizon before it, from which an end has lost the phase.
     hurried : (int, float)
         Evaluations and relative change of a law that is far from the run.
     clear : float
@@ -51,6 +57,9 @@ class StartSettings:
     sigma_r: float = 0.03
     ftol: float = 1e-3
     most: int = 12
+    first: int = 60
+    worn: tuple[float, ...] = (0.9, 0.95, 1.0)
+    lost: float = 4.0
     hurried: tuple[int, float] = (8, 3e-3)
     clear: float = 10.0
     missing: float = 1.4
@@ -137,11 +146,30 @@ def _scan(model: RunModel, horizon_s: float, most: int) -> list[Point]:
         first_s = horizons_s(model.motion)[0]
         k_grid = np.sort(np.append(k_grid, _first_swing_k(model, first_s, middle, beside)))
         points = [
-            _at(model, {"k": k, ratio: k * c, **{name: k * each for name, each in lacking.items()}, **beside})
-            for k, c in product(k_grid.tolist(), ratios.tolist())
+            _at(
+                model,
+                {
+                    **beside,
+                    **free,
+                    "k": k,
+                    ratio: k * c,
+                    **{name: k * each for name, each in lacking.items()},
+                },
+            )
+            for free, k, c in product(_widths(model, beside), k_grid.tolist(), ratios.tolist())
         ]
-        found += _lowest(model, points, (len(k_grid), len(ratios)), samples, most)
+        shape = len(points) // (len(k_grid) * len(ratios)), len(k_grid), len(ratios)
+        found += _lowest(model, points, shape, samples, most)
     return [point for _, point in sorted(found, key=lambda each: each[0])[:most]]
+
+
+def _widths(model: RunModel, beside: Mapping[str, float]) -> list[dict[str, float]]:
+    """Widths from which a freed one starts [m]: as stated, and of a worn block that stands at the release."""
+    if "width" not in beside:
+        return [{}]
+    stands = model.block.height_m * float(np.tan(abs(model.motion.theta0)))
+    widths = beside["width"] * np.array(START.worn)
+    return [{"width": width} for width in widths[widths > 1.05 * stands].tolist()] or [{}]
 
 
 def _beside(model: RunModel) -> dict[str, float]:
@@ -236,7 +264,7 @@ class Followed:
         self, model: RunModel, noise: float, starts: list[Point] | None = None, growth: int | None = None
     ) -> None:
         self.model, self.noise = model, noise
-        self._starts, self._ends, self._done, self._level = starts, list[Ended](), 0, noise
+        self._starts, self._ends, self._done, self._left = starts, list[Ended](), 0, 1.0
         self._horizons, self._crossings = horizons_s(model.motion, growth), crossings_s(model.motion)
         self.search = START.most, START.ftol
 
@@ -265,14 +293,27 @@ class Followed:
     def _grow(self) -> None:
         horizon_s = self._horizons[self._done]
         begun = [end.at for end in _promising(self._ends)] if self._ends else self._starts or scan(self.model)
-        last = self._done == len(self._horizons) - 1
+        last, (most, ftol) = self._done == len(self._horizons) - 1, self.search
         n_impacts = int(np.searchsorted(self._crossings, horizon_s))
         samples = self.model.until(horizon_s, START.screening)
-        posed = Posed(self.model, samples, START.sigma_r, self._level, RTOL if last else 10 * RTOL)
-        self._ends = [minimised(posed, with_impacts(start, n_impacts), *self.search) for start in begun]
-        left = min(map(self.over_noise, self._ends))
-        self._level = self.noise * float(np.sqrt(left)) if left > START.misfit else self.noise
+        level = self.noise * float(np.sqrt(self._left)) if self._left > START.misfit else self.noise
+        posed = Posed(self.model, samples, START.sigma_r, level, RTOL if last else 10 * RTOL)
+        most = most if self._ends else max(most, START.first)
+        ends = [minimised(posed, with_impacts(start, n_impacts), most, ftol) for start in begun]
+        left = min(map(self.over_noise, ends))
+        if self._ends and left > START.lost * max(self._left, 1.0) and self._halved(horizon_s):
+            return
+        self._ends, self._left = ends, left
         self._done += 1
+
+    def _halved(self, horizon_s: float) -> bool:
+        """Whether a horizon with half of the further swings could be put before one."""
+        before = int(np.searchsorted(self._crossings, self._horizons[self._done - 1]))
+        further = int(np.searchsorted(self._crossings, horizon_s)) - before
+        if further < 2:
+            return False
+        self._horizons.insert(self._done, float(self._crossings[before + further // 2]))
+        return True
 
 
 def _promising(ends: list[Ended]) -> list[Ended]:
