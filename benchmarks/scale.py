@@ -32,7 +32,8 @@ PLAIN = """
 import csv
 TESTS = [row["test"] for row in csv.DictReader(open("config/campaigns/scale.csv"))]
 R = "results/scale"
-FIGURES = ["set_up", "models", "residuals", "backbone", "restitution", "parameters", "predictions"]
+FIGURES = ["set_up", "foundation_effect", "comparison", "restitution", "parameters", "predictions"]
+FIGURES += ["residuals", "backbone"]
 TABLES = [f"{R}/tables/{number}.csv" for number in range(17)]
 PAGES = expand("{R}/figures/qc_{test}.{suffix}", R=R, test=TESTS, suffix=["png", "pdf", "csv"])
 DRAWN = expand("{R}/figures/{name}.{suffix}", R=R, name=FIGURES, suffix=["pdf", "png", "csv", "txt"])
@@ -55,10 +56,9 @@ rule tables:
     input: RECORDS, FITS
     output: TABLES
     shell: "touch {output}"
-rule figure:
+rule figures:
     input: RECORDS, FITS, TABLES
-    output: expand("results/scale/figures/{{figure}}.{suffix}", suffix=["pdf", "png", "csv", "txt"])
-    wildcard_constraints: figure="|".join(FIGURES)
+    output: DRAWN
     shell: "touch {output}"
 rule report:
     input: RECORDS, FITS, PAGES, TABLES, DRAWN
@@ -167,7 +167,7 @@ def steps(folder: Path) -> pd.DataFrame:
     """Processor time [s] and largest memory [MB] of each step, as Snakemake's benchmark files give them."""
     paths = sorted((folder / "results/scale/benchmarks").glob("*.tsv"))
     spent = pd.concat([pd.read_csv(path, sep="\t", na_values=["-"]) for path in paths])
-    names = [re.sub(r"^(record|fit|quality|figure)_.*", r"\1", path.stem) for path in paths]
+    names = [re.sub(r"^(record|fit|quality)_.*", r"\1", path.stem) for path in paths]
     return spent.groupby(names, sort=False).agg({"cpu_time": "sum", "max_rss": "max"})
 
 

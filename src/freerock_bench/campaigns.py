@@ -71,7 +71,7 @@ def _write(folder: Path, records: Mapping[str, Path]) -> None:
         lines.append(f"{test},{test}.csv,laser,block_{test},bed_{test},laser_{test},,,,")
         head = f"SIMULATED\nSampling rate: {float(record['rate_hz']):g} Hz\nlaser [V]\n"
         _put(folder / f"raw/bench/{test}.csv", head + "\n".join(f"{x:.7f}" for x in record["volts"]) + "\n")
-    stated = {"title": "Records of the bench", "origin": "simulated", "figures": ["parameters"], **parts}
+    stated = {"title": "Records of the bench", "origin": "simulated", **parts}
     _put(folder / "config/campaigns/bench.yaml", json.dumps(stated, indent=1) + "\n")
     _put(folder / "config/campaigns/bench.csv", "\n".join(lines) + "\n")
     _put(folder / "config/config.yaml", "campaigns: [bench]\n")

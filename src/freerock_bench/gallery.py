@@ -10,9 +10,8 @@ from pathlib import Path
 
 from PIL import Image
 
-from freerock.config.campaign_file import FIGURES
 from freerock.errors import FreerockError
-from freerock.figures.declared import declared
+from freerock.figures.declared import FIGURES, declared
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "results/palermo_virtual/figures"

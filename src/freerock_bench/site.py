@@ -25,8 +25,7 @@ from sphinx.cmd.build import build_main
 import freerock
 from freerock.cli.subcommands import COMMANDS, main
 from freerock.columns import columns
-from freerock.config.campaign_file import FIGURES
-from freerock.figures.declared import declared
+from freerock.figures.declared import FIGURES, declared
 from freerock.products.names import VARIABLES
 from freerock_bench.document import in_markdown
 from freerock_bench.gallery import program

@@ -13,7 +13,6 @@ from overlaps import assert_nothing_overlaps
 
 from freerock import figures
 from freerock.arrays import extremes
-from freerock.config.campaign_file import FIGURES
 from freerock.figures import (
     comparison,
     foundation_effect,
@@ -23,6 +22,7 @@ from freerock.figures import (
     set_up,
     style,
 )
+from freerock.figures.declared import FIGURES
 from freerock.models.block import Block
 from freerock.products.netcdf import open_record, write_failure
 from freerock.runs.verdict import Reason

@@ -2,10 +2,8 @@
 
 import inspect
 import re
-import tomllib
 from dataclasses import asdict
 from importlib import import_module
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +11,9 @@ from fabricated import RATE_HZ, campaign, fits, record, tidy_tables
 from matplotlib.path import Path as MplPath
 from test_figures import BLOCKS, LABELS, texts
 
-from freerock.config.campaign_file import FIGURES, CampaignFile
 from freerock.figures import declared, parameters, residuals, restitution
-from freerock.jobs.make_figure import make_figure
+from freerock.figures.declared import FIGURES
+from freerock.jobs import make_figures
 from freerock.tables.csvfile import write_csv
 from freerock_bench.gallery import program
 
@@ -29,10 +27,7 @@ def of_swings(tables):
     return tables["runs"], tables["restitution"], tables["epsilon"], BLOCKS, "simulated", LABELS
 
 
-def test_each_figure_of_the_configuration_is_drawn_by_default_and_has_a_caption():
-    assert CampaignFile.model_fields["figures"].default == FIGURES
-    captions = tomllib.loads(Path(declared.__file__).with_name("captions.toml").read_text(encoding="utf-8"))
-    assert tuple(captions) == FIGURES
+def test_each_figure_has_a_title_and_a_caption():
     for name in FIGURES:
         assert {*declared.declared(f"freerock.figures.{name}")} == {"title", "caption", "reads"}
 
@@ -130,29 +125,19 @@ def test_a_law_that_is_rejected_leaves_the_band_of_chance_and_one_that_explains_
     assert own["zero off"] == pytest.approx(own["noise"])
 
 
-def pages(stem):
-    return int(re.search(rb"/Count (\d+)", stem.with_suffix(".pdf").read_bytes())[1])
-
-
-def made(tmp_path, tables, module, names, blocks=BLOCKS, **more):
-    """A figure of a campaign, from the files of its tables; its settings are those of the workflow."""
-    for name in names:
-        write_csv(tables[name], tmp_path / f"{name}.csv")
-    files = {name: str(tmp_path / f"{name}.csv") for name in names} | more
-    settings = {"origin": "simulated", "labels": LABELS, "title": "Title", "caption": "What is drawn."}
-    settings |= {
-        "scenes": [*more.get("fits", ())],
-        "blocks": {name: asdict(block) for name, block in blocks.items()},
-    }
-    name = module.__name__.rpartition(".")[2]
-    make_figure(module, files, settings, tmp_path / name)
-    return tmp_path / name
-
-
-def test_a_caption_has_a_title_what_is_drawn_of_which_runs_and_that_it_is_simulated(tables, tmp_path):
-    stem = made(tmp_path, tables, restitution, ["runs", "restitution", "epsilon"])
-    assert stem.with_suffix(".txt").read_text(encoding="utf-8") == (
-        "Title.\nWhat is drawn. 28 impacts of 7 runs. "
-        "The records are simulated; they are not the laboratory's data.\n"
+def test_a_caption_has_a_title_what_is_drawn_of_which_runs_and_that_it_is_simulated(
+    tables, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(make_figures, "FIGURES", (restitution,))
+    files = [tmp_path / f"{name}.csv" for name in ("runs", "restitution", "epsilon")]
+    for file in files:
+        write_csv(tables[file.stem], file)
+    settings = {"origin": "simulated", "labels": LABELS, "scenes": [], "set_ups": {}}
+    settings["blocks"] = {name: asdict(block) for name, block in BLOCKS.items()}
+    make_figures.make_figures(settings, [], [], files, tmp_path)
+    title, told = (tmp_path / "restitution.txt").read_text(encoding="utf-8").splitlines()
+    assert title == "Restitution of each impact."
+    assert told.endswith(
+        " 28 impacts of 7 runs. The records are simulated; they are not the laboratory's data."
     )
-    assert pages(stem) == 1
+    assert re.findall(rb"/Count (\d+)", (tmp_path / "restitution.pdf").read_bytes()) == [b"1"]

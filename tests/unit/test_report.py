@@ -43,9 +43,10 @@ def test_the_first_screen_has_each_foundation_with_law_parameters_and_epsilon(pa
     )
     assert "Hunt–Crossley, 4 of 4 runs" in first
     assert f"k = {quantity(summary['k'], summary['k_u'])} N m⁻²" in first.replace("\N{NO-BREAK SPACE}", " ")
-    epsilon = [percent(summary[f"epsilon_{law}"]) for law in ("housner", "winkler", "hunt_crossley")]
+    laws = {"housner": "Housner", "winkler": "Winkler", "hunt_crossley": "Hunt–Crossley"}
+    epsilon = ", ".join(f"{label} {percent(summary[f'epsilon_{law}'])}" for law, label in laws.items())
     printed = printed_summary(tables["summary"], LABELS).text
-    assert "; ".join(epsilon) in printed.loc[0].tolist() and "; ".join(epsilon) in page.text
+    assert epsilon in printed.loc[0].tolist() and epsilon in page.text
     assert summary["longest"] == "b1 b2" and "Slender, Squat" in printed.loc[0].tolist()
     assert "the records are simulated" in first
 
@@ -63,9 +64,9 @@ def test_printed_numbers_are_those_of_the_tables(tables):
     (cell,) = third[third.iloc[:, 0] == "Housner"]["Marble"].head(1)
     assert cell == f"{quantity(100 * row['epsilon_theta'])} [15.25]"
     k = tables["table2"].query("foundation == 'mat' and model == 'winkler' and parameter == 'k'").iloc[0]
-    of_k = second[second.iloc[:, 0] == "Winkler, k / (N m⁻²)"]["Soft mat"].tolist()
-    assert of_k == [quantity(k["mean"], k["u_total"]), quantity(k["paper"])]
-    assert second.iloc[-1].tolist() == ["Housner, r, Slender", "0.958", "–"]
+    of_k = [text.split(", ")[0] for text in second[second.iloc[:, 0] == "Winkler"]["Soft mat"]]
+    assert of_k == [f"k = {quantity(k['mean'], k['u_total'])}", f"k = {quantity(k['paper'])}"]
+    assert second.iloc[-1].tolist() == ["Housner, Slender", "r = 0.958", "–"]
     impacts = printed["restitution"].text
     first = tables["restitution"].query("test == 'b1_marble' and run == '1' and impact == 1")
     seen, hunt = (first[first["source"] == each].iloc[0] for each in ("experiment", "hunt_crossley"))

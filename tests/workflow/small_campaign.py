@@ -28,7 +28,6 @@ foundations:
 lasers:
   high: {beam: horizontal, position_m: 0.2, range_m: 0.1}
   low: {beam: horizontal, position_m: 0.1, range_m: 0.1}
-figures: [restitution, parameters, residuals]
 """
 BY = 'creator: "Rossi, Ada; Bianchi, Ugo"\ninstitution: Laboratory\nlicense: CC-BY-4.0\n'
 COLUMNS = "test,file,channel,block,foundation,laser,exclude,override,reason,note\n"

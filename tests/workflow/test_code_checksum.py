@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from small_campaign import ROOT
 
-from freerock.config.campaign_file import FIGURES
 from freerock.jobs import code_checksum as checksums
 from freerock.jobs.code_checksum import code_checksum, code_files
 
@@ -34,11 +33,7 @@ def test_every_module_a_step_imports_is_among_its_code(finished):
         imported = {
             Path(path).relative_to(finished / "src").as_posix() for path in trace.read_text().split("\n")
         }
-        named = {Path(path).stem for path in imported if path.startswith("freerock/figures/")} & {*FIGURES}
-        named = named if script == "figure.py" else ()
-        files = code_files(
-            ROOT / "workflow/scripts" / script, *(f"freerock.figures.{name}" for name in named)
-        )
+        files = code_files(ROOT / "workflow/scripts" / script)
         assert imported <= {*files}, script
     assert seen == SCRIPTS
 

@@ -6,10 +6,9 @@ from pathlib import Path
 
 from freerock.config import step_settings as settings
 from freerock.config.campaign import check_options, load_config
-from freerock.config.campaign_file import FIGURES
 from freerock.config.review_log import log_of
 from freerock.errors import FreerockError
-from freerock.figures.declared import declared
+from freerock.figures.declared import FIGURES, drawn_tables
 from freerock.files import listed_checksums
 from freerock.jobs.code_checksum import code_checksum
 from freerock.jobs.home import PACKAGE
@@ -31,7 +30,6 @@ except FreerockError as error:
 
 RECORDS = {name: {each.test: each for each in section.records} for name, section in CAMPAIGNS.items()}
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
-CONFIGURED = ("blocks", "set_ups", "debonding")  # what a figure reads of the configuration
 
 # Beside the parameters of the rules: an edited title or note makes no dataset again.
 config["descriptions"] = {name: settings.descriptions(section) for name, section in CAMPAIGNS.items()}
@@ -40,7 +38,6 @@ config["descriptions"] = {name: settings.descriptions(section) for name, section
 wildcard_constraints:
     campaign="|".join(CAMPAIGNS),
     test=r"\w+",
-    figure="|".join(FIGURES),
 
 
 def code(script, *modules):
@@ -63,8 +60,8 @@ def of_tests(product):
 
 
 def of_figures(suffix):
-    """Input function: a file of each figure of a campaign."""
-    return lambda w: [f"results/{w.campaign}/figures/{each}.{suffix}" for each in campaign(w).figures]
+    """A file of each figure of a rule's campaign."""
+    return [f"results/{{campaign}}/figures/{name}.{suffix}" for name in FIGURES]
 
 
 def csv_tables(*names):
@@ -90,30 +87,19 @@ def fit_settings(wildcards):
     return settings.fit_settings(campaign(wildcards), RECORDS[wildcards.campaign][wildcards.test])
 
 
-def declared_of(wildcards):
-    return declared(f"freerock.figures.{wildcards.figure}")
-
-
-def figure_files(wildcards):
-    """What a figure reads, by name: datasets of all records, or tables."""
-    names = [each for each in declared_of(wildcards)["reads"] if each not in CONFIGURED]
-    datasets = {kind: of_tests(f"{kind}/{{test}}.nc")(wildcards) for kind in ("records", "fits")}
-    return {name: datasets.get(name, f"results/{wildcards.campaign}/tables/{name}.csv") for name in names}
-
-
 def products(name):
     """All products of a campaign: one that is missing is made again, though nothing else needs it."""
     of_record = [*rules.record.output, *rules.fit.output, *rules.quality.output]
     of_campaign = [
         *rules.tables.output,
         *rules.printed_tables.output,
+        *rules.figures.output,
         *rules.report.output,
         *rules.complete.output,
     ]
     if CAMPAIGNS[name].truth:
         of_campaign += rules.recovered.output
-    made = expand(of_record, campaign=name, test=RECORDS[name]) + expand(of_campaign, campaign=name)
-    return made + expand(rules.figure.output, campaign=name, figure=CAMPAIGNS[name].figures)
+    return expand(of_record, campaign=name, test=RECORDS[name]) + expand(of_campaign, campaign=name)
 
 
 def printed_table(name, suffix, title):

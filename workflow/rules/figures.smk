@@ -1,33 +1,35 @@
-"""Figures of a campaign: modules of freerock.figures; captions.toml says title, caption and what they read.
-
-`figures` of the campaign says which the report has; any other is drawn by its name.
-"""
+"""Figures of a campaign: modules of freerock.figures; captions.toml says title, caption and what they read."""
 
 
-rule figure:
+rule figures:
     input:
-        unpack(figure_files),
+        records=of_tests("records/{test}.nc"),
+        fits=of_tests("fits/{test}.nc"),
+        tables=csv_tables(*drawn_tables()),
     output:
-        pdf="results/{campaign}/figures/{figure}.pdf",
-        png=report(
-            "results/{campaign}/figures/{figure}.png",
-            caption="../report/figure.rst",
-            category="{campaign}",
-            subcategory="Figures",
-            labels={"figure": "{figure}"},
-        ),
-        data="results/{campaign}/figures/{figure}.csv",
-        caption="results/{campaign}/figures/{figure}.txt",
+        png=[
+            report(
+                f"results/{{campaign}}/figures/{name}.png",
+                caption="../report/figure.rst",
+                category="{campaign}",
+                subcategory="Figures",
+                labels={"figure": name},
+            )
+            for name in FIGURES
+        ],
+        pdf=of_figures("pdf"),
+        data=of_figures("csv"),
+        captions=of_figures("txt"),
     log:
-        "results/{campaign}/logs/figure_{figure}.log",
+        "results/{campaign}/logs/figures.log",
     benchmark:
-        "results/{campaign}/benchmarks/figure_{figure}.tsv"
+        "results/{campaign}/benchmarks/figures.tsv"
     conda:
         "../envs/freerock.yaml"
     params:
-        code=lambda w: code("figure", f"freerock.figures.{w.figure}"),
-        settings=lambda w: settings.figure_settings(campaign(w), declared_of(w)),
+        code=code("figures"),
+        settings=of_campaign(settings.figure_settings),
     message:
-        "{wildcards.campaign}: figure {wildcards.figure}"
+        "{wildcards.campaign}: figures"
     script:
-        "../scripts/figure.py"
+        "../scripts/figures.py"

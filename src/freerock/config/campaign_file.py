@@ -1,7 +1,7 @@
 """The keys of a campaign's YAML file, with those of `published` and `plan`."""
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import ValidationInfo, field_validator, model_validator
 
@@ -17,7 +17,6 @@ from freerock.config.values import (
     Model,
     Name,
     Number,
-    Once,
     OneOrMore,
     Positive,
     Section,
@@ -27,14 +26,6 @@ from freerock.config.values import (
     key,
 )
 from freerock.models.laws import CANDIDATES, MODELS
-
-FIGURES: tuple[str, ...] = ("set_up", "foundation_effect", "comparison", "restitution", "parameters")
-FIGURES += ("predictions", "residuals", "backbone")
-if TYPE_CHECKING:  # words known only at run time
-    Figure: TypeAlias = str
-else:
-    Figure = Literal[*FIGURES]
-"""Figures of a campaign."""
 
 
 class PublishedSection(Section):
@@ -123,9 +114,6 @@ class CampaignFile(Section):
         "one or more foundations, each by its name", min_length=1
     )
     lasers: dict[Name, LaserSection] = key("one or more sensors, each by its name", min_length=1)
-    figures: Annotated[tuple[Figure, ...], Once] = key(
-        "the figures of the report; any other is drawn if it is the target of snakemake", FIGURES
-    )
     processing: ProcessingSection = key("the steps from volts to impacts", ProcessingSection())
     fits: FitsSection = key("the identification of the models", FitsSection())
     published: PublishedSection | None = key(

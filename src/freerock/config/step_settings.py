@@ -5,7 +5,6 @@ Texts that only describe (title, summary, notes) are no settings of a step that 
 
 import math
 import re
-from collections.abc import Mapping
 from typing import Any
 
 from freerock.config.campaign import Campaign
@@ -114,20 +113,14 @@ def fit_settings(campaign: Campaign, record: Record) -> Settings:
     }
 
 
-def figure_settings(campaign: Campaign, declared: Mapping[str, Any]) -> Settings:
-    """What `freerock.jobs.make_figure.make_figure` needs of a figure that declares itself so."""
-    known = {
+def figure_settings(campaign: Campaign) -> Settings:
+    """What `freerock.jobs.make_figures.make_figures` needs."""
+    return {
+        "origin": campaign.origin,
+        "labels": drawn_labels(campaign),
         "scenes": [f"{each.block} on {each.foundation}" for each in campaign.records],
         "blocks": geometries(campaign),
         "set_ups": set_ups(campaign),
-        "debonding": campaign.fits.debonding,
-    }
-    reads = {*declared["reads"]} | ({"scenes"} if {"records", "fits"} & {*declared["reads"]} else set())
-    return {name: known[name] for name in known if name in reads} | {
-        "origin": campaign.origin,
-        "labels": drawn_labels(campaign),
-        "title": declared["title"].format(Measured=campaign.origin.capitalize()),
-        "caption": declared["caption"],
     }
 
 

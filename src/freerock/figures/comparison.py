@@ -14,7 +14,6 @@ from freerock.products.groups import runs_of
 from freerock.products.paper_fits import paper_fits, selected_fit
 from freerock.tables.number_text import percent
 
-OF_FITS = ("time", "theta", "theta_model", "residual", "epsilon_theta")  # shown
 COLUMNS = ["test", "run", "block", "foundation", "source", "time_s", "theta_deg"]
 COLUMNS += ["residual_over_theta0", "residual_over_sigma"]
 HEIGHT_IN, RATIOS = 2.75, (2.0, 0.85, 0.85)  # of a block's row, and of its panels
@@ -63,11 +62,9 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
     furthest = furthest if np.isfinite(furthest) else 1.0  # no law of the paper was fitted
     for _, over_release, _ in panels.values():
         over_release.set_ylim(-furthest, furthest)
-    shown = [law for law in looks.MODEL_STYLES if law in set(data["source"])]
     handles = [Line2D([], [], **style.recorded(origin))]
-    handles += [Line2D([], [], **looks.MODEL_STYLES[law] | {"linewidth": THIN}) for law in shown]
     handles += [Line2D([], [], color=style.NOISE_COLOUR, label="95 % of the noise")]
-    style.finish_with(figure, origin, handles)
+    style.finish(figure, origin, handles)
     return figure, data
 
 

@@ -27,8 +27,18 @@ def declared(module: str) -> dict[str, Any]:
     return found
 
 
+def drawn_tables() -> list[str]:
+    """Names of the tables that the figures of a campaign read."""
+    read = {each for name in FIGURES for each in declared(f"freerock.figures.{name}")["reads"]}
+    return sorted(read - {"records", "fits", "blocks", "set_ups"})
+
+
 @cache
 def _table(package: str) -> dict[str, Any]:
     spec = find_spec(package)
     assert spec is not None and spec.origin is not None, package
     return tomllib.loads(Path(spec.origin).with_name("captions.toml").read_text(encoding="utf-8"))
+
+
+FIGURES = (*_table("freerock.figures"),)
+"""Figures of a campaign, in the order of the report."""

@@ -13,8 +13,6 @@ from freerock.figures import style
 from freerock.figures.style import Drawing, Labels, styled
 from freerock.products.groups import usable_runs
 
-OF_RECORDS = ("time", "theta", "release", "end")  # shown
-
 
 @styled()
 def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> Drawing:

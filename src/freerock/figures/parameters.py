@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from freerock.arrays import Floats
 from freerock.figures import style
@@ -13,6 +14,7 @@ from freerock.figures.style import Axes, Drawing, Labels, Style, styled
 from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, MODELS, law_of
 from freerock.tables.choices import named_by
+from freerock.tables.number_text import quantity
 
 MOST_RECORDS = 12  # of a foundation: with more, as many of them evenly, without rows of their runs
 ROW_IN, FRAME_IN, LEAST_ROWS = (
@@ -69,7 +71,7 @@ def draw(
         for i, (ax, name) in enumerate(zip(line, names[base], strict=False)):
             _panel(ax, own[own["parameter"] == name], rows, named=i == 0)
             ax.set_xlabel(style.axis_of(name) if name != "r" else "restitution r")
-            _numbered(ax.xaxis, 0.5 / beside)
+            _numbered(ax.xaxis)
         for ax in line[len(names[base]) :]:
             ax.set_axis_off()
         if len(names[base]) > 1:
@@ -167,16 +169,19 @@ def _panel(ax: Axes, own: pd.DataFrame, rows: Mapping[tuple[str, str], str], nam
             ax.errorbar(value, place, xerr=half, capsize=0, elinewidth=1.2, zorder=3, label=text, **look)
     ax.grid(axis="y", visible=False)
     ax.margins(x=0.05)
-    style.rows_down(ax, list(rows.values()) if named else [""] * len(rows))
+    ax.set_yticks(range(len(rows)), rows.values() if named else [""] * len(rows))
+    ax.set_ylim(len(rows) - 0.4, -0.6)
     for text, (_, run) in zip(ax.get_yticklabels(), rows, strict=True):
         text.set_fontweight("normal" if run else "bold")
 
 
-def _numbered(axis: Any, room: float) -> None:
+def _numbered(axis: Any) -> None:
+    """Two numbers with powers of ten along an axis, of as many digits as tell them apart."""
     low, high = axis.get_view_interval()
-    if low > 0:
-        style.number_ticks(axis, low, high, 2, room)
-        axis.set_view_interval(low, high, ignore=True)
+    ticks = MaxNLocator(2, steps=[1, 2, 5, 10]).tick_values(low, high)
+    ticks = [tick for tick in ticks if low < tick < high]
+    texts = ([quantity(tick, digits=digits) for tick in ticks] for digits in range(2, 7))
+    axis.set_ticks(ticks, next(each for each in texts if len({*each}) == len(each)))
 
 
 def _ellipses(ax: Axes, own: pd.DataFrame, names: list[str]) -> None:
@@ -197,7 +202,7 @@ def _ellipses(ax: Axes, own: pd.DataFrame, names: list[str]) -> None:
     ax.set(xlabel=style.axis_of(names[0]), ylabel=style.axis_of(names[1]))
     ax.margins(0.08)
     for axis in (ax.xaxis, ax.yaxis):
-        _numbered(axis, 0.2)
+        _numbered(axis)
 
 
 def ellipse(u_x: float, u_y: float, correlation: float, angle: Floats) -> tuple[Floats, Floats]:

@@ -1,7 +1,7 @@
 """The next run as a band: peaks foretold by the other runs of a record, and as measured."""
 
 import pandas as pd
-from matplotlib.ticker import MaxNLocator, NullFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from freerock.figures import style
 from freerock.figures.by_scene import MARKERS, SHADES
@@ -9,6 +9,7 @@ from freerock.figures.style import Axes, Drawing, Labels, styled
 from freerock.models.laws import MODEL_LABELS
 
 HEIGHT_IN = 2.0
+TICKS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0)  # of a decade
 
 
 @styled()
@@ -59,5 +60,6 @@ def _panel(ax: Axes, own: pd.DataFrame, origin: str) -> None:
         ax.plot(rows["peak"], rows["peak_deg"], linestyle="", markerfacecolor="none", label=label, **look)
     ax.set(yscale="log", xlim=(0.5, own["peak"].max() + 0.5))
     ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
-    ax.yaxis.set_minor_formatter(NullFormatter())
-    style.number_ticks(ax.yaxis, *ax.get_ylim())
+    ax.yaxis.set_major_locator(LogLocator(subs=TICKS))
+    ax.yaxis.set_major_formatter("{x:g}")
+    ax.yaxis.set_minor_locator(NullLocator())

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 import xarray as xr
-from scipy.signal import periodogram
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from freerock.arrays import Floats
 from freerock.figures import looks, style
@@ -16,8 +15,6 @@ from freerock.products.paper_fits import selected_fit
 
 COLUMNS = ["test", "run", "source", "frequency_hz", "density_deg2_hz", "over_rest"]
 CHANCE = "noise: 999 of 1000 runs"
-OF_FITS = ("time", "residual")  # shown
-OF_RECORDS = ("frequency", "noise_density")
 LEAST, MOST = 0.5, 20.0  # that an axis shows: two powers of ten have their numbers
 APART = 1.5  # frequencies of a Hann window's periodogram per independent value
 
@@ -80,7 +77,7 @@ def _of_record(record: xr.DataTree, fits: xr.DataTree) -> pd.DataFrame:
     parts: list[pd.DataFrame] = []
     if "noise_density" not in record.dataset:
         return pd.DataFrame()
-    middle, at_rest = (record.dataset[name].values for name in OF_RECORDS)
+    middle, at_rest = (record.dataset[name].values for name in ("frequency", "noise_density"))
     for number, run in runs_of(fits).items():
         if (selected := selected_fit(run)) is None:
             continue
@@ -88,7 +85,7 @@ def _of_record(record: xr.DataTree, fits: xr.DataTree) -> pd.DataFrame:
         found = {selected[0]: density / at_rest}
         if not parts:
             dof = np.maximum(2 * n / APART, 1.0)
-            found[CHANCE] = chi2.ppf(1 - 1e-3 / len(middle), dof) / dof
+            found[CHANCE] = chdtri(dof, 1e-3 / len(middle)) / dof
         for source, over_rest in found.items():
             of_source = {"frequency_hz": middle, "over_rest": over_rest, "source": source, "run": number}
             known = pd.DataFrame(of_source).assign(density_deg2_hz=np.degrees(1) ** 2 * over_rest * at_rest)
@@ -103,7 +100,10 @@ def octaves(time_s: Floats, residual: Floats, middle_hz: Floats) -> tuple[Floats
     """
     found = np.isfinite(residual)
     whole = np.interp(time_s, time_s[found], residual[found])
-    at, density = periodogram(whole, 1 / float(np.median(np.diff(time_s))), window="hann")
+    n_all, step_s = len(whole), float(np.median(np.diff(time_s)))
+    hann = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(n_all) / n_all)
+    at = np.fft.rfftfreq(n_all, step_s)
+    density = 2 * step_s * np.abs(np.fft.rfft(hann * (whole - whole.mean()))) ** 2 / (hann @ hann)
     edges = np.append(middle_hz / np.sqrt(2), middle_hz[-1] * np.sqrt(2))
     octave = np.digitize(at, edges) - 1
     inside = (octave >= 0) & (octave < len(middle_hz))

@@ -3,21 +3,21 @@
 import functools
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise, product
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import matplotlib
 import numpy as np
 import pandas as pd
+from fontTools import subset
 from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.textpath import TextPath
-from matplotlib.ticker import MaxNLocator, NullFormatter
+from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -26,7 +26,7 @@ from freerock.figures.looks import Style as Style
 from freerock.files import atomic
 from freerock.models.free_parameters import SYMBOLS, unit_of
 from freerock.tables.csvfile import write_csv
-from freerock.tables.number_text import fixed, in_words, quantity, with_unit
+from freerock.tables.number_text import fixed, in_words, with_unit
 from freerock.tables.number_text import number_of as number_of
 
 Axes = Any
@@ -38,6 +38,8 @@ Drawing = tuple[Figure, pd.DataFrame]
 
 WIDTH_IN = 7.0  # both columns of a journal's page: 178 mm
 HERE = Path(__file__).parent
+# Ligatures and the like, which no label has: without them a font is embedded in a quarter of the time.
+subset.Options._drop_tables_default = [*subset.Options._drop_tables_default, "GSUB", "GPOS", "GDEF", "kern"]
 styled = functools.partial(matplotlib.rc_context, fname=HERE / "freerock.mplstyle")
 """Context manager and decorator that draws in the style sheet, whatever the user's own settings are."""
 
@@ -52,17 +54,11 @@ def legend_columns(labels: Sequence[str], room: float = 1.0) -> int:
     points = _points("legend.fontsize")
     inches = room * size(1)[0]
     beside = points * (matplotlib.rcParams["legend.handlelength"] + 2.8)  # handle and spaces
-    widths = [beside + _width(text, points) for text in labels]
+    widths = [beside + CHARACTER * points * len(text.replace("$", "")) for text in labels]
     for n in range(len(labels), 1, -1):
         if sum(map(max, np.array_split(widths, n))) <= 72 * inches - points:
             return n
     return 1
-
-
-@functools.cache
-def _width(text: str, points: float) -> float:
-    """Width of a text in the style's font [points]."""
-    return TextPath((0, 0), text, prop=FontProperties(size=points)).get_extents().width
 
 
 def wrapped(text: str, room: float) -> str:
@@ -87,6 +83,7 @@ LINEAR = 3.0  # standard deviations of noise up to which a scale of residuals is
 NOISE_COLOUR = "#f0c000"
 NOISE = 1.96  # standard deviations within which 95 % of white noise lies
 CHARACTER = 0.56  # width of a character over the size of its font, as a rule
+COLOURS = 64  # of a PNG: lines, text and their smooth edges need no more
 FOOTER = "simulated record – not the laboratory's data"
 
 
@@ -111,14 +108,9 @@ def letter(index: int) -> str:
     return (letter(more - 1) if more else "") + chr(97 + last)
 
 
-def panel(index: int, n_panels: int, text: str) -> str:
-    """Title of a panel, with its letter where there are several."""
-    return f"({letter(index)}) {text}" if n_panels > 1 else text
-
-
 def entitle(ax: Axes, index: int, n_panels: int, text: str, room: float) -> None:
-    """Give a panel its letter and title, in so much of the figure's width."""
-    ax.set_title(wrapped(panel(index, n_panels, text), room), loc="left")
+    """Give a panel its title in so much of the figure's width, with a letter where there are several."""
+    ax.set_title(wrapped(f"({letter(index)}) {text}" if n_panels > 1 else text, room), loc="left")
 
 
 def recorded(origin: str) -> Style:
@@ -206,7 +198,7 @@ def fit_beside(n: int, narrowest_in: float) -> int:
     return max(1, min(n, int(size(1)[0] / narrowest_in)))
 
 
-NARROWEST_IN, ALONE_IN = 1.7, 2.1  # of a panel of a scene, beside other foundations and beside other blocks
+NARROWEST_IN, ALONE_IN = 1.7, 2.1  # of a panel of a scene, below one of its foundation and else
 Scene = tuple[str, str]
 """A block on a foundation."""
 
@@ -222,15 +214,15 @@ def of_scene(table: pd.DataFrame, block: str, foundation: str) -> pd.DataFrame:
 
 
 def _places(scenes: Sequence[Scene]) -> tuple[int, int, dict[Scene, tuple[int, int]]]:
-    """Rows, columns and the place of each scene: blocks by foundations, or side by side on a single one."""
+    """Rows, columns and the place of each scene: blocks by foundations where most of these occur, else one
+    after the other."""
     above, under = (list(dict.fromkeys(names)) for names in zip(*scenes, strict=True))
-    if len(under) > 1:
-        grid = product(enumerate(above), enumerate(under))
-        places = {(block, base): (i, j) for (i, block), (j, base) in grid if (block, base) in scenes}
+    if 1 < len(under) <= fit_beside(len(under), NARROWEST_IN) and 2 * len(scenes) > len(above) * len(under):
+        places = {(block, base): (above.index(block), under.index(base)) for block, base in scenes}
         return len(above), len(under), places
-    rows = -(-len(above) // fit_beside(len(above), ALONE_IN))
-    beside = -(-len(above) // rows)
-    return rows, beside, {(block, under[0]): divmod(i, beside) for i, block in enumerate(above)}
+    rows = -(-len(scenes) // fit_beside(len(scenes), ALONE_IN))
+    beside = -(-len(scenes) // rows)
+    return rows, beside, {scene: divmod(i, beside) for i, scene in enumerate(scenes)}
 
 
 def panels_per_scene(
@@ -240,8 +232,7 @@ def panels_per_scene(
     ratios: Sequence[float] = (1.0,),
     **shared: Any,
 ) -> tuple[Figure, dict[Scene, tuple[Axes, ...]]]:
-    """A figure with a row for each block and a column for each foundation, titled; blocks stand side by side
-    where there is one foundation. With many foundations the figure grows wider than its target.
+    """A figure with panels for each block on a foundation, titled.
 
     Parameters
     ----------
@@ -262,8 +253,7 @@ def panels_per_scene(
         The panels of each block and foundation.
     """
     n, (rows, beside, places) = len(ratios), _places(scenes)
-    width, height = size(0.5 + height_in * rows)
-    figure = Figure(figsize=(max(width, NARROWEST_IN * beside), height))
+    figure = Figure(figsize=size(0.5 + height_in * rows))
     axes = figure.subplots(n * rows, beside, squeeze=False, height_ratios=[*ratios] * rows, **shared)
     panels: dict[Scene, tuple[Axes, ...]] = {}
     for scene, (i, j) in places.items():
@@ -298,38 +288,15 @@ def outer_labels(panels: Mapping[Any, Axes], x: str, y: str) -> None:
             ax.set_ylabel(y)
 
 
-def finish(figure: Figure, origin: str) -> None:
-    """One legend of all panels above them, each label once, and the footer."""
-    found = [ax.get_legend_handles_labels() for ax in figure.axes]
-    handles = {name: handle for each in found for handle, name in zip(*each, strict=True)}
-    if handles:
-        columns = legend_columns(list(handles))
-        figure.legend(handles.values(), handles, loc="outside upper center", ncols=columns)
+def finish(figure: Figure, origin: str, handles: Sequence[Artist] = ()) -> None:
+    """A legend above the panels, of the handles or else of what they show, each label once; the footer."""
+    known = {str(each.get_label()): each for each in handles}
+    if not known:
+        for ax in figure.axes:
+            known |= dict(zip(*ax.get_legend_handles_labels()[::-1], strict=True))
+    if known:
+        figure.legend(handles=[*known.values()], loc="outside upper right", ncols=legend_columns([*known]))
     footer(figure, origin)
-
-
-def finish_with(figure: Figure, origin: str, handles: Sequence[Artist]) -> None:
-    """A legend of what the handles stand for above the panels, at the right, and the footer."""
-    columns = legend_columns([str(handle.get_label()) for handle in handles])
-    figure.legend(handles=handles, loc="outside upper right", ncols=columns)
-    footer(figure, origin)
-
-
-def rows_down(ax: Axes, names: Sequence[str]) -> None:
-    """Name the rows of a panel and of those that share its axis, the first at the top."""
-    ax.set_yticks(range(len(names)), names)
-    ax.set_ylim(len(names) - 0.4, -0.6)
-
-
-def number_ticks(axis: Any, low: float, high: float, n: int = 4, room: float = 1.0) -> None:
-    """Ticks of an axis of numbers with powers of ten, also of a logarithmic one of less than a decade; as
-    many as stand side by side in so much of the figure's width."""
-    ticks = np.array(MaxNLocator(n, steps=[1, 2, 5, 10]).tick_values(low, high))
-    ticks = ticks[(low < ticks) & (ticks < high)]
-    beside = room * size(1)[0] * 72 / (10 * CHARACTER * _points("xtick.labelsize"))
-    ticks = ticks[:: -(-len(ticks) // max(2, int(beside)))] if len(ticks) else ticks
-    texts = ([quantity(tick, digits=digits) for tick in ticks] for digits in (2, 3, 4, 5, 6))
-    axis.set_ticks(ticks, next((each for each in texts if len({*each}) == len(each)), list(map(str, ticks))))
 
 
 def whole_decades(axis: Any) -> None:
@@ -359,22 +326,19 @@ def save(
     data: pd.DataFrame,
     stem: str | Path,
     origin: str | None = None,
-    pdf_fonts: int = 42,
 ) -> None:
     """Write a figure as `<stem>.pdf` and `<stem>.png`, and its numbers as `<stem>.csv`.
 
     Parameters
     ----------
     figures : Figure or sequence of Figure
-        Several figures become the pages of the PDF and are stacked in the PNG.
+        Several are pages to look at, of no paper: stacked in the PNG, and the pictures of them in the PDF.
     data : pandas.DataFrame
         The numbers drawn.
     stem : path-like
         Path without suffix.
     origin : str, optional
         "simulated" or "measured": written beside the numbers.
-    pdf_fonts : 42 or 3
-        TrueType, as publishers want it; or outlines, written in half the time, for pages of no paper.
     """
     pages = [figures] if isinstance(figures, Figure) else list(figures)
     images = []
@@ -388,11 +352,14 @@ def save(
         canvas.draw()
         images.append(np.array(canvas.buffer_rgba())[..., :3])
     with atomic(f"{stem}.png") as part:
-        stacked = Image.fromarray(np.vstack(images))
-        stacked.save(part, "png", dpi=(pages[0].dpi, pages[0].dpi), compress_level=3)
-    undated: dict[str, Any] = {"CreationDate": None}
-    fonts = matplotlib.rc_context({"pdf.fonttype": pdf_fonts})
-    with fonts, atomic(f"{stem}.pdf") as part, PdfPages(part, metadata=undated) as pdf:
-        for page in pages:
-            FigureCanvasPdf(page).print_pdf(pdf)
+        stacked, dpi = Image.fromarray(np.vstack(images)), pages[0].dpi
+        few = stacked.quantize(COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+        few.save(part, "png", dpi=(dpi, dpi))
+    with atomic(f"{stem}.pdf") as part:
+        if isinstance(figures, Figure):
+            FigureCanvasPdf(figures).print_pdf(part, metadata={"CreationDate": None})
+        else:
+            undated: dict[str, Any] = {"creationDate": None, "modDate": None, "title": None}
+            first, *others = map(Image.fromarray, images)
+            first.save(part, "pdf", resolution=dpi, save_all=True, append_images=others, **undated)
     write_csv(data if origin is None else data.assign(origin=origin), f"{stem}.csv")

@@ -29,4 +29,4 @@ def make_quality(
         if reason
         else quality.draw(record, open_fits(fits_file, only=quality.OF_FITS), labels)
     )
-    save(*drawn, stem, record.attrs["origin"], pdf_fonts=3)
+    save(*drawn, stem, record.attrs["origin"])

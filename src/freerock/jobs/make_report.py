@@ -70,6 +70,6 @@ def make_report(
 
 
 def read_caption(path: str | Path) -> tuple[str, str]:
-    """Title and text of a figure's caption, as `freerock.jobs.make_figure.make_figure` writes them."""
+    """Title and text of a figure's caption, as `freerock.jobs.make_figures.make_figures` writes them."""
     title, _, text = Path(path).read_text(encoding="utf-8").rstrip("\n").partition("\n")
     return title, text

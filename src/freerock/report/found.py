@@ -4,10 +4,12 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from freerock.models.free_parameters import SYMBOLS
+from freerock.models.free_parameters import SYMBOLS, unit_of
 from freerock.models.laws import MODEL_LABELS, PAPER_MODELS
 from freerock.tables.number_text import fixed, percent, quantity, unit_text, with_unit
 from freerock.tables.printed import PROCEDURE, Labels, Printed, identified
+
+NO_BREAK = "\N{NO-BREAK SPACE}"
 
 
 def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
@@ -23,32 +25,33 @@ def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
     rows = []
     for row in frame.to_dict("records"):
         parameters = [
-            f"{SYMBOLS[name]} = {identified(row[name], row[f'{name}_u'])} {unit_text(unit)}".rstrip().replace(
-                " ", "\N{NO-BREAK SPACE}"
-            )
-            for name, unit in (("r", "1"), ("k", "N m-2"), ("c", "N s m-2"), ("lambda", "N s m-3"))
+            f"{SYMBOLS[name]} = {identified(row[name], row[f'{name}_u'])} {unit_text(unit_of(name))}"
+            for name in ("r", "k", "c", "lambda")
             if pd.notna(row[name])
         ]
-        longest = [labels.get(block, block) for block in str(row["longest"] or "").split() if block != "nan"]
-        epsilon = [percent(row[f"epsilon_{name}"]) for name in PAPER_MODELS]
-        law = MODEL_LABELS.get(row["model"], "none")
-        rows.append(
-            {
-                "Foundation": labels.get(row["foundation"], row["foundation"]),
-                "Selected law": f"{law}, {row['n_selected']} of {row['n_runs']} runs",
-                "Parameters": "; ".join(parameters) or "–",
-                "Scatter of impacts σ_r": quantity(row["sigma_r"], row["sigma_r_u"]),
-                "r of first impacts": fixed(row["r_first"], 3),
-                "ε_θ / %: Housner; Winkler; Hunt–Crossley": "; ".join(epsilon),
-                "Next run: peaks in the 95 % band": f"{row['n_inside']} of {row['n_peaks']}",
-                "Rocks longest here": ", ".join(longest) or "–",
-            }
-        )
+        longest = str(row["longest"]).split() if pd.notna(row["longest"]) else []
+        law, misfits = MODEL_LABELS.get(row["model"], "none"), (f"epsilon_{name}" for name in PAPER_MODELS)
+        epsilon = [
+            f"{MODEL_LABELS[name]} {percent(row[key])}"
+            for name, key in zip(PAPER_MODELS, misfits, strict=True)
+            if pd.notna(row[key])
+        ]
+        told = {
+            "Foundation": labels.get(row["foundation"], row["foundation"]),
+            "Rock longest on it": ", ".join(labels.get(block, block) for block in longest),
+            "Selected law": f"{law}, {row['n_selected']} of {row['n_runs']} runs",
+            "Parameters": "; ".join(parameters).replace(" ", NO_BREAK).replace(f";{NO_BREAK}", "; "),
+            "Scatter of impacts σ_r / %": quantity(100 * row["sigma_r"], 100 * row["sigma_r_u"]),
+            "r of first impacts": fixed(row["r_first"], 3),
+            "ε_θ / %": ", ".join(epsilon),
+            "Next run foretold": f"{row['n_inside']} of {row['n_peaks']} peaks" * bool(row["n_peaks"]),
+        }
+        rows.append({head: cell or "–" for head, cell in told.items()})
     text = pd.DataFrame(rows)
     text = text.loc[:, [name for name in text if set(text[name]) != {"–"}]]
     about = (
         "±: total standard uncertainty. r of first impacts: median of all runs, by energy. "
-        f"ε_θ of the laws: median, {PROCEDURE}. Next run: measured peaks in the band foretold by "
+        f"ε_θ of the laws: median, {PROCEDURE}. Next run foretold: measured peaks in the 95 % band by "
         "the other runs of the record."
     )
     return Printed(text, "Each foundation", [about])

@@ -1,9 +1,9 @@
 """The report of a campaign: one HTML file that opens without internet."""
 
 import base64
-import io
 import os
 import re
+import struct
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,6 @@ from typing import Any
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
-from PIL import Image
 
 from freerock.config.review_log import Change
 from freerock.files import write_text
@@ -35,7 +34,6 @@ from freerock.tables.printed import printed_tables
 
 FIRST = ("foundation_effect", "comparison")  # figures of which the first there is stands on the first screen
 MOST_FIGURES = 12  # in the page, about 100 kB each; the others are linked
-COLOURS = 64  # of a figure in the page: lines, text and their smooth edges need no more
 INDEXED = re.compile(
     r"(?<![A-Za-z0-9_])(ε|t|θ|σ)_(θ|f|th|ex|cr|r)(?![A-Za-z0-9_])"
 )  # in no name, as mat_foam
@@ -147,7 +145,6 @@ def _figure(caption: str, file: Path, folder: Path, n: int) -> dict[str, Any]:
     image |= {"file": os.path.relpath(file.with_suffix(".pdf"), folder)}
     if n > MOST_FIGURES:
         return image
-    with Image.open(file) as opened, io.BytesIO() as small:
-        opened.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(small, "png", compress_level=7)
-        data = base64.b64encode(small.getvalue()).decode()
-        return image | {"width": opened.width, "height": opened.height, "data": data}
+    png = file.read_bytes()
+    width, height = struct.unpack(">II", png[16:24])
+    return image | {"width": width, "height": height, "data": base64.b64encode(png).decode()}

@@ -3,7 +3,6 @@
 import re
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -27,7 +26,7 @@ TEX = {
     **{"<": "$<$", ">": "$>$"},
     **{"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"},
     **{"…": r"\ldots{}", "−": "$-$", "°": r"$^\circ$", "–": "--", "’": "'"},
-    **{"ε_θ": r"$\varepsilon_\theta$", "θ₀": r"$\theta_0$"},
+    **{"ε_θ": r"$\varepsilon_\theta$", "θ₀": r"$\theta_0$", "θ_cr": r"$\theta_\mathrm{cr}$"},
     **{"t_f": "$t_f$", "t₀": "$t_0$"},
 }
 _TEX_TOKEN = re.compile(
@@ -37,36 +36,22 @@ _TEX_TOKEN = re.compile(
 _NORMAL_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅₆₇₈₉ₙ", "-01234567890123456789n")
 
 
-class _Fit(NamedTuple):
-    """A way to set a table: environment, font, width it may have [pt], size of the font [pt]."""
-
-    environment: str
-    font: str
-    width_pt: float
-    size_pt: float
-
-
-# Columns and pages of `article` in two columns, the narrowest of the usual classes, with fonts of 10 pt.
-FITS = [
-    _Fit(environment, font, width_pt, size_pt)
-    for environment, width_pt in (("table", 229.5), ("table*", 469.0))
-    for font, size_pt in (("small", 9.0), ("footnotesize", 8.0), ("scriptsize", 7.0))
-]
-SEPARATION_PT, NARROWEST_PT = 2.5, 60.0
+COLUMN_PT, SIZE_PT = 229.5, 9.0  # of `article` in two columns: width of one, and size of \\small
 MOST_ROWS = 40  # of a page, above notes
 WIDE = 0.56  # width of a character over the size of its font, in Computer Modern, at most on the mean
+GAP = 2.5  # on either side of a column [pt]
 _NUMBER = re.compile(  # with a standard error, a power of ten or both; others are set as they are
     r"\(−?[\d.]+ ± [\d.]+\)·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|(?<![\d.(])−?[\d.]+·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|−?[\d.]+ ± [\d.]+"
 )
 _UNIT = re.compile(r"(?<= / \()[^()]+(?=\)$)|(?<= / )[a-z]+$")
-_ITALIC = re.compile(r"^(r|k|c|p|R|m|h/b|2h|2b)(?= / |$)|(?<= )(r)(?= \(Housner\)$)")
+_ITALIC = re.compile(r"^(r|k|c|p|R|m|h/b|2h|2b)(?= / |$| \(Housner\)$)|(?<!\w)[rkc](?= = )")
 
 
 def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: str = "") -> str:
-    """A printed table as LaTeX; the document needs the packages booktabs and siunitx.
+    """A printed table as LaTeX; the document needs the packages booktabs, graphicx and siunitx.
 
-    It is as wide as a column where it fits, else as a page in two columns. One that is higher than a page
-    continues in further tables of the same number.
+    It is as wide as a column where it fits, else as a page in two columns, and shrinks to that. One that is
+    higher than a page continues in further tables of the same number.
 
     Parameters
     ----------
@@ -84,17 +69,12 @@ def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: st
     across = [len(row) > 1 and bool(row[0]) and not any(row[1:]) for row in cells]
     inside = [row for row, alone in zip(cells, across, strict=True) if not alone]
     widths = [max(map(len, column)) for column in zip(*inside, strict=True)]
-    gaps = 2 * SEPARATION_PT * len(widths)
-    fit = next((f for f in FITS if WIDE * f.size_pt * sum(widths) + gaps <= f.width_pt), None)
-    columns = ["l"] * len(widths)
-    if not fit:  # the widest column, of names, is broken into lines
-        fit, widest = FITS[-1], max(range(len(widths) - 1), key=widths.__getitem__)
-        others = WIDE * fit.size_pt * (sum(widths) - widths[widest])
-        columns[widest] = rf"p{{{max(NARROWEST_PT, fit.width_pt - gaps - others):.0f}pt}}"
+    wide = WIDE * SIZE_PT * sum(widths) + 2 * GAP * len(widths) > COLUMN_PT
+    environment = "table*" if wide else "table"
     rows = [
         rf"\multicolumn{{{len(row)}}}{{@{{}}l}}{{{_tex(row[0])}}} \\"
         if alone
-        else " & ".join(map(_cell, row, columns)) + r" \\"
+        else " & ".join(map(_cell, row)) + r" \\"
         for row, alone in zip(cells, across, strict=True)
     ]
     pages = _pages(across[1:])
@@ -102,21 +82,22 @@ def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: st
     for part in pages:
         again = part != pages[0]
         written += [
-            rf"\begin{{{fit.environment}}}",
-            rf"\centering\{fit.font}\setlength{{\tabcolsep}}{{{SEPARATION_PT}pt}}",
+            rf"\begin{{{environment}}}",
+            rf"\centering\small\setlength{{\tabcolsep}}{{{GAP}pt}}",
             r"\sisetup{separate-uncertainty=true, exponent-product=\cdot}",
             *([r"\addtocounter{table}{-1}"] if again else []),
             rf"\caption{{{_tex(caption)}{' (continued)' * again}}}",
             *([rf"\label{{{label}}}"] if label and not again else []),
-            rf"\begin{{tabular}}{{@{{}}{''.join(columns)}@{{}}}}",
+            rf"\setbox0=\hbox{{\begin{{tabular}}{{@{{}}{'l' * len(widths)}@{{}}}}",
             r"\toprule",
             rows[0],
             r"\midrule",
             *rows[1:][part],
             r"\bottomrule",
-            r"\end{tabular}",
+            r"\end{tabular}}",
+            r"\leavevmode\ifdim\wd0>\linewidth\resizebox{\linewidth}{!}{\box0}\else\box0\fi",
             *(rf"\par\footnotesize {_tex(note)}" for note in notes if part == pages[-1]),
-            rf"\end{{{fit.environment}}}",
+            rf"\end{{{environment}}}",
             "",
         ]
     return "\n".join(written)
@@ -133,9 +114,9 @@ def _pages(across: Sequence[bool]) -> list[slice]:
     return [*pages, slice(start, len(across))]
 
 
-def _cell(text: str, column: str) -> str:
+def _cell(text: str) -> str:
     """A cell: numbers and units by siunitx, symbols of quantities in italics."""
-    parts, end = [r"\raggedright "] if text and column[0] == "p" else [], 0
+    parts, end = list[str](), 0
     found = [*_ITALIC.finditer(text), *_UNIT.finditer(text)]
     found += _NUMBER.finditer(text)
     for match in sorted(found, key=re.Match.start):
@@ -158,12 +139,12 @@ def _set(match: re.Match[str]) -> str:
 
 
 def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
-    r"""Every fitted number as a LaTeX macro, for the text of a paper.
+    r"""Means and ε_θ as LaTeX macros, for the text of a paper.
 
     Parameters
     ----------
     tidy : mapping of str to pandas.DataFrame
-        The tidy tables runs, parameters, epsilon, choice and populations.
+        The tidy tables runs, epsilon, choice and populations.
 
     Returns
     -------
@@ -171,9 +152,7 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
         A file to `\input`: `\frRecords`, `\frRuns`; of each record the mean parameters of its runs with
         u_total and unit, as `\frConfigTwoMarbleHuntCrossleyK`, and the median ε_θ; of each foundation
         the mean over its records, as `\frmeanMarbleHuntCrossleyK` (no test begins in lower case), unless
-        all its runs reject the law; of each fit
-        its parameters, ε_θ and t_f, with `RunOne` before the model. The numbers of a fit that may
-        not be used are the words "failed fit".
+        all its runs reject the law.
     """
     runs, named = tidy["runs"], dict[str, str]()
 
@@ -194,12 +173,6 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     usable = tidy["epsilon"][tidy["epsilon"]["success"]]
     for (test, model), epsilon in usable.groupby(["test", "model"], sort=False)["epsilon_theta"]:
         macro([spelt_test(test), _letters(model), "Epsilon"], f"{quantity(100 * epsilon.median())} %")
-    for row in tidy["parameters"].itertuples():
-        value = value_text(row.value, row.u_total, row.unit)
-        macro([*_fit_name(row), _letters(row.parameter)], value if row.success else "failed fit")
-    for row in tidy["epsilon"].itertuples():
-        text = f"{quantity(100 * row.epsilon_theta)} %"
-        macro([*_fit_name(row), "Epsilon"], text if row.success else "failed fit")
     notes = [*[f"% {SIMULATED_NOTE}"] * ("simulated" in set(runs["origin"])), f"% {SEEN_NOTE}"]
     lines = [rf"\newcommand{{\{name}}}{{{text}}}" for name, text in named.items()]
     return "\n".join([*notes, *lines, ""])
@@ -245,7 +218,7 @@ def paper_tex(captions: Mapping[str, tuple[str, str]], tables: Sequence[str]) ->
     """
     lines = [
         r"\documentclass[twocolumn]{article}",
-        r"\usepackage{booktabs,siunitx,graphicx}",
+        r"\usepackage{booktabs,graphicx,siunitx}",
         r"\graphicspath{{../figures/}}",
         r"\begin{document}",
         *(rf"\input{{{name}}}" for name in tables),
@@ -256,21 +229,16 @@ def paper_tex(captions: Mapping[str, tuple[str, str]], tables: Sequence[str]) ->
     return "\n".join(lines)
 
 
-def _fit_name(row: Any) -> list[str]:
-    return [spelt_test(row.test), "Run", _letters(str(row.run)), _letters(row.model)]
-
-
 def spelt_test(name: str) -> str:
     """A test's name in letters alone, as no other is spelt: "config2_marble" is ConfigTwoMarble.
 
     Names of another form than words in lower case, each with its number, end in Q and their bytes as letters
-    from a to p; so do those that end as a run or as such a name.
+    from a to p; so do those that end as such a name.
     """
     spelt = _letters(name)
     words = re.findall("[A-Z][a-z]*", spelt)
     plain = "".join(str(DIGITS.index(word)) if word in DIGITS else f"_{word.lower()}" for word in words)
-    taken = re.search(rf"Run({'|'.join(DIGITS)})+$|Q[a-p]*$", spelt)
-    if plain.removeprefix("_") == name and not taken:
+    if plain.removeprefix("_") == name and not re.search("Q[a-p]*$", spelt):
         return spelt
     return spelt + "Q" + name.encode().hex().translate(str.maketrans("0123456789abcdef", "abcdefghijklmnop"))
 

@@ -4,29 +4,10 @@ import math
 import re
 from collections.abc import Sequence
 
-from freerock.rotation.u_total import OF_LAW
-
 SEEN_NOTE = "θ₀: as the sensor shows it, a sinking corner included."
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 LEAST_PERCENT = 0.01  # of an ε_θ that is told
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-INPUT_LABELS = {
-    "runs": "runs",
-    OF_LAW: "law",
-    "height_m": "height",
-    "width_m": "width",
-    "contact_width_m": "contact width",
-    "mass_kg": "mass",
-    "com_height_m": "centre of mass",
-    "com_offset_m": "its offset",
-    "inertia_kg_m2": "moment of inertia",
-    "gravity_m_s2": "gravity",
-    "position_m": "beam position",
-    "scale_fraction": "scale",
-    "sampling_rate_fraction": "sampling rate",
-    "response_ms": "sensor response",
-    "levelled_deg": "levelling",
-}
 
 
 def quantity(value: float, stderr: float = math.nan, digits: int = 3) -> str:

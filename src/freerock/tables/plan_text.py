@@ -1,5 +1,6 @@
 """The plan of a campaign as printed."""
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -7,7 +8,8 @@ import pandas as pd
 
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS
-from freerock.tables.number_text import INPUT_LABELS
+
+UNIT = re.compile("_(fraction|(m|kg|deg|ms)(_m2|_s2)?)$")  # at the end of an input's name
 
 
 def plan_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> str:
@@ -37,14 +39,14 @@ def plan_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> s
         case = (
             f"{best.sensor}, {best.duration_s:g} s, {best.sampling_rate_hz:g} Hz, {best.release_angle_deg:g}°"
         )
-        first = f"{INPUT_LABELS[best.first_input]} of {best.first_owner}" if best.first_input else "–"
+        first = UNIT.sub("", best.first_input).replace("_", " ")
         rows.append(
             dict(zip(keys, key, strict=True))
             | {
                 "noise / %": _percent(best.stderr, best.value),
                 "total / %": _percent(best.u_total, best.value),
-                "input that matters most": first,
-                "share of u²": f"{100 * best.first_share:.0f} %" if best.first_input else "–",
+                "input that matters most": f"{first} of {best.first_owner}" if first else "–",
+                "share of u²": f"{100 * best.first_share:.0f} %" if first else "–",
                 "case": "–" if best.note else case,
             }
         )

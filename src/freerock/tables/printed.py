@@ -8,7 +8,7 @@ import pandas as pd
 
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS, PAPER_MODELS
-from freerock.tables.number_text import SIMULATED_NOTE, fixed, percent, quantity, with_unit
+from freerock.tables.number_text import SIMULATED_NOTE, fixed, percent, quantity, unit_text, with_unit
 
 Labels = Mapping[str, str]
 PROCEDURE = "by the paper's own procedure: one motion over the whole run, no input or impact free"
@@ -88,54 +88,54 @@ def _table1(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printe
 
 def _table2(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
     """Laws by foundations: identified, by the paper's own procedure, and as published."""
-    foundations = list(dict.fromkeys(frame["foundation"]))
-    heads = ["", *(labels.get(each, each) for each in foundations)]
     kinds: dict[str, Callable[[Any], str]] = {
         "Identified": lambda row: identified(row.mean, row.u_total),
         "Paper's procedure": lambda row: quantity(row.paper),
         "Published": lambda row: quantity(row.published),
     }
-    blocks = {*frame["block"].dropna()} - {""}
-    lines: list[list[str]] = []
+    frame = frame.fillna({"block": ""})
+    several = frame["block"].nunique() > 2  # one of Housner's r, and those of foundations
+    cells: list[tuple[str, str, str, str]] = []
     for kind, cell in kinds.items():
-        own: dict[str, dict[str, str]] = {}
-        for row in frame.itertuples():
-            name = f"{MODEL_LABELS[row.model]}, {with_unit(SYMBOLS[row.parameter], row.unit)}"
-            name += f", {labels.get(row.block, row.block)}" * (row.block in blocks and len(blocks) > 1)
-            own.setdefault(name, {})[row.foundation] = cell(row)
-        told = [
-            [name, *(cells.get(each, "–") for each in foundations)]
-            for name, cells in own.items()
-            if set(cells.values()) != {"–"}
-        ]
-        lines += [[kind, *[""] * len(foundations)], *told] if told else []
+        for (law, block, base), own in frame.groupby(["model", "block", "foundation"], sort=False):
+            name = MODEL_LABELS[law] + f", {labels.get(block, block)}" * bool(block and several)
+            told = [f"{SYMBOLS[row.parameter]} = {cell(row)}" for row in own.itertuples() if cell(row) != "–"]
+            cells += [(kind, name, base, ", ".join(told))] if told else []
+    units = frame[frame["unit"] != "1"].drop_duplicates("parameter")
+    known = [f"{SYMBOLS[row.parameter]} in {unit_text(row.unit)}" for row in units.itertuples()]
     about = (
         "Identified: mean of the records ± total standard uncertainty, inputs and impacts free. Paper's "
-        "procedure: median of the runs, one motion over the whole run, no input or impact free."
+        "procedure: median of the runs, one motion over the whole run, no input or impact free. "
+        f"{', '.join(known)}."
     )
-    return Printed(pd.DataFrame(lines, columns=heads), "Identified parameters", [about, *notes])
+    return Printed(_by_law("", cells, labels), "Identified parameters", [about, *notes])
 
 
 def _table3(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
     """ε_θ of the laws by foundations, below each block."""
-    foundations = list(dict.fromkeys(frame["foundation"]))
-    heads = ["ε_θ / %", *(labels.get(each, each) for each in foundations)]
-    lines: list[list[str]] = []
-    for block, of_block in frame.groupby("block", sort=False):
-        lines.append([labels.get(str(block), str(block)), *[""] * len(foundations)])
-        for law in PAPER_MODELS:
-            own = {row.foundation: row for row in of_block[of_block["model"] == law].itertuples()}
-            if own:
-                lines.append([MODEL_LABELS[law], *(_epsilon(own.get(each)) for each in foundations)])
+    cells = [
+        (labels.get(row.block, row.block), MODEL_LABELS[row.model], row.foundation, _epsilon(row))
+        for row in frame.itertuples()
+    ]
     about = f"Median of the runs, {PROCEDURE}."
     beside = " In brackets: published." if frame["published"].notna().any() else ""
     caption = "ε_θ between recorded and modelled rotation"
-    return Printed(pd.DataFrame(lines, columns=heads), caption, [about + beside, *notes])
+    return Printed(_by_law("ε_θ / %", cells, labels), caption, [about + beside, *notes])
+
+
+def _by_law(first: str, cells: Sequence[tuple[str, str, str, str]], labels: Labels) -> pd.DataFrame:
+    """Cells, of part, law, foundation and text: laws by foundations, the parts below each other."""
+    foundations = list(dict.fromkeys(base for _, _, base, _ in cells))
+    text = {cell[:3]: cell[3] for cell in cells}
+    lines: list[list[str]] = []
+    for part in dict.fromkeys(each for each, *_ in cells):
+        lines.append([part, *[""] * len(foundations)])
+        for name in dict.fromkeys(law for each, law, *_ in cells if each == part):
+            lines.append([name, *(text.get((part, name, base), "–") for base in foundations)])
+    return pd.DataFrame(lines, columns=[first, *(labels.get(base, base) for base in foundations)])
 
 
 def _epsilon(row: Any) -> str:
-    if row is None:
-        return "–"
     text = percent(row.epsilon_theta, 3) if row.n_runs else "failed fit"
     return text + (f" [{fixed(100 * row.published, 2)}]" if math.isfinite(row.published) else "")
 
@@ -182,8 +182,8 @@ def printed_recovered(frame: pd.DataFrame) -> Printed:
 
 
 def identified(mean: float, u: float) -> str:
-    """A mean with its total standard uncertainty; in words where that exceeds it."""
-    return "not determined" if u > abs(mean) else quantity(mean, u)
+    """A mean with its total standard uncertainty; in a word where that exceeds it."""
+    return "undetermined" if u > abs(mean) else quantity(mean, u)
 
 
 def _stated(value: float) -> str:
