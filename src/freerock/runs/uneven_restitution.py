@@ -8,6 +8,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import stdtr
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
@@ -16,6 +17,7 @@ from freerock.runs.verdict import Reason
 
 FIRST = 10  # impacts that are looked at: the restitution of low swings is uncertain
 SURE = 5.0  # standard errors, of which the scatter of clean runs is a part
+CHANCE = 1e-3  # of so uneven a run whose impacts scatter at random, by Student's distribution
 BENT = 0.05  # of how far the restitution goes from the second impact to the last: more scatter where it bends
 ALTERNATES = "level the base, and check the laser: its sign, the level of its beam, its linearity"
 FALLS_OUT = "the block may have been touched, hit or caught, or it slid: look there, and exclude the run"
@@ -39,7 +41,7 @@ class Evenness(NamedTuple):
     scatter: float
 
 
-EVEN = (Evenness(8, 3, 1.5e-3), Evenness(5, 2, 2.5e-3), Evenness(3, 1, 4e-3))
+EVEN = (Evenness(8, 3, 1.5e-3), Evenness(6, 2, 2.5e-3))
 
 
 class Unevenness(NamedTuple):
@@ -60,12 +62,17 @@ class Unevenness(NamedTuple):
     stderr: float
     left: float
 
-    def unevenness(self, spare: int) -> float:
-        """How many times as far off as expected the other impacts are, by so many degrees of freedom.
+    def is_sure(self, spare: int, tried: int) -> bool:
+        """Whether it is more than the scatter of the other impacts, seen by so many degrees of freedom.
 
-        At least 1. A hardly damped block still bounces when the next impact comes: all its impacts are off.
+        That of a hardly damped block, or of a laboratory, is larger than of clean runs.
         """
-        return max(1.0, math.sqrt(self.left / spare)) if spare > 0 else 1.0
+        scatter, times = math.sqrt(self.left / spare), abs(self.size) / self.stderr
+        return times >= SURE * max(1.0, scatter) and tried * self._chance(times, scatter, spare) < CHANCE
+
+    @staticmethod
+    def _chance(times: float, scatter: float, spare: int) -> float:
+        return 2 * float(stdtr(spare, -times / scatter)) if scatter > 0 else 0.0
 
 
 def reasons_of_unevenness(impacts: Impacts, block: Block, peak_stderr: float = 0.0) -> list[Reason]:
@@ -73,8 +80,8 @@ def reasons_of_unevenness(impacts: Impacts, block: Block, peak_stderr: float = 0
 
     The scatter was set on 1500 clean runs of the three laws, on foundations of any stiffness and damping, of
     worn corners and of pivoting blocks; docs/validation.md counts the false alarms of others. With fewer than
-    eight impacts the two kinds can't be told apart; with fewer than five, one impact that falls out can't be
-    told from a curve. No peak is known better than to `peak_stderr` [rad], by the noise as it is at rest.
+    eight impacts the two kinds can't be told apart; of fewer than six nothing is said.
+    No peak is known better than to `peak_stderr` [rad], by the noise as it is at rest.
     """
     n = min(impacts.restitution.size, FIRST)
     r, covariance = impacts.restitution[:n], restitution_covariance(impacts, block, peak_stderr)[:n, :n]
@@ -85,7 +92,7 @@ def reasons_of_unevenness(impacts: Impacts, block: Block, peak_stderr: float = 0
     found = unevennesses(known.astype(float), r[known], covariance[np.ix_(known, known)], even)
     worst = found[0] if even is EVEN[-1] else min(found, key=lambda each: each.left)
     spare = known.size - even.degree - 2
-    if max(abs(each.size) / each.stderr / each.unevenness(spare) for each in (found[0], worst)) < SURE:
+    if not (found[0].is_sure(spare, 1) or worst.is_sure(spare, known.size)):
         return []
     if even is not EVEN[0]:
         text = f"restitution does not change smoothly from impact to impact, by {abs(found[0].size):.2g}"
