@@ -4,6 +4,7 @@ __all__ = [
     "band",
     "estimate",
     "impact_energy",
+    "law_error",
     "means",
     "predict",
     "random_effects",

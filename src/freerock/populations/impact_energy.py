@@ -31,9 +31,6 @@ BEYOND = 2.0  # times the time between the last two impacts, for the top after t
 APART = 0.25  # of the time between two impacts, by which a measured one may lie off that of the law
 
 
-NEAR = 3.0  # times the least residual, up to which a law is about as near to a run
-
-
 class ImpactEnergy(NamedTuple):
     """Of each impact of a modelled motion, in the order of time, shape (n_impacts,).
 
@@ -119,33 +116,6 @@ def impact_energy(
         nominal.restitution * (nominal.number == 0) * _taken(block, abs(fit.values.get("theta0", law.theta0)))
     ) ** 2
     return ImpactEnergy(nominal.time_s, nominal.restitution, np.sqrt(np.maximum(total, 0.0)))
-
-
-def beside_near_laws(found: Mapping[str, ImpactEnergy], fits: Mapping[str, Fit]) -> dict[str, ImpactEnergy]:
-    """Energies whose u holds how far apart the laws are, where a law leaves more than the noise.
-
-    To the uncertainty of each restitution comes its root mean square difference from those of the other laws
-    that are about as near to the run.
-
-    Parameters
-    ----------
-    found : mapping of str to ImpactEnergy
-        Of one run by candidate.
-    fits : mapping of str to Fit
-    """
-    left = {name: fits[name].evidence.residual_over_noise for name in found}
-    near = [name for name in found if left[name] <= NEAR * min(left.values())]
-    told = dict(found)
-    for name in near:
-        if fits[name].evidence.agrees or len(near) < 2:
-            continue
-        own, apart = found[name], []
-        for other in near:
-            at = of_measured(own.time_s, found[other].time_s)
-            apart.append(np.where(at >= 0, found[other].restitution[at] - own.restitution, np.nan))
-        square = np.nansum(np.square(apart), axis=0) / max(len(near) - 1, 1)
-        told[name] = own._replace(u_total=np.sqrt(own.u_total**2 + square))
-    return told
 
 
 def of_measured(time_s: Floats, law_s: Floats) -> NDArray[np.intp]:
