@@ -21,7 +21,7 @@ from freerock.tables.csvfile import read_csv, write_csv
 from freerock_bench.document import in_markdown, renew
 
 ROOT = Path(__file__).parents[2]
-TABLES = ("runs", "reasons", "choice", "parameters", "restitution", "populations", "bands", "epsilon")
+TABLES = ("runs", "reasons", "choice", "parameters", "restitution", "populations", "predictions", "epsilon")
 SAME_RUN_S, SAME_IMPACT_S = 0.5, 0.02
 COLUMNS = ["case", "parameter", "truth", "value", "stderr", "u", "inside", "test", "run", "law", "kinematics"]
 COLUMNS += ["block", "foundation", "note"]
@@ -129,7 +129,7 @@ def rows_of_record(own: Tables, truth: Mapping[str, Any], right: Sequence[str]) 
     yield from _restitution(own["restitution"], own["runs"], truth, found)
     yield from _means(own["populations"], truth, model)
     for name, what in (("inside", "|θ_n|"), ("impact_inside", "impacts")):
-        for row in own["bands"].itertuples():
+        for row in own["predictions"].itertuples():
             yield {"parameter": f"{what} of the next run", "inside": bool(getattr(row, name)), "run": row.run}
 
 

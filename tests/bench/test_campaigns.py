@@ -62,7 +62,7 @@ def tables(records):
         "parameters": fits,
         "restitution": [impact | {"r_energy_u": 0.001}],
     }
-    made |= {"populations": [mean], "bands": [band], "reasons": [], "epsilon": [scatter]}
+    made |= {"populations": [mean], "predictions": [band], "reasons": [], "epsilon": [scatter]}
     return {
         name: pd.DataFrame(rows, columns=None if rows else ["test", "reason"]) for name, rows in made.items()
     }

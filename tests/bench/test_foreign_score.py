@@ -37,7 +37,7 @@ def graded(verdict="ok", reasons="", selected="winkler", k=1.01e6, r=0.9005):
     }
     heads = {
         "populations": ["test", "level", "model"],
-        "bands": ["test", "run"],
+        "predictions": ["test", "run"],
         "reasons": ["test"],
         "epsilon": ["test", "model"],
     }

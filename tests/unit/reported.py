@@ -4,15 +4,12 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from fabricated import tidy_tables
 from matplotlib.image import imsave
 
 from freerock.columns import columns_of
 from freerock.config.campaign import load_campaign
 from freerock.models.block import Block
-from freerock.populations.predict import PREDICTIONS
-from freerock.products.estimates import estimates_of
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.paper import summary_table, table1, table2, table3
@@ -79,25 +76,8 @@ def tables_of(folder, datasets, shapes=BLOCKS):
     """Write the tables of made-up records into a folder; the frames by name."""
     records, fitted = datasets
     frames = tidy_tables(records, fitted)
-    frames["predictions"] = pd.DataFrame(
-        [
-            [
-                each.campaign,
-                each.test,
-                each.run,
-                each.block,
-                each.foundation,
-                each.model,
-                "other runs",
-                1,
-                0.03,
-            ]
-            for each in estimates_of(fitted)
-        ],
-        columns=PREDICTIONS,
-    )
     own = frames["choice"].query("status == 'selected'").assign(peak=1, peak_deg=8.0, inside=True, n_runs=1)
-    frames["bands"] = own.reindex(columns=columns_of("bands"))
+    frames["predictions"] = own.reindex(columns=columns_of("predictions"))
     frames["summary"] = summary_table(frames)
     frames |= {
         "table1": table1(records, shapes, {"b1": 10.0}),

@@ -37,7 +37,7 @@ def test_peaks_are_those_of_the_closed_form():
 
 def test_equal_runs_foretell_each_other_in_a_narrow_band():
     table = record([0.9, 0.9, 0.9])
-    assert list(table) == columns_of("bands") and table["inside"].all()
+    assert list(table) == columns_of("predictions") and table["inside"].all()
     assert ((table["impact_high_s"] - table["impact_low_s"]) < 0.01).all()
     np.testing.assert_allclose(table["impact_median_s"], table["impact_s"], atol=1e-3)
     assert ((table["high_deg"] - table["low_deg"]) < 0.02 * table["peak_deg"]).all()

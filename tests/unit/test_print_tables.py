@@ -20,7 +20,7 @@ def tables(tmp_path_factory):
 
 
 def test_printed_tables_are_those_of_the_datasets(tables, tmp_path):
-    names = ("runs", "parameters", "epsilon", "choice", "populations", "restitution")
+    names = ("runs", "epsilon", "choice", "populations", "restitution")
     files = {name: tmp_path / f"{name}.csv" for name in (*names, "table1", "table2", "table3")}
     for name, file in files.items():
         write_csv(tables[name], file)

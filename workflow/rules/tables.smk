@@ -8,7 +8,7 @@ TIDY = [
     "choice",
     "restitution",
 ]
-TIDY += ["pulls", "paper", "predictions", "foundations", "populations", "budget", "summary", "bands"]
+TIDY += ["pulls", "paper", "predictions", "foundations", "populations", "budget", "summary"]
 PRINTED = {"table1": "1, block configurations", "table2": "2, parameters", "table3": "3, ε_θ"}
 
 
@@ -39,7 +39,7 @@ rule tables:
 
 rule printed_tables:
     input:
-        tables=csv_tables("runs", "parameters", "epsilon", "choice", "populations", "restitution", *PRINTED),
+        tables=csv_tables("runs", "epsilon", "choice", "populations", "restitution", *PRINTED),
     output:
         printed=[
             printed_table(name, suffix, title)

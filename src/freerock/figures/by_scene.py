@@ -46,19 +46,9 @@ def figure_of(
         origin: str,
         labels: Labels = None,
     ) -> Drawing:
-        """Draw all runs, and the laws fitted to the first of each scene.
+        """Draw all runs, and the laws fitted to the first of each scene, of tidy tables.
 
-        Parameters
-        ----------
-        runs, restitution, epsilon : pandas.DataFrame
-            Tidy tables.
-        blocks : mapping of str to freerock.models.block.Block
-            The blocks by name.
-
-        Returns
-        -------
-        figure, data : Figure, pandas.DataFrame
-            Columns of `freerock.tables.swings.swings`.
+        Returned are the figure and the numbers drawn, in the columns of `freerock.tables.swings.swings`.
         """
         found = swings(runs, restitution, epsilon, blocks)
         modelled = first_runs(found)
@@ -67,29 +57,17 @@ def figure_of(
         data = data[data[y].notna()]
         scatter = _scatter(data, epsilon) if y == "r" else data[:0]
         figure, panels = style.panel_per_scene(style.scenes_in(runs), labels, HEIGHT_IN)
-        for (block, foundation), ax in panels.items():
-            own = style.of_scene(data, block, foundation)
-            _panel(ax, y, own)
-            band = style.of_scene(scatter, block, foundation)
-            if len(band):
-                ends = (band[y] * (1 + sign * NORMAL_95 * band["sigma_r"]) for sign in (-1, 1))
-                ax.fill_between(band["amplitude"], *ends, color="0.88", zorder=0, linewidth=0)
+        for scene, ax in panels.items():
+            own = style.of_scene(data, *scene)
+            _panel(ax, y, own, style.of_scene(scatter, *scene))
             if 0 < own["amplitude"].max() < 1:
-                ax.plot(*rigid(blocks[block], own["amplitude"].max()), color="0.45", linestyle=":")
+                ax.plot(*rigid(blocks[scene[0]], own["amplitude"].max()), color="0.45", linestyle=":")
             ax.margins(0.04)
             ax.set_xlim(left=0)
             if y == "r":
                 _far_off(ax, own)
         style.outer_labels(panels, "amplitude |θ|/$θ_{cr}$", label)
-        handles: list[Artist] = [
-            Line2D([], [], label=f"runs, {style.recorded(origin)['label']}", **_sign(MARKERS[0], SHADES[0]))
-        ]
-        known = [law for law in PAPER_MODELS if law in set(data["source"])]
-        handles += [Line2D([], [], **looks.MODEL_STYLES[law]) for law in known]
-        handles += [Line2D([], [], color="0.45", linestyle=":", label="rigid block (Housner 1963)")]
-        if len(scatter):
-            handles += [Patch(color="0.88", label="95 % of impacts, selected law and σ$_r$")]
-        style.finish(figure, origin, handles)
+        style.finish(figure, origin, _handles(data, origin, bool(len(scatter))))
         return figure, data
 
     def caption(data: pd.DataFrame, labels: Labels = None) -> str:
@@ -105,8 +83,8 @@ def _sign(marker: str, shade: str) -> style.Style:
     return {"marker": marker, "color": shade, "linestyle": "", "markerfacecolor": "none", "markersize": 3}
 
 
-def _panel(ax: Axes, y: str, own: pd.DataFrame) -> None:
-    """A scene: signs of each run, lines of the laws."""
+def _panel(ax: Axes, y: str, own: pd.DataFrame, band: pd.DataFrame) -> None:
+    """A scene: signs of each run, lines of the laws, the band of scattered impacts."""
     seen = own[own["source"] == "experiment"].groupby(["test", "run"], sort=False)
     for (_, rows), marker, shade in zip(seen, cycle(MARKERS), cycle(SHADES), strict=False):
         bars = rows["r_u"] if y == "r" else None
@@ -114,6 +92,19 @@ def _panel(ax: Axes, y: str, own: pd.DataFrame) -> None:
     for law in PAPER_MODELS:
         rows = own[own["source"] == law].sort_values("amplitude")
         ax.plot(rows["amplitude"], rows[y], **looks.MODEL_STYLES[law])
+    if len(band):
+        ends = (band[y] * (1 + sign * NORMAL_95 * band["sigma_r"]) for sign in (-1, 1))
+        ax.fill_between(band["amplitude"], *ends, color="0.88", zorder=0, linewidth=0)
+
+
+def _handles(data: pd.DataFrame, origin: str, scatters: bool) -> list[Artist]:
+    """What the signs and lines of all panels stand for."""
+    runs = f"runs, {style.recorded(origin)['label']}"
+    handles: list[Artist] = [Line2D([], [], label=runs, **_sign(MARKERS[0], SHADES[0]))]
+    known = [law for law in PAPER_MODELS if law in set(data["source"])]
+    handles += [Line2D([], [], **looks.MODEL_STYLES[law]) for law in known]
+    handles += [Line2D([], [], color="0.45", linestyle=":", label="rigid block (Housner 1963)")]
+    return handles + [Patch(color="0.88", label="95 % of impacts, selected law and σ$_r$")] * scatters
 
 
 def _far_off(ax: Axes, own: pd.DataFrame) -> None:

@@ -13,12 +13,12 @@ TICKS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0)  # of a decade
 
 
 @styled()
-def draw(bands: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
+def draw(predictions: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """Band of |θ_n| over n for the first run of each scene, with the peaks of all its runs.
 
     Parameters
     ----------
-    bands : pandas.DataFrame
+    predictions : pandas.DataFrame
         Tidy table.
 
     Returns
@@ -26,16 +26,16 @@ def draw(bands: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     figure, data : Figure, pandas.DataFrame
         The table.
     """
-    if bands.empty:
+    if predictions.empty:
         return style.nothing_drawn(
             "nothing is foretold: no record has two runs with a selected law", origin
-        ), bands
-    figure, panels = style.panel_per_scene(style.scenes_in(bands), labels, HEIGHT_IN)
+        ), predictions
+    figure, panels = style.panel_per_scene(style.scenes_in(predictions), labels, HEIGHT_IN)
     for (block, foundation), ax in panels.items():
-        _panel(ax, style.of_scene(bands, block, foundation), origin)
+        _panel(ax, style.of_scene(predictions, block, foundation), origin)
     style.outer_labels(panels, "number of impacts n", "peak |θₙ| / °")
     style.finish(figure, origin)
-    return figure, bands
+    return figure, predictions
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:

@@ -12,12 +12,10 @@ from freerock.columns import columns_of
 from freerock.models.block import Block
 from freerock.populations.band import bands
 from freerock.populations.estimate import Estimate
-from freerock.populations.predict import predictions
 from freerock.products.estimates import estimates_of
 from freerock.products.netcdf import open_fits, open_record, samples_in
 from freerock.products.runs import motions_in
 from freerock.runs.motion import Motion
-from freerock.tables.choices import accepted_fits
 from freerock.tables.csvfile import write_csv
 from freerock.tables.paper import summary_table, table1, table2, table3
 from freerock.tables.populations import foundations_table
@@ -53,13 +51,10 @@ def make_tables(
         i, record = of_test[test]
         return motions_in(record, samples_in(record_files[i], ("time", "theta")))
 
-    tables["predictions"] = predictions(
-        _predicting(estimates, accepted_fits(tables["choice"])), motions, blocks, settings["debonding"]
-    )
     selected = tables["choice"][tables["choice"]["status"] == "selected"]
     named = set(selected[["test", "run", "model"]].astype(str).itertuples(index=False, name=None))
     chosen = [each for each in estimates if (each.test, str(each.run), each.model) in named]
-    tables["bands"] = bands(
+    tables["predictions"] = bands(
         chosen, motions, blocks, measured_swings(tables["restitution"]), settings["debonding"]
     )
     tables["foundations"] = foundations_table(tables["populations"])
@@ -74,19 +69,6 @@ def make_tables(
     tables |= {name: frame.assign(origin=origin) for name, frame in printed.items()}
     for name, frame in tables.items():
         write_csv(frame[columns_of(name)], Path(folder, f"{name}.csv"))
-
-
-def _predicting(estimates: Sequence[Estimate], accepted: set[tuple[str, str, str]]) -> list[Estimate]:
-    """The fits that predict: those that explain their run; of a foundation without any, all.
-
-    `accepted` holds test, run and model.
-    """
-
-    def explains(each: Estimate) -> bool:
-        return (each.test, str(each.run), each.model) in accepted
-
-    known = {each.foundation for each in estimates if explains(each)}
-    return [each for each in estimates if explains(each) or each.foundation not in known]
 
 
 def _read(

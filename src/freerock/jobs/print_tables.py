@@ -27,8 +27,7 @@ def print_tables(
     Parameters
     ----------
     files : mapping of str to path
-        CSV files of the tables runs, parameters, epsilon, choice, populations, restitution and table1 to
-        table3.
+        CSV files of the tables runs, epsilon, choice, populations, restitution and table1 to table3.
     folder : path
         Where they are written.
     origin, doi, labels

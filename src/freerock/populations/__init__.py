@@ -6,6 +6,5 @@ __all__ = [
     "impact_energy",
     "law_error",
     "means",
-    "predict",
     "random_effects",
 ]

@@ -52,7 +52,7 @@ def bands(
     Returns
     -------
     pandas.DataFrame
-        Columns of bands.csv, a row per run and peak.
+        Columns of predictions.csv, a row per run and peak.
     """
     known, rows = list(estimates), list[tuple[object, ...]]()
     for test, every in groupby(known, attrgetter("test")):
@@ -77,7 +77,7 @@ def bands(
             columns = [(seen[i], low[i], middle[i], high[i], inside[i]) for i in (0, 1)]
             each = zip(range(1, seen.shape[1] + 1), *columns[0], *columns[1], strict=True)
             rows += [(*names, *row) for row in each]
-    return pd.DataFrame(rows, columns=columns_of("bands"))
+    return pd.DataFrame(rows, columns=columns_of("predictions"))
 
 
 def foretold(

@@ -1,6 +1,6 @@
 """What a fit found, in the few plain values that later steps take of it."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -78,8 +78,3 @@ class Estimate:
         """Correlation of the model's first two parameters."""
         first, both, _, second = self.covariance[:2, :2].ravel()
         return float(both / np.sqrt(first * second))
-
-
-def transferable(estimates: Iterable[Estimate]) -> list[Estimate]:
-    """Estimates whose parameters can be carried over to other runs: not those with an r per impact."""
-    return [each for each in estimates if "r_2" not in each.values]

@@ -3,19 +3,12 @@
 import pandas as pd
 
 POSSIBLE = ("selected", "also_possible")
-RUN_AND_MODEL = ["test", "run", "model"]
 STATUS_WORDS = {
     "selected": "selected",
     "also_possible": "possible",
     "rejected": "rejected",
     "not_fitted": "not fitted",
 }
-
-
-def accepted_fits(choice: pd.DataFrame) -> set[tuple[str, str, str]]:
-    """Test, run and candidate of the fits that explain their run and may be its law, from the tidy table."""
-    known = choice[choice["status"].isin(POSSIBLE) & choice["explains"].astype(bool)]
-    return set(known[RUN_AND_MODEL].astype(str).itertuples(index=False, name=None))
 
 
 def named_by(model: str, choice: pd.DataFrame) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import pandas as pd
 
 from freerock.tables.choices import POSSIBLE
-from freerock.tables.number_text import SEEN_NOTE, SIMULATED_NOTE, quantity, value_text
+from freerock.tables.number_text import SIMULATED_NOTE, quantity, value_text
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
 SMALL = "alpha beta gamma delta zeta eta theta iota kappa mu nu xi pi rho sigma tau upsilon phi chi psi omega"
@@ -157,7 +157,10 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     runs, named = tidy["runs"], dict[str, str]()
 
     def macro(parts: Iterable[str], text: object) -> None:
-        named["fr" + "".join(parts)] = _tex(text)
+        name = "fr" + "".join(parts)
+        while name in named:  # of tests such as a_1 and a1
+            name += "X"
+        named[name] = _tex(text)
 
     macro(["Records"], runs["test"].nunique())
     macro(["Runs"], runs["run"].notna().sum())
@@ -168,12 +171,12 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
         if row.level == "foundation" and (row.foundation, row.model) in rejected:
             continue
         value = value_text(row.mean, row.u_total, row.unit)
-        of = spelt_test(row.test) if row.level == "record" else f"mean{spelt_test(row.foundation)}"
+        of = _letters(row.test) if row.level == "record" else f"mean{_letters(row.foundation)}"
         macro([of, *map(_letters, (row.model, row.parameter))], value)
     usable = tidy["epsilon"][tidy["epsilon"]["success"]]
     for (test, model), epsilon in usable.groupby(["test", "model"], sort=False)["epsilon_theta"]:
-        macro([spelt_test(test), _letters(model), "Epsilon"], f"{quantity(100 * epsilon.median())} %")
-    notes = [*[f"% {SIMULATED_NOTE}"] * ("simulated" in set(runs["origin"])), f"% {SEEN_NOTE}"]
+        macro([_letters(test), _letters(model), "Epsilon"], f"{quantity(100 * epsilon.median())} %")
+    notes = [f"% {SIMULATED_NOTE}"] * ("simulated" in set(runs["origin"]))
     lines = [rf"\newcommand{{\{name}}}{{{text}}}" for name, text in named.items()]
     return "\n".join([*notes, *lines, ""])
 
@@ -227,20 +230,6 @@ def paper_tex(captions: Mapping[str, tuple[str, str]], tables: Sequence[str]) ->
         "",
     ]
     return "\n".join(lines)
-
-
-def spelt_test(name: str) -> str:
-    """A test's name in letters alone, as no other is spelt: "config2_marble" is ConfigTwoMarble.
-
-    Names of another form than words in lower case, each with its number, end in Q and their bytes as letters
-    from a to p; so do those that end as such a name.
-    """
-    spelt = _letters(name)
-    words = re.findall("[A-Z][a-z]*", spelt)
-    plain = "".join(str(DIGITS.index(word)) if word in DIGITS else f"_{word.lower()}" for word in words)
-    if plain.removeprefix("_") == name and not re.search("Q[a-p]*$", spelt):
-        return spelt
-    return spelt + "Q" + name.encode().hex().translate(str.maketrans("0123456789abcdef", "abcdefghijklmnop"))
 
 
 def _letters(name: str) -> str:

@@ -4,7 +4,6 @@ import math
 import re
 from collections.abc import Sequence
 
-SEEN_NOTE = "θ₀: as the sensor shows it, a sinking corner included."
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 LEAST_PERCENT = 0.01  # of an ε_θ that is told
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

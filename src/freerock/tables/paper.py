@@ -16,7 +16,7 @@ from freerock.products.groups import usable_runs
 from freerock.tables.choices import laws_of_foundations
 
 Published = Mapping[str, Any] | None  # values by block, foundation, model and quantity
-QUOTED = ("r", "k", "c", "lambda", "sigma_r")  # parameters of a foundation, and the scatter of its impacts
+QUOTED = ("r", "k", "c", "lambda")  # parameters of a foundation
 
 
 def table1(
@@ -137,7 +137,7 @@ def summary_table(tidy: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     Parameters
     ----------
     tidy : mapping of str to pandas.DataFrame
-        The tidy tables runs, choice, epsilon, populations, restitution, paper and bands.
+        The tidy tables runs, choice, epsilon, populations, restitution, paper and predictions.
 
     Returns
     -------
@@ -169,7 +169,7 @@ def summary_table(tidy: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
             | _scatter(here["epsilon"], law)
             | {"r_first": first[first["foundation"] == foundation]["r_energy"].median()}
             | {f"epsilon_{name}": epsilon.get(name, math.nan) for name in PAPER_MODELS}
-            | _foretold(here["bands"], law)
+            | _foretold(here["predictions"], law)
         )
     return pd.DataFrame(rows, columns=columns_of("summary"))
 
@@ -196,9 +196,9 @@ def _scatter(epsilon: pd.DataFrame, law: str) -> dict[str, float]:
     }
 
 
-def _foretold(bands: pd.DataFrame, law: str) -> dict[str, int]:
+def _foretold(predictions: pd.DataFrame, law: str) -> dict[str, int]:
     """How well the next run of a record is foretold by its other runs: peaks in their 95 % band, and all."""
-    own = bands[bands["model"] == law]
+    own = predictions[predictions["model"] == law]
     return {"n_inside": int(own["inside"].sum()), "n_peaks": len(own)}
 
 
