@@ -8,6 +8,7 @@ from typing import Any
 import xarray as xr
 
 from freerock.config.fit_settings import FIT_SETTINGS, FitSettings
+from freerock.config.mistakes import refuse, validate
 from freerock.config.processing import RotationOptions
 from freerock.config.uncertainty import inputs_of
 from freerock.errors import FreerockError
@@ -131,12 +132,19 @@ def load(
     lasers = (laser,) if isinstance(laser, Laser) else tuple(laser)
     names = (channel,) if isinstance(channel, str) else tuple(channel)
     given = uncertainty or {}
+    if not isinstance(block, Block) or not all(isinstance(each, Laser) for each in lasers):
+        raise FreerockError(
+            "load", "no Block or no Laser", "give freerock.Block(...) and freerock.Laser(...)"
+        )
     if unknown := {*given} - {*UNITS}:
         raise FreerockError("uncertainty", f"unknown key {min(unknown)!r}", f"use {', '.join(UNITS)}")
+    mistakes = list[FreerockError]()
+    how = validate(RotationOptions, options, lambda loc: ".".join(map(str, loc)), mistakes)
     owners = {"laser" if i == 0 else "laser_2": each for i, each in enumerate(lasers)}
     inputs = inputs_of(("block", block), owners, dict.fromkeys(("block", *owners), given))
     laboratory = Laboratory(block, owners, tuple(Input(**each) for each in inputs))
-    data = rotation_in(Path(file), names, lasers, block, RotationOptions(**options))
+    refuse(mistakes)
+    data = rotation_in(Path(file), names, lasers, block, how)
     found = measured(data, block)
     samples = {name: data[name].values for name in ("time", "theta", "sigma_theta")}
     motions = motions_of(found.runs, samples, view_of(lasers, block), found.noise)

@@ -1,5 +1,7 @@
 """lmfit is the door: its words for parameters, its result, its models."""
 
+import pickle
+
 import lmfit
 import numpy as np
 import pytest
@@ -205,7 +207,7 @@ def test_a_model_of_lmfit_finds_the_truth_from_its_guess_and_from_afar(model):
     result = own.fit(motion.theta, params, time=motion.time_s, weights=1 / SIGMA)
     fit = fit_run(law, BLOCK, motion)
     truth = {**TRUTHS[law], "theta0": ALPHA, "t0": 0.0}
-    for name, legal in own.sources.items():
+    for name, legal in own.func.names.items():
         each = result.params[name]
         assert abs(each.value - truth[legal]) < 4 * each.stderr
         assert each.value == pytest.approx(fit.values[legal], abs=each.stderr)
@@ -217,14 +219,81 @@ def test_a_model_of_lmfit_finds_the_truth_from_its_guess_and_from_afar(model):
     assert "[[Model]]" in result.fit_report() and result.plot() is not None
 
 
-def test_intervals_of_a_model_are_its_standard_errors_where_it_is_linear():
-    """They ask for derivatives of the right sign beside a fixed parameter."""
-    motion, model = released("winkler", span=1.0), WinklerModel(BLOCK)
-    noisy = motion.theta + 1e-3 * np.random.default_rng(2).standard_normal(motion.theta.size)
-    params = model.guess(noisy, time=motion.time_s)
-    result = model.fit(noisy, params, time=motion.time_s, weights=1e3)
-    ((_, low), _, (_, high)) = result.conf_interval(p_names=["c"], sigmas=[1])["c"]
-    assert (high - low) / 2 == pytest.approx(result.params["c"].stderr, rel=0.1)
+@pytest.mark.parametrize("model", [HousnerModel, WinklerModel, HuntCrossleyModel])
+def test_every_way_of_lmfit_gives_one_standard_error(model):
+    """Curvature, profiles and the product's own fit, with an offset or without, before and after a pickle."""
+    motion, own = released(model.law), model(BLOCK)
+    data = {"time": motion.time_s, "x": motion.time_s, "weights": 1 / SIGMA}
+    params = own.guess(motion.theta, time=motion.time_s)
+    with_offset = params + lmfit.models.ConstantModel(prefix="off_").make_params(c=0.0)
+    fit = fit_run(model.law, BLOCK, motion)
+    plain = pickle.loads(pickle.dumps(own.fit(motion.theta, params, **data)))
+    sums = own + lmfit.models.ConstantModel(prefix="off_")
+    ways = ("leastsq", "least_squares")
+    shifted = [sums.fit(motion.theta, with_offset, method=each, **data) for each in ways]
+    first = next(iter(own.func.names))
+    ((_, low), _, (_, high)) = plain.conf_interval(p_names=[first], sigmas=[1])[first]
+    name = own.func.names[first]
+    ((_, least), _, (_, most)) = fit.conf_interval(name, sigmas=[1])[first]
+    told = dict(zip(fit.parameters, fit.u_total, strict=True))[name]
+    errors = [told, (high - low) / 2, (most - least) / 2]
+    errors += [result.params[first].stderr for result in (plain, *shifted)]
+    np.testing.assert_allclose(errors, told, rtol=0.1)
+    band = plain.eval_uncertainty()
+    assert band.shape == motion.theta.shape and 0 < band.max() < SIGMA
+    assert fit.params[first].stderr == pytest.approx(told) and fit.result.redchi == pytest.approx(1, abs=0.15)
+    again = pickle.loads(pickle.dumps(fit))
+    assert again.fit_report() == fit.fit_report() and again.minimizer.least_squares().success
+
+
+def test_a_fit_draws_what_it_found():
+    fit = fit_run("housner", BLOCK, released("housner"))
+    above, below = fit.plot().axes
+    np.testing.assert_array_equal(above.lines[1].get_ydata(), fit.curve.theta_model)
+    np.testing.assert_array_equal(below.lines[0].get_ydata(), fit.curve.residual)
+
+
+def test_a_guess_starts_at_the_measured_release_within_the_bounds_of_a_fit():
+    motion, model = released("winkler"), WinklerModel(BLOCK)
+    found = model.guess(motion.theta, time=motion.time_s, theta0=motion.theta0)
+    fit = fit_run("winkler", BLOCK, motion)
+    assert found["theta0"].value == motion.theta0
+    for name in ("k", "c", "theta0", "t0"):
+        limits = fit.params[name].min, fit.params[name].max
+        assert (found[name].min, found[name].max) == pytest.approx(limits, rel=0.01)
+    deep = model.guess(motion.theta, time=motion.time_s, k={"min": 1e6})
+    assert deep["k"].min == 1e6
+
+
+TIME = np.arange(0, 1, 2e-3)
+
+
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        (lambda: Block(-1, 0.07, 5.84), "height_m: -1 is not a positive number; give it in metres"),
+        (lambda: Block(280, 70, 5.84), "give height_m and width_m in metres, mass_kg in kilograms"),
+        (lambda: Motion(TIME[::-1], TIME, 1e-4, 0.1), "time: does not increase; sort it and drop NaN"),
+        (lambda: Motion(TIME, TIME[1:], 1e-4, 0.1), r"have the shapes \(500,\) and \(499,\)"),
+        (lambda: Motion(1e3 * TIME, TIME, 1e-4, 0.1), "its steps are too long for rocking"),
+        (lambda: Motion(TIME, 57.3 * TIME, 1e-2, 9.7), "give θ, its noise and the release angle in rad"),
+        (lambda: Motion(["a"], TIME, 1e-4, 0.1), "time: holds no numbers"),
+        (lambda: WinklerModel(BLOCK).guess(TIME, time=TIME[::-1]), "time: does not increase"),
+        (lambda: freerock.find_impacts(TIME[::-1], TIME, 1e-4, BLOCK), "time: does not increase"),
+        (lambda: freerock.simulate("housner", BLOCK, {"r": 0.9}, TIME, theta0=9.7), "give the angle in rad"),
+    ],
+)
+def test_wrong_input_is_refused_at_the_door_in_a_line(made, message):
+    with pytest.raises(FreerockError, match=message) as caught:
+        made()
+    assert "\n" not in str(caught.value)
+
+
+def test_lists_are_as_good_as_arrays():
+    motion = released("housner")
+    lists = Motion(motion.time_s.tolist(), motion.theta.tolist(), SIGMA, ALPHA, 2e-5, 5e-4)
+    of_lists, of_arrays = (fit_run("housner", BLOCK, each) for each in (lists, motion))
+    assert value_of(of_lists) == pytest.approx(value_of(of_arrays))
 
 
 def test_a_model_may_fix_tie_and_prefix_its_parameters():

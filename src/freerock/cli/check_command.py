@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from freerock.config.blocks import BlockSection, density_if_square
+from freerock.config.blocks import BlockSection
 from freerock.config.campaign import Campaign, Source, campaign_paths, read_campaign
 from freerock.config.lasers import LaserSection
 from freerock.config.mistakes import refuse
@@ -22,6 +22,7 @@ from freerock.config.record import Record
 from freerock.config.step_settings import section_values
 from freerock.errors import FreerockError, attempt
 from freerock.files import check_manifest, listed_checksums, sha256
+from freerock.models.block import density_if_square
 from freerock.units import in_base_units
 from freerock.virtual_lab.truth import read_truth
 

@@ -8,14 +8,7 @@ from pydantic import ValidationInfo, field_validator
 
 from freerock.config.uncertainty import BlockUncertainty, stated_only_with
 from freerock.config.values import Invalid, Label, Length, Number, Place, Positive, Section, key
-from freerock.models.block import GRAVITY, Block
-
-IMPOSSIBLE = 0.01, 1e7  # `density_if_square` of a block [kg/m³], beyond which a unit is wrong
-
-
-def density_if_square(height_m: float, width_m: float, mass_kg: float) -> float:
-    """Density of a block, were it as deep as it is high [kg/m³]."""
-    return mass_kg / (height_m**2 * width_m)
+from freerock.models.block import GRAVITY, IMPOSSIBLE, Block, density_if_square
 
 
 class BlockSection(Section):

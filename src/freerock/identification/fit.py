@@ -1,8 +1,9 @@
 """Fits of a candidate to the runs of a record, with impacts that scatter."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import lmfit
 import numpy as np
@@ -21,9 +22,13 @@ from freerock.identification.start import Followed, horizons_s, with_impacts
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
 from freerock.models.given import legal
+from freerock.models.laws import law_of
 from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -175,7 +180,9 @@ class Fit:
         Whether the least squares converged; `message` says why not.
     message : str
     result : lmfit.minimizer.MinimizerResult
-        Of the least squares, with the covariance of `uncertainty`.
+        Of the least squares, with the covariance of `uncertainty`: its standard errors are `u_total`.
+    minimizer : lmfit.Minimizer
+        That gave it.
     posterior : Posterior or None
         The linear model at the end; None of the paper's fit.
     impacts : Impacts or None
@@ -191,6 +198,7 @@ class Fit:
     success: bool
     message: str
     result: "lmfit.minimizer.MinimizerResult" = field(compare=False, repr=False)
+    minimizer: lmfit.Minimizer = field(default=None, compare=False, repr=False)
     posterior: Posterior | None = field(default=None, compare=False, repr=False)
     impacts: Impacts | None = None
 
@@ -223,6 +231,34 @@ class Fit:
     def epsilon_theta(self) -> float:
         """ε_θ as a fraction."""
         return self.evidence.epsilon_theta
+
+    @property
+    def params(self) -> lmfit.Parameters:
+        """The numbers as lmfit has them, with `u_total` as standard error; inputs and impacts beside."""
+        return self.result.params
+
+    def fit_report(self, **options: Any) -> str:
+        """The report of lmfit; options as of `lmfit.fit_report`."""
+        return str(lmfit.fit_report(self.result, **options))
+
+    def conf_interval(self, *names: str, sigmas: Sequence[float] = (1, 2)) -> dict[str, list[Any]]:
+        """Intervals of numbers, by default the law's, by `lmfit.conf_interval`: it fits all else again."""
+        own = [legal(name) for name in names or law_of(self.model).parameters]
+        return dict(lmfit.conf_interval(self.minimizer, self.result, p_names=own, sigmas=sigmas))
+
+    def plot(self) -> "Figure":
+        """A figure of the measured and the modelled rotation, and of their difference."""
+        import matplotlib.pyplot as plt
+
+        figure, (above, below) = plt.subplots(2, 1, sharex=True, height_ratios=(3, 1), layout="constrained")
+        label = f"{self.model}, ε_θ = {100 * self.epsilon_theta:.2g} %"
+        above.plot(self.curve.time, self.curve.theta, ".", markersize=2, label="measured")
+        above.plot(self.curve.time, self.curve.theta_model, linewidth=1, label=label)
+        below.plot(self.curve.time, self.curve.residual, linewidth=0.5)
+        above.set_ylabel("θ [rad]")
+        above.legend()
+        below.set(xlabel="time since the release [s]", ylabel="model less measured [rad]")
+        return figure
 
 
 def fit_run(candidate: str, block: Block, motion: Motion, settings: FitSettings | None = None) -> Fit:
@@ -376,15 +412,13 @@ def _fit(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
     model, at, n = ended.posed.model, ended.at, posterior.n_names
     contributions, found = posterior.contributions(), posterior.goodness
     plain, whole = np.diag(posterior.inverse)[:n], np.diag(posterior.covariance)[:n]
-    by_inputs = np.sum(contributions.values**2, axis=1)
     moved = [contributions.inputs.index(each) for each in model.inputs]
     by_moved = np.sum(contributions.values[:, moved] ** 2, axis=1)
     stderr = np.sqrt(np.maximum(np.minimum(plain, whole) - by_moved, 0.0))
     u_law = np.sqrt(np.maximum(whole - np.minimum(plain, whole), 0.0))
-    covariance = posterior.covariance[:n, :n] + 0.0
+    covariance = posterior.covariance + 0.0
     beside = [j for j in range(len(contributions.inputs)) if j not in moved]
-    covariance += contributions.values[:, beside] @ contributions.values[:, beside].T
-    del by_inputs
+    covariance[:n, :n] += contributions.values[:, beside] @ contributions.values[:, beside].T
     curve = Curve(model.whole.time_s, model.whole.theta, model.curve(at, model.whole.time_s))
     epsilon = epsilon_theta(curve.time, curve.theta_model, curve.theta)
     message = _failure(ended, posterior, epsilon)
@@ -407,17 +441,18 @@ def _fit(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
         len(model.law_names),
         int(ended.result.nfev),
     )
-    with_covariance(ended.result, posterior.covariance[np.ix_(posterior.varied, posterior.varied)])
+    with_covariance(ended.result, covariance[np.ix_(posterior.varied, posterior.varied)])
     return Fit(
         model.candidate,
         {name: at.values[name] for name in model.names},
-        Uncertainty(covariance, stderr, u_law, contributions),
+        Uncertainty(covariance[:n, :n], stderr, u_law, contributions),
         curve,
         evidence,
         of_impacts,
         not message,
         message or "converged",
         ended.result,
+        ended.minimizer,
         posterior,
     )
 

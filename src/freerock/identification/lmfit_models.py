@@ -1,14 +1,17 @@
 """The laws as `lmfit.Model`s."""
 
+import operator
 from collections.abc import Mapping
+from dataclasses import dataclass
 from inspect import Parameter, Signature
 from typing import Any, ClassVar
 
 import lmfit
 import numpy as np
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, sampled
 from freerock.config.fit_settings import FitSettings
+from freerock.identification.posed import bounds_of
 from freerock.identification.run_model import RTOL, RunModel
 from freerock.identification.start import Followed
 from freerock.models.block import Block
@@ -21,65 +24,44 @@ from freerock.rotation.view import View
 from freerock.runs.motion import Motion
 
 
-class RockingModel(lmfit.Model):  # type: ignore[misc]
-    """θ(t) [rad] of a block that is released at an angle theta0 [rad] at the instant t0 [s].
+@dataclass(frozen=True)
+class _Theta:
+    """θ(t) [rad] of a law as the sensor shows it: the function that lmfit calls."""
 
-    Its parameters are those of the law, lambda as `lambda_`, then theta0 and t0 [SI]; `time` [s] is the
-    independent variable. A fit takes the noise to be white; `fit_run` takes it as at rest, and the
-    laboratory's inputs for what they are.
+    law: str
+    block: Block
+    view: View | None
+    rules: Rules
 
-    Parameters
-    ----------
-    block : Block
-    view : View, optional
-        What the sensor makes of a motion; without it the rotation is compared as it is.
-    rules : Rules, optional
-        Of debonding and kinematics.
-    **options
-        Of `lmfit.Model`, such as prefix.
-    """
+    @property
+    def __name__(self) -> str:
+        return self.law
 
-    law: ClassVar[str]
+    @property
+    def names(self) -> dict[str, str]:
+        """Names of the parameters by those that lmfit allows."""
+        return {legal(name): name for name in (*LAWS[self.law].parameters, *PER_RUN)}
 
-    def __init__(self, block: Block, *, view: View | None = None, rules: Rules = GEOMETRIC, **options: Any):
-        self.block, self.view, self.rules = block, view, rules
-        self.sources = {legal(name): name for name in (*LAWS[self.law].parameters, *PER_RUN)}
+    @property
+    def __signature__(self) -> Signature:
+        return Signature([Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in ("time", *self.names)])
 
-        def theta(time: Floats, **values: float) -> Floats:
-            named = {self.sources[name]: float(value) for name, value in values.items()}
-            return as_measured(self.law, block, named, time, view, rules=rules, solver=Solver(RTOL))
+    def __call__(self, time: Floats, **values: float) -> Floats:
+        named = {self.names[name]: float(value) for name, value in values.items()}
+        solver = Solver(RTOL)
+        return as_measured(self.law, self.block, named, time, self.view, rules=self.rules, solver=solver)
 
-        arguments = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in ("time", *self.sources)]
-        theta.__signature__ = Signature(arguments)  # type: ignore[attr-defined]
-        super().__init__(theta, **{"independent_vars": ["time"], "name": self.law, **options})
-        self.set_param_hint("theta0", value=block.theta_cr / 2)
-        self.set_param_hint("t0", value=0.0)
-        for name in LAWS[self.law].parameters:
-            low, high = PARAMETERS[name].bounds
-            if PARAMETERS[name].fitted_as == "ratio":
-                low, high = low * PARAMETERS["k"].bounds[0], np.inf
-            self.set_param_hint(legal(name), min=low, max=high, value=_first_value(name))
 
-    def guess(self, data: Floats, time: Floats, **given: Any) -> lmfit.Parameters:
-        """Parameters to start a fit from, as `fit_run` finds its own start.
+class _WithSteps(lmfit.Model):  # type: ignore[misc]
+    """A model whose least squares take derivatives over steps of its own, sums and products of it as well."""
 
-        Parameters
-        ----------
-        data, time : ndarray, shape (n_time,)
-            θ [rad], and time since the release [s].
-        **given
-            Values or dicts in lmfit's words, which replace what is guessed.
-        """
-        theta, time = np.asarray(data, float), np.asarray(time, float)
-        # median of |second differences| of white noise of standard deviation 1: 0.6745 √6
-        sigma = float(np.nanmedian(np.abs(np.diff(theta, 2)))) / (0.6745 * np.sqrt(6.0))
-        motion = Motion(time, theta, sigma, float(theta[0]), sigma, float(time[1] - time[0]))
-        kinematics = self.rules.kinematics if LAWS[self.law].is_foundation else LAWS[self.law].kinematics[0]
-        candidate = Candidate(self.law, kinematics).name
-        settings = FitSettings(debonding=self.rules.debonding)
-        model = RunModel(candidate, self.block, motion, settings, moves_inputs=False)
-        found = dict(Followed(model, sigma).to_the_end().at.values)
-        return self.make_params(**({legal(name): value for name, value in found.items()} | given))
+    def step(self, name: str, value: float) -> float:
+        """By how much a parameter moves for a difference quotient."""
+        for each in self.components:
+            if isinstance(each, RockingModel) and name in each.param_names:
+                row = PARAMETERS[each.func.names[name.removeprefix(each.prefix)]]
+                return row.step * (value if row.is_logarithm else 1.0)
+        return 1e-6 * max(abs(value), 1e-3)
 
     def derivatives(
         self, params: lmfit.Parameters, data: Floats, weights: Floats | None, **given: Any
@@ -87,12 +69,11 @@ class RockingModel(lmfit.Model):  # type: ignore[misc]
         """Of the weighted residual by the parameters that vary, shape (n_time, n): central differences."""
         columns = []
         for name in [name for name, each in params.items() if each.vary]:
-            row, value = PARAMETERS[self.sources[name.removeprefix(self.prefix)]], params[name].value
-            step, ends = row.step * (value if row.is_logarithm else 1.0), []
-            for there in (value + step, value - step):
+            step, ends = self.step(name, params[name].value), []
+            for there in (params[name].value + step, params[name].value - step):
                 moved = params.copy()
                 moved[name].set(value=there, min=-np.inf, max=np.inf)
-                ends.append(self.func(**self.make_funcargs(moved, given)))
+                ends.append(self.eval(moved, **given))
             columns.append((ends[1] - ends[0]) / (2 * step))  # lmfit subtracts the model
         weight = np.reshape(1.0 if weights is None else weights, (-1, 1))
         return np.asarray(np.array(columns).T * weight, float)
@@ -106,11 +87,98 @@ class RockingModel(lmfit.Model):  # type: ignore[misc]
         fit_kws: Mapping[str, Any] | None = None,
         **options: Any,
     ) -> "lmfit.model.ModelResult":
-        """As `lmfit.Model.fit`; least squares take `derivatives`, since the integrator rounds."""
+        """As `lmfit.Model.fit`; least squares take `derivatives`, since lmfit's own steps are too short."""
         own: dict[str, dict[str, Any]] = {"leastsq": {}, "least_squares": {"x_scale": "jac"}}
         if method in own:
             fit_kws = {"Dfun": self.derivatives, **own[method], **(fit_kws or {})}
         return super().fit(data, params, weights=weights, method=method, fit_kws=fit_kws, **options)
+
+    def __add__(self, other: lmfit.Model) -> "_Composite":
+        return _Composite(self, other, operator.add)
+
+    def __sub__(self, other: lmfit.Model) -> "_Composite":
+        return _Composite(self, other, operator.sub)
+
+    def __mul__(self, other: lmfit.Model) -> "_Composite":
+        return _Composite(self, other, operator.mul)
+
+    def __truediv__(self, other: lmfit.Model) -> "_Composite":
+        return _Composite(self, other, operator.truediv)
+
+
+class _Composite(_WithSteps, lmfit.model.CompositeModel):  # type: ignore[misc]
+    """A law combined with another model."""
+
+
+class RockingModel(_WithSteps):
+    """θ(t) [rad] of a block that is released at an angle theta0 [rad] at the instant t0 [s].
+
+    Its parameters are those of the law, lambda as `lambda_`, then theta0 and t0 [SI]; `time` [s] is the
+    independent variable. A fit takes the noise to be white and each impact as the law has it; `fit_run`
+    takes the noise as at rest, impacts that scatter, and the laboratory's inputs for what they are.
+    In a sum the law comes first: `HuntCrossleyModel(block) + ConstantModel()` keeps the derivatives, which
+    `ConstantModel() + HuntCrossleyModel(block)` leaves to the short steps of lmfit.
+
+    Parameters
+    ----------
+    block : Block
+    view : View, optional
+        What the sensor makes of a motion (`freerock.view_of`); without it the rotation is compared as it is.
+        θ of a record that freerock has read needs it: a laser sees corners that sink.
+    rules : Rules, optional
+        Of debonding and kinematics.
+    **options
+        Of `lmfit.Model`, such as prefix, or nan_policy="omit" for a θ with flagged samples.
+    """
+
+    law: ClassVar[str]
+
+    def __init__(self, block: Block, *, view: View | None = None, rules: Rules = GEOMETRIC, **options: Any):
+        given = {"independent_vars": ["time"], "name": self.law, **options}
+        super().__init__(_Theta(self.law, block, view, rules), **given)
+        self.set_param_hint("theta0", value=block.theta_cr / 2)
+        self.set_param_hint("t0", value=0.0)
+        for name in LAWS[self.law].parameters:
+            low, high = (0.0, np.inf) if PARAMETERS[name].fitted_as == "ratio" else PARAMETERS[name].bounds
+            self.set_param_hint(legal(name), min=low, max=high, value=_first_value(name))
+
+    def guess(self, data: Floats, time: Floats, **given: Any) -> lmfit.Parameters:
+        """Parameters to start a fit from, with the bounds that `fit_run` has, as it finds its own start.
+
+        Parameters
+        ----------
+        data, time : ndarray, shape (n_time,)
+            θ [rad], and increasing time since the release [s].
+        **given
+            Values or dicts in lmfit's words, which replace what is guessed. The measured release angle, as
+            `theta0=run.motion.theta0`, is where the search starts; else it is the mean of what stands before
+            the release, or the first sample.
+
+        Raises
+        ------
+        FreerockError
+            Arrays of different shapes, no increasing time, or fewer samples than parameters.
+        """
+        time, theta = sampled(time, data)
+        # median of |second differences| of white noise of standard deviation 1: 0.6745 √6
+        noise = float(np.nanmedian(np.abs(np.diff(theta, 2)))) / (0.6745 * np.sqrt(6.0))
+        said = {
+            name.removeprefix(self.prefix): dict(each) if isinstance(each, Mapping) else {"value": each}
+            for name, each in given.items()
+        }
+        before = theta[: max(1, int(np.searchsorted(time, 0.0)))]
+        theta0 = float(said.get("theta0", {}).get("value", np.nanmean(before)))
+        sigma = max(noise, 1e-7 * abs(theta0))  # of a simulated motion
+        motion = Motion(time, theta, sigma, theta0, sigma, float(np.ptp(time)) / max(1, time.size - 1))
+        law, rules = LAWS[self.law], self.func.rules
+        candidate = Candidate(self.law, rules.kinematics if law.is_foundation else law.kinematics[0]).name
+        settings = FitSettings(debonding=rules.debonding)
+        model = RunModel(candidate, self.func.block, motion, settings, moves_inputs=False)
+        found = Followed(model, sigma).to_the_end().at.values
+        for name, value in found.items():
+            low, high = bounds_of(model, name)
+            said[legal(name)] = {"value": value, "min": low, "max": high} | said.get(legal(name), {})
+        return self.make_params(**said)
 
 
 class HousnerModel(RockingModel):

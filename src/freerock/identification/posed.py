@@ -208,10 +208,28 @@ class Ended:
         return self.objective / self.n_samples
 
 
+class _Objective:
+    """What lmfit calls; derivatives by the inputs are renewed where these have moved."""
+
+    def __init__(self, posed: Posed, begun: Point) -> None:
+        self.posed, self.inputs, self.by_inputs = posed, begun.inputs, posed.by_inputs(begun)
+
+    def residual(self, moved: lmfit.Parameters) -> Floats:
+        """As `Posed.residual`."""
+        return self.posed.residual(self.posed.point(moved))
+
+    def jacobian(self, moved: lmfit.Parameters) -> Floats:
+        """Derivatives by the parameters that vary."""
+        at = self.posed.point(moved)
+        if np.max(np.abs(at.inputs - self.inputs), initial=0.0) > RENEWED:
+            self.inputs, self.by_inputs = at.inputs, self.posed.by_inputs(at)
+        _, rows = self.posed.jacobian(at, self.by_inputs)
+        varied = [i for i, each in enumerate(moved.values()) if each.vary]
+        return rows @ tied(moved, varied) if any(each.expr for each in moved.values()) else rows[:, varied]
+
+
 def minimised(posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7) -> Ended:
     """The end of `lmfit.Minimizer.least_squares` with our derivatives.
-
-    Derivatives by the inputs are renewed where these have moved.
 
     Parameters
     ----------
@@ -228,26 +246,10 @@ def minimised(posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7) ->
         The search met parameters that no motion has.
     """
     parameters = posed.parameters(start)
-    begun = posed.point(parameters)
-    known = [begun.inputs, posed.by_inputs(begun)]
-    has_ties = any(each.expr for each in parameters.values())
-    varied = [i for i, each in enumerate(parameters.values()) if each.vary]
-
-    def residual(moved: lmfit.Parameters) -> Floats:
-        return posed.residual(posed.point(moved))
-
-    def jacobian(moved: lmfit.Parameters) -> Floats:
-        at = posed.point(moved)
-        if np.max(np.abs(at.inputs - known[0]), initial=0.0) > RENEWED:
-            known[:] = at.inputs, posed.by_inputs(at)
-        _, rows = posed.jacobian(at, known[1])
-        return rows @ tied(moved, varied) if has_ties else rows[:, varied]
-
-    minimizer = lmfit.Minimizer(residual, parameters, scale_covar=False)
+    objective = _Objective(posed, posed.point(parameters))
+    minimizer = lmfit.Minimizer(objective.residual, parameters, scale_covar=False, Dfun=objective.jacobian)
     try:
-        result = minimizer.least_squares(
-            jac=jacobian, x_scale="jac", ftol=ftol, xtol=1e-10, gtol=EPS, max_nfev=most
-        )
+        result = minimizer.least_squares(x_scale="jac", ftol=ftol, xtol=1e-10, gtol=EPS, max_nfev=most)
     except ValueError as error:  # lmfit's answer to a residual that is no number
         what = "a fit met parameters that no motion has"
         raise FreerockError("fits", what, "correct values, bounds and ties of fits.parameters") from error

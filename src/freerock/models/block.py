@@ -5,8 +5,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from freerock.errors import FreerockError
+
 GRAVITY = 9.81  # m/s², where none is stated
+IMPOSSIBLE = 0.01, 1e7  # `density_if_square` of a block [kg/m³], beyond which a unit is wrong
+POSITIVE = {"height_m": "metres", "width_m": "metres", "mass_kg": "kilograms", "contact_width_m": "metres"}
+POSITIVE |= {"com_height_m": "metres", "inertia_kg_m2": "kg m²", "gravity_m_s2": "m/s²"}
 SQUAT = math.radians(30)  # from this critical angle on a block may bounce, and then swing higher or longer
+
+
+def density_if_square(height_m: float, width_m: float, mass_kg: float) -> float:
+    """Density of a block, were it as deep as it is high [kg/m³]."""
+    return mass_kg / (height_m**2 * width_m)
 
 
 @dataclass(frozen=True)
@@ -36,6 +46,11 @@ class Block:
     gravity_m_s2 : float, optional
         Acceleration of gravity where it rocks [m/s²]; `GRAVITY` if None.
 
+    Raises
+    ------
+    FreerockError
+        A number that no block has.
+
     Examples
     --------
     >>> block = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
@@ -52,6 +67,23 @@ class Block:
     com_offset_m: float | None = None
     inertia_kg_m2: float | None = None
     gravity_m_s2: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, unit in POSITIVE.items():
+            value = getattr(self, name)
+            if value is not None and not (hasattr(value, "__float__") and 0 < value < math.inf):
+                raise FreerockError(name, f"{value!r} is not a positive number", f"give it in {unit}")
+        density = density_if_square(self.height_m, self.width_m, self.mass_kg)
+        if not IMPOSSIBLE[0] < density < IMPOSSIBLE[1]:
+            what = f"as deep as it is high, the block would have {density:.3g} kg/m³"
+            raise FreerockError("block", what, "give height_m and width_m in metres, mass_kg in kilograms")
+        if not abs(self.e) < self.b / 3:
+            what = f"{self.e:g} m off the middle, the block at rest stands on a part of its base"
+            remedy = f"give less than {self.b / 3:g} m, a sixth of the width"
+            raise FreerockError("com_offset_m", what, remedy)
+        if not 0 <= self.edge_radius < self.b:
+            what = f"{self.edge_radius} m is no radius of an edge"
+            raise FreerockError("edge_radius_m", what, f"give 0 to {self.b:g} m, half the width")
 
     @cached_property
     def g(self) -> float:

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, numbers
 from freerock.errors import FreerockError
 from freerock.models.block import Block
+from freerock.models.contact import State
 from freerock.models.free_parameters import PARAMETERS, unit_of
 from freerock.models.ground import GroundMotion
 from freerock.models.laws import CANDIDATES, DEBONDING, GEOMETRIC, KINEMATICS, LAWS, Rules
@@ -19,7 +20,7 @@ def check_scene(
     block: Block,
     parameters: Mapping[str, float],
     time: ArrayLike,
-    start: ArrayLike,
+    start: State,
     motion: GroundMotion | None,
     rules: Rules,
     rtol: float,
@@ -28,14 +29,13 @@ def check_scene(
     _check_parameters(model, parameters, rules)
     if not rtol > 0:
         raise FreerockError("rtol", f"{rtol} is not positive", "give a tolerance such as 1e-8")
-    if not np.all(np.isfinite(start)):
+    if not np.all(np.isfinite(start)) or abs(start.theta) > math.pi / 2:
         raise FreerockError(
-            "theta0", "the start is not finite", "give the angle in rad and the rate in rad/s"
+            "theta0", f"the start is {start.theta:g} rad", "give the angle in rad and the rate in rad/s"
         )
-    instants = np.ascontiguousarray(time, dtype=float)
+    instants = np.ascontiguousarray(numbers("time", time))
     if instants.ndim != 1 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) < 0):
         raise FreerockError("time", "not an increasing array of finite instants", "sort it and drop NaN")
-    _check_mass(block)
     _check_edges(model, block, rules)
     return instants
 
@@ -44,23 +44,10 @@ def _check_edges(model: str, block: Block, rules: Rules) -> None:
     """Raise where rounded edges are not implemented."""
     if block.edge_radius == 0:
         return
-    if not 0 < block.edge_radius < block.b:
-        what = f"{block.edge_radius} m is no radius of an edge"
-        raise FreerockError("edge_radius_m", what, f"give 0 to {block.b:g} m, half the width")
     if "edge_radius" not in LAWS[model].may_free or rules.debonding != GEOMETRIC.debonding:
         laws = ", ".join(name for name, law in LAWS.items() if "edge_radius" in law.may_free)
         what = f"rounded edges are implemented for geometric debonding only, under {laws}"
         raise FreerockError("edge_radius_m", what, "leave it out")
-
-
-def _check_mass(block: Block) -> None:
-    """Raise where the centre of mass or the moment of inertia of a block can't be simulated."""
-    for name, value in (("com_height_m", block.h), ("inertia_kg_m2", block.inertia_cm)):
-        if not (math.isfinite(value) and value > 0):
-            raise FreerockError(name, f"{value} is not a positive number", "correct it, or leave it out")
-    if not abs(block.e) < block.b / 3:
-        what = f"{block.e:g} m off the middle, the block at rest stands on a part of its base"
-        raise FreerockError("com_offset_m", what, f"give less than {block.b / 3:g} m, a sixth of the width")
 
 
 def _check_parameters(model: str, parameters: Mapping[str, float], rules: Rules) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, numbers
 from freerock.config.processing import ROTATION_OPTIONS, RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
@@ -92,7 +92,7 @@ def find_rotation(
         constant signal; an AC-coupled channel; no rest phase; two lasers that don't fit together.
     """
     lasers = (laser,) if isinstance(laser, Laser) else tuple(laser)
-    time_s, signals = np.asarray(time_s, float), _channels(signal, lasers)
+    time_s, signals = numbers("time", time_s), _channels(signal, lasers)
     step = _even_step(time_s, signals)
     readings = [
         read_channel(time_s, step, each, own, block, unit, options)
@@ -117,9 +117,10 @@ def _named(reading: Reading, laser: Laser) -> Reading:
 def _channels(signal: ArrayLike | Sequence[ArrayLike], lasers: Sequence[Laser]) -> list[Floats]:
     """The channel of each laser."""
     if isinstance(signal, list | tuple) and len(signal) and np.ndim(signal[0]):
-        signals = [np.asarray(each, float) for each in signal]
+        signals = [numbers("laser signal", each) for each in signal]
     else:
-        signals = list(np.atleast_2d(np.asarray(signal, float)))
+        whole = numbers("laser signal", signal)
+        signals = list(np.atleast_2d(whole))
     if len(signals) != len(lasers):
         what = f"{len(signals)} channels for {len(lasers)} lasers"
         raise FreerockError("laser signal", what, "name a channel for each laser")

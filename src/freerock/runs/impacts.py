@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.fft import next_fast_len
 from scipy.special import ellipkinc
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, sampled
 from freerock.config.processing import IMPACT_LIMITS, ImpactLimits
 from freerock.models.block import Block
 from freerock.noise.in_motion import in_motion
@@ -194,7 +194,8 @@ def _energy(peak: float, block: Block) -> tuple[float, float]:
 
 def _motion(time_s: ArrayLike, theta: ArrayLike, sigma_theta: ArrayLike) -> NoisySamples:
     """The samples that are numbers, with their noise."""
-    t, y, sigma = (np.asarray(x, float) for x in np.broadcast_arrays(time_s, theta, sigma_theta))
+    t, y = sampled(time_s, theta)
+    sigma = np.broadcast_to(np.asarray(sigma_theta, float), y.shape)
     valid = np.isfinite(y) & np.isfinite(sigma)
     if not valid.all():
         t, y, sigma = t[valid], y[valid], sigma[valid]

@@ -6,11 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, sampled
+from freerock.errors import FreerockError
 from freerock.noise.at_rest import relative_noise, usual_of
 from freerock.noise.in_motion import HIGH_SWING, in_motion, swings_of
 from freerock.noise.spectrum import Noise
 from freerock.rotation.laboratory import Laboratory
+from freerock.rotation.rotation import SLOWEST_S
 from freerock.rotation.view import View
 from freerock.runs.segment import Run
 
@@ -41,6 +43,11 @@ class Motion:
     laboratory : Laboratory, optional
         Block and sensors, whose inputs a fit moves within their uncertainties; None if these are
         exact.
+
+    Raises
+    ------
+    FreerockError
+        No numbers, arrays of two lengths, a time that does not increase, no noise, or other units.
     """
 
     time_s: Floats
@@ -53,6 +60,16 @@ class Motion:
     noise: Noise | None = None
     view: View | None = None
     laboratory: Laboratory | None = None
+
+    def __post_init__(self) -> None:
+        time_s, theta = sampled(self.time_s, self.theta)
+        object.__setattr__(self, "time_s", time_s)
+        object.__setattr__(self, "theta", theta)
+        if time_s.size > 1 and np.median(np.diff(time_s)) > SLOWEST_S:
+            raise FreerockError("time", "its steps are too long for rocking", "give it in seconds")
+        if not (self.sigma_theta > 0 and abs(self.theta0) < math.pi / 2):
+            what = f"sigma_theta is {self.sigma_theta:g}, theta0 {self.theta0:g}"
+            raise FreerockError("theta", what, "give θ, its noise and the release angle in rad")
 
 
 def motions_of(

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from freerock.arrays import Flags, Floats, Mask
+from freerock.arrays import Flags, Floats, Mask, sampled
 from freerock.noise.converter import scatter
 from freerock.noise.spectrum import Noise, white_noise
 from freerock.rotation.flags import FLAGS
@@ -68,11 +68,11 @@ def signal_of(
     time_s: ArrayLike, theta: ArrayLike, sigma_theta: ArrayLike, flags: ArrayLike, converter_step: float = 0.0
 ) -> Signal:
     """θ(t) with the flagged samples left out; a single sigma holds for all samples."""
-    flags, theta = np.asarray(flags), np.asarray(theta, float)
+    flags, (time_s, theta) = np.asarray(flags), sampled(time_s, theta)
     if not np.isnan(theta[flags != 0]).all():
         theta = np.where(flags == 0, theta, np.nan)
     sigma = np.broadcast_to(np.asarray(sigma_theta, float), theta.shape)
-    return Signal(np.asarray(time_s, float), theta, sigma, flags, converter_step)
+    return Signal(time_s, theta, sigma, flags, converter_step)
 
 
 def names_of(flags: Flags) -> str:
