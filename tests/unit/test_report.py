@@ -46,7 +46,9 @@ def test_the_first_screen_has_each_foundation_with_law_parameters_and_epsilon(pa
     laws = {"housner": "Housner", "winkler": "Winkler", "hunt_crossley": "Hunt–Crossley"}
     epsilon = ", ".join(f"{label} {percent(summary[f'epsilon_{law}'])}" for law, label in laws.items())
     printed = printed_summary(tables["summary"], LABELS).text
-    assert epsilon in printed.loc[0].tolist() and epsilon in page.text
+    told = " | ".join(printed.loc[0]).replace("\N{NO-BREAK SPACE}", " ")
+    assert epsilon in told and epsilon in page.text.replace("\N{NO-BREAK SPACE}", " ")
+    assert not {"None", "nan"} & {*page.text.split()}
     assert summary["longest"] == "b1 b2" and "Slender, Squat" in printed.loc[0].tolist()
     assert "the records are simulated" in first
 

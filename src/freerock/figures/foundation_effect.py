@@ -13,6 +13,8 @@ from freerock.figures import style
 from freerock.figures.style import Drawing, Labels, styled
 from freerock.products.groups import usable_runs
 
+MOST_BELOW = 4  # blocks, each below the other; more stand side by side
+
 
 @styled()
 def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> Drawing:
@@ -37,21 +39,23 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
             scene = (tree.attrs["block"], tree.attrs["foundation"])
             curves.setdefault(scene, _curve(tree, number, run))
 
-    figure = Figure(figsize=style.size(0.6 + 1.75 * len(blocks)))
-    axes = figure.subplots(len(blocks), squeeze=False)[:, 0]
-    for i, (ax, block) in enumerate(zip(axes, blocks, strict=True)):
+    beside = 1 if len(blocks) <= MOST_BELOW else style.fit_beside(len(blocks), style.ALONE_IN)
+    rows = -(-len(blocks) // beside)
+    figure = Figure(figsize=style.size(0.6 + 1.75 * rows))
+    axes = figure.subplots(rows, beside, squeeze=False).ravel()
+    for i, (ax, block) in enumerate(zip(axes, blocks, strict=False)):
         ax.axhline(0, color="0.6", linewidth=0.5)
         for foundation, look in looks.items():
             if (block, foundation) in curves:
                 curve = curves[block, foundation]
                 ax.plot(curve["time_s"], curve["theta_deg"], **look)
-        style.entitle(ax, i, len(blocks), style.label(labels, block), 0.9)
-        ax.set_ylabel("θ / °")
+        style.entitle(ax, i, len(blocks), style.label(labels, block), 0.9 / beside)
         ax.set_xlim(left=0)
-    axes[-1].set_xlabel("time since release / s")
+    for ax in axes[len(blocks) :]:
+        ax.set_axis_off()
+    style.outer_labels(dict(enumerate(axes[: len(blocks)])), "time since release / s", "θ / °")
     lines = [Line2D([], [], **look, label=style.label(labels, name)) for name, look in looks.items()]
-    style.legend_above(axes[0], lines)
-    style.footer(figure, origin)
+    style.finish(figure, origin, lines)
     columns = ["block", "foundation", "test", "run", "time_s", "theta_deg"]
     return figure, style.gathered(curves.values(), columns)
 

@@ -154,7 +154,7 @@ def _page(
     _draw_run(motion, residual, own, sigma_deg, record.attrs["origin"])
     if own["series"].str.startswith("residual").any():
         _draw_noise(residual, sigma_deg)
-        style.legend_above(residual)
+        _legend(residual)
     else:
         residual.text(0.5, 0.5, "not fitted", transform=residual.transAxes, ha="center", va="center")
         residual.set(yticks=[], ylabel="residual / σ")
@@ -199,7 +199,7 @@ def _draw_record(
         above = {"transform": angle.get_xaxis_transform(), "va": "bottom", "fontsize": 7}
         angle.text(instant, 1.0, text, ha=align, **above)
     if volts.get_legend_handles_labels()[0]:
-        style.legend_above(volts)
+        _legend(volts)
 
 
 def _draw_run(motion: Axes, residual: Axes, own: pd.DataFrame, sigma_deg: float, origin: str) -> None:
@@ -212,9 +212,15 @@ def _draw_run(motion: Axes, residual: Axes, own: pd.DataFrame, sigma_deg: float,
         else:
             model = str(series).removeprefix("residual_")
             residual.plot(part["time_s"], part["value"] / (sigma_deg or 1.0), **looks.MODEL_STYLES[model])
-    style.legend_above(motion)
+    _legend(motion)
     motion.set_ylabel("θ / °")
     motion.tick_params(labelbottom=False)  # as of the residuals below; texts take most of the time
+
+
+def _legend(ax: Axes) -> None:
+    """Above the panel's right corner, clear of the curves."""
+    columns = style.legend_columns(ax.get_legend_handles_labels()[1], 0.93)
+    ax.legend(ncols=columns, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2)
 
 
 def _draw_noise(residual: Axes, sigma_deg: float) -> None:

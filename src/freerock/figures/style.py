@@ -162,19 +162,6 @@ def gathered(parts: Iterable[pd.DataFrame], columns: Sequence[str]) -> pd.DataFr
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=columns)
 
 
-def legend_above(ax: Axes, handles: Sequence[Artist] | None = None) -> None:
-    """Legend above the panel's right corner, clear of the curves and of the title, which moves up for it."""
-    handles = handles or ax.get_legend_handles_labels()[0]
-    labels = [str(handle.get_label()) for handle in handles]
-    n = legend_columns(labels, 0.93)
-    ax.legend(handles=handles, ncols=n, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2)
-    title = ax.get_title(loc="left")
-    widest = max(title.split("\n"), key=len)
-    if title and (n < len(labels) or legend_columns([widest, *labels], 0.93) <= len(labels)):
-        rows = -(-len(labels) // n)
-        ax.set_title(title, loc="left", pad=4 + rows * 1.6 * _points("legend.fontsize"))
-
-
 def footer(figure: Figure, origin: str) -> None:
     """Say at the foot of the figure that its record is simulated, if it is."""
     if origin == "simulated":
@@ -188,7 +175,8 @@ def footer(figure: Figure, origin: str) -> None:
 def nothing_drawn(why: str, origin: str) -> Figure:
     """A figure that says why there is nothing in it."""
     figure = Figure(figsize=size(0.8))
-    figure.suptitle(why, fontsize="medium")
+    figure.set_layout_engine("none")
+    figure.text(0.5, 0.6, why, ha="center")
     footer(figure, origin)
     return figure
 

@@ -10,6 +10,7 @@ from freerock.tables.number_text import fixed, percent, quantity, unit_text, wit
 from freerock.tables.printed import PROCEDURE, Labels, Printed, identified
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
+FORETOLD = "Next run foretold"
 
 
 def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
@@ -30,30 +31,31 @@ def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
             if pd.notna(row[name])
         ]
         longest = str(row["longest"]).split() if pd.notna(row["longest"]) else []
-        law, misfits = MODEL_LABELS.get(row["model"], "none"), (f"epsilon_{name}" for name in PAPER_MODELS)
+        law, scatter = MODEL_LABELS.get(row["model"], "none"), (row["sigma_r"], row["sigma_r_u"])
         epsilon = [
-            f"{MODEL_LABELS[name]} {percent(row[key])}"
-            for name, key in zip(PAPER_MODELS, misfits, strict=True)
-            if pd.notna(row[key])
+            f"{MODEL_LABELS[name]} {percent(row[f'epsilon_{name}'])}".replace(" ", NO_BREAK)
+            for name in PAPER_MODELS
+            if pd.notna(row[f"epsilon_{name}"])
         ]
         told = {
             "Foundation": labels.get(row["foundation"], row["foundation"]),
             "Rock longest on it": ", ".join(labels.get(block, block) for block in longest),
             "Selected law": f"{law}, {row['n_selected']} of {row['n_runs']} runs",
             "Parameters": "; ".join(parameters).replace(" ", NO_BREAK).replace(f";{NO_BREAK}", "; "),
-            "Scatter of impacts σ_r / %": quantity(100 * row["sigma_r"], 100 * row["sigma_r_u"]),
+            "Scatter of impacts σ_r / %": quantity(*(100 * each for each in scatter)) if scatter[0] else "0",
             "r of first impacts": fixed(row["r_first"], 3),
             "ε_θ / %": ", ".join(epsilon),
-            "Next run foretold": f"{row['n_inside']} of {row['n_peaks']} peaks" * bool(row["n_peaks"]),
+            FORETOLD: f"{row['n_inside']} of {row['n_peaks']} peaks" * bool(row["n_peaks"]),
         }
         rows.append({head: cell or "–" for head, cell in told.items()})
     text = pd.DataFrame(rows)
     text = text.loc[:, [name for name in text if set(text[name]) != {"–"}]]
     about = (
         "±: total standard uncertainty. r of first impacts: median of all runs, by energy. "
-        f"ε_θ of the laws: median, {PROCEDURE}. Next run foretold: measured peaks in the 95 % band by "
-        "the other runs of the record."
+        f"ε_θ of the laws: median, {PROCEDURE}."
     )
+    if FORETOLD in text:
+        about += f" {FORETOLD}: measured peaks in the 95 % band by the other runs of the record."
     return Printed(text, "Each foundation", [about])
 
 

@@ -32,7 +32,6 @@ from freerock.tables.choices import laws_of_foundations
 from freerock.tables.number_text import SIMULATED_NOTE
 from freerock.tables.printed import printed_tables
 
-FIRST = ("foundation_effect", "comparison")  # figures of which the first there is stands on the first screen
 MOST_FIGURES = 12  # in the page, about 100 kB each; the others are linked
 INDEXED = re.compile(
     r"(?<![A-Za-z0-9_])(ε|t|θ|σ)_(θ|f|th|ex|cr|r)(?![A-Za-z0-9_])"
@@ -78,7 +77,8 @@ def write_report(
     environment.filters |= {"indices": _indices, "cited": html_of}
     paragraphs = methods(config, rates_hz, provenance["software"], provenance["git"])
     names = [Path(file).stem for _, file in figures]
-    first = next((names.index(name) for name in FIRST if name in names), None)
+    shows = "foundation_effect" if len(tables["summary"]) > 1 else "comparison"
+    first = names.index(shows) if shows in names else None
     ordered = sorted(enumerate(figures), key=lambda each: each[0] != first)
     shown = [_figure(caption, Path(file), folder, n) for n, (_, (caption, file)) in enumerate(ordered, 1)]
     html = environment.get_template("report.html.j2").render(

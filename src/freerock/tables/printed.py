@@ -13,6 +13,7 @@ from freerock.tables.number_text import SIMULATED_NOTE, fixed, percent, quantity
 Labels = Mapping[str, str]
 PROCEDURE = "by the paper's own procedure: one motion over the whole run, no input or impact free"
 MOST_IMPACTS = 8  # of a run in the table of restitution
+LEAST_R = 0.1  # with less a block falls to rest at once
 MOST_BESIDE = 4  # blocks that have a column each
 
 
@@ -81,9 +82,9 @@ def _table1(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printe
 def _table2(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
     """Laws by foundations: identified, by the paper's own procedure, and as published."""
     kinds: dict[str, Callable[[Any], str]] = {
-        "Identified": lambda row: identified(row.mean, row.u_total),
-        "Paper's procedure": lambda row: quantity(row.paper),
-        "Published": lambda row: quantity(row.published),
+        "Identified": lambda row: _of_law(row.parameter, row.mean, row.u_total),
+        "Paper's procedure": lambda row: _of_law(row.parameter, row.paper),
+        "Published": lambda row: _of_law(row.parameter, row.published),
     }
     frame = frame.fillna({"block": ""})
     several = frame["block"].nunique() > 2  # one of Housner's r, and those of foundations
@@ -91,8 +92,8 @@ def _table2(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printe
     for kind, cell in kinds.items():
         for (law, block, base), own in frame.groupby(["model", "block", "foundation"], sort=False):
             name = MODEL_LABELS[law] + f", {labels.get(block, block)}" * bool(block and several)
-            told = [f"{SYMBOLS[row.parameter]} = {cell(row)}" for row in own.itertuples() if cell(row) != "–"]
-            cells += [(kind, name, base, ", ".join(told))] if told else []
+            if told := [text for row in own.itertuples() if (text := cell(row))]:
+                cells.append((kind, name, base, ", ".join(told)))
     units = frame[frame["unit"] != "1"].drop_duplicates("parameter")
     known = [f"{SYMBOLS[row.parameter]} in {unit_text(row.unit)}" for row in units.itertuples()]
     about = (
@@ -101,6 +102,13 @@ def _table2(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printe
         f"{', '.join(known)}."
     )
     return Printed(_by_law("", cells, labels), "Identified parameters", [about, *notes])
+
+
+def _of_law(parameter: str, value: float, u: float = math.nan) -> str:
+    """A parameter as table 2 has it; empty where it is not known."""
+    if parameter == "r" and value < LEAST_R:
+        return f"r < {LEAST_R}"
+    return f"{SYMBOLS[parameter]} = {identified(value, u)}" if math.isfinite(value) else ""
 
 
 def _table3(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
