@@ -85,7 +85,7 @@ def test_stated_sampling_rate(tmp_path):
 
 def test_no_time(tmp_path):
     path = save(tmp_path / "a.xlsx", ["a", "b"], *zip(theta(1), theta(2), strict=True))
-    assert refusal(path).startswith("no column of time and no sampling rate; head the time as time [s], ")
+    assert refusal(path).startswith("no column of time and no sampling rate; head the time as Time [s], ")
 
 
 def test_not_a_workbook(tmp_path):
@@ -105,4 +105,4 @@ def test_clock_times(tmp_path):
     assert dataset["theta"].attrs["units"] == "rad" and "reading" not in dataset.attrs
     rows[5][0] = "soon"
     path = save(tmp_path / "b.xlsx", ["when", "theta [rad]"], *rows)
-    assert refusal(path).startswith("sheet 'tests': cell A7: 'soon' is not a time; ")
+    assert refusal(path).startswith("sheet 'tests': column A: 'soon' in row 7 is no time; ")

@@ -82,7 +82,7 @@ def test_the_projects_own_records(tmp_path):
 def test_no_time_and_no_rate(tmp_path):
     assert refusal(hdf5(tmp_path / "a.h5", {"laser": VOLTS, "wire": VOLTS})) == (
         "no vector of time and no sampling rate (variables: laser, wire); "
-        "save the time as t, or the sampling rate in Hz as fs, or give sampling_rate_hz"
+        "head the time as Time [s], state the rate in the file as fs in Hz, or give sampling_rate_hz"
     )
 
 

@@ -50,7 +50,7 @@ def test_no_time_and_no_rate(tmp_path):
         path = save(tmp_path / "a.mat", {"laser": VOLTS, "mass": 12.0}, version)
         assert refusal(path) == (
             "no vector of time and no sampling rate (variables: laser, mass); "
-            "save the time as t, or the sampling rate in Hz as fs, or give sampling_rate_hz"
+            "head the time as Time [s], state the rate in the file as fs in Hz, or give sampling_rate_hz"
         )
 
 

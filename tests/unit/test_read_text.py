@@ -110,4 +110,4 @@ def test_decimal_commas_between_commas(tmp_path, head):
 
 def test_no_time_and_no_rate(tmp_path):
     path = table(tmp_path / "a.csv", "a;b", columns=(VOLTS, np.cos(500 * TIME)))
-    assert refusal(path).startswith("no column of time and no sampling rate; head the time as time [s]")
+    assert refusal(path).startswith("no column of time and no sampling rate; head the time as Time [s]")

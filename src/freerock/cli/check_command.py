@@ -240,7 +240,7 @@ def left_unread(source: Source) -> Iterator[str]:
     for file in dict.fromkeys(record.file for _, record in source.records):
         found = attempt(list_channels, path := Path(source.raw, file))
         if not isinstance(found, FreerockError):
-            yield from (f"{path}: {name} {c.clock}" for name, c in found.items() if isinstance(c.clock, str))
+            yield from (f"{path}: {name} {c.fault}" for name, c in found.items() if c.fault)
             yield from (f"{path}: {row}" for row in found.above)
 
 

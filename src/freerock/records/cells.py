@@ -1,33 +1,30 @@
 """What a cell of a table says: a number, a mark of a missing sample, a time, a date, or text."""
 
 import re
+from collections.abc import Callable
 from math import inf, nan
+from typing import Any
 
+import numpy as np
+import pandas as pd
+
+from freerock.arrays import Floats
+from freerock.errors import FreerockError
 from freerock.records.times import is_clock, is_date
+from freerock.records.words import WORDS
 
 NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
 THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:([.,'’ \N{NO-BREAK SPACE}\u202f])\d{3})(?:\1\d{3})*(?:[.,]\d+)?")
-_UNDER = (
-    "-ovl -over -overflow -overload -inf -infinity -1.#inf -1.#inf00 -∞ underflow underrange unterlauf under"
-)
-_OVER = """
-ovl ovld ovrld ovr over overflow overload overrange over-range over_range ol o.l o.l. oor out_of_range inf
-infinity 1.#inf 1.#inf00 1.#j #inf ∞ überlauf ueberlauf übersteuert übersteuerung überbereich sat saturated
-clip clipped
-"""
-_MISSING = """
-nan 1.#qnan 1.#ind 1.#nan 1.#snan nan(ind) nan(snan) #nv #n/a #n/v #na n/a na n.a. nv n.v. n/v <na> nat null
-none nil #num! #zahl! #div/0! #value! #wert! #ref! #bezug! #name? - -- --- ---- ----- – — ? * ** *** .
-invalid ungültig error fehler err missing fehlt no_data nodata no_signal no_value bad void n/d nd
-"""
+_OVER = [sign + word for word in WORDS["marks"]["over"].split() for sign in ("", "+")]
 MARKS = {
-    **dict.fromkeys(_MISSING.split(), nan),
-    **dict.fromkeys([sign + word for word in _OVER.split() for sign in ("", "+")], inf),
-    **dict.fromkeys(_UNDER.split(), -inf),
+    **dict.fromkeys(WORDS["marks"]["missing"].split(), nan),
+    **dict.fromkeys(_OVER, inf),
+    **dict.fromkeys(WORDS["marks"]["under"].split(), -inf),
 }
 MARKS |= {mark.replace("_", " "): value for mark, value in MARKS.items()}
 OVERLOAD = 9.9e37  # instruments write it, or a little more, for a sample out of range
-SPECIAL = re.compile(r'[^\d\s.,;:eE+\-/"|]|(?<![\w.])[-+.]+(?![\w.])')  # no table without it holds a mark
+
+Samples = tuple[Floats, list[str]]  # and what was found out
 
 
 def mark(cell: str) -> float | None:
@@ -53,28 +50,51 @@ def kind_of(cell: str, decimal: str) -> str:
     return "c" if is_clock(cell) else "t"
 
 
+def numbers(where: object, cells: "pd.Series[Any]", decimal: str, place: Callable[[int], str]) -> Samples:
+    """Cells as numbers, inf for a sample out of range, NaN for a missing one; and a note on each mark.
+
+    Parameters
+    ----------
+    where : object
+        The file, for errors.
+    cells : pandas.Series
+        Numbers, or texts; its index numbers the rows.
+    decimal : str
+        The decimal mark.
+    place : callable
+        How a cell is named, by its row's number.
+
+    Raises
+    ------
+    FreerockError
+        A cell that is neither a number nor a mark.
+    """
+    if cells.dtype.kind in "iuf":
+        return cells.to_numpy(float), []
+    text = cells.str.strip().replace("", None)
+    plain = text
+    if decimal != ".":
+        plain = text.where(~text.str.contains(".", regex=False, na=False)).str.replace(decimal, ".")
+    values = pd.to_numeric(plain, errors="coerce").to_numpy(float, copy=True)
+    odd = text[np.isnan(values) & text.notna().to_numpy()]
+    marked = {cell: mark(cell) for cell in odd.unique()}
+    for row, cell in odd.items():
+        if marked[cell] is None:
+            raise wrong_cell(where, place(row), cell, "n")
+    values[cells.index.get_indexer(odd.index)] = odd.map(marked).to_numpy(float)
+    return values, [
+        f"{n} cells marked {cell!r} are missing samples" for cell, n in odd.value_counts().items()
+    ]
+
+
+def wrong_cell(where: object, place: str, cell: str, kind: str) -> FreerockError:
+    """The refusal of a cell that is no number (n) or no time (c)."""
+    why = why_no_number(cell) if kind == "n" else f"{cell[:40]!r} is not a time"
+    return FreerockError(where, f"{place}: {why}", "correct the line, or export the file again")
+
+
 def why_no_number(cell: str) -> str:
     """What is wrong with a cell that should hold a number, in words."""
-    shown = repr(cell[:40])
     if THOUSANDS.fullmatch(cell):
-        return f"{shown} has a mark between thousands, or another decimal mark than the file"
-    return f"{shown} is not a number"
-
-
-def with_plain_marks(text: str, delimiter: str) -> tuple[str, dict[str, int]]:
-    """Lines of a table with nan, inf or -inf for its marks, and how often each mark occurs."""
-    text = text.replace("\N{MINUS SIGN}", "-")
-    found: dict[str, int] = {}
-    edge = r"\s" if delimiter == " " else re.escape(delimiter)
-
-    def plain(match: re.Match[str]) -> str:
-        cell = match[0].strip().strip('"').strip()
-        value = mark(cell)
-        if value is None or cell in ("nan", "inf"):
-            return match[0]
-        found[cell] = found.get(cell, 0) + 1
-        return f"{value}"
-
-    # A cell without a digit, or that begins as Windows' 1.#INF does.
-    cell = rf"(?:(?<=^)|(?<={edge}))(?:[^\d{edge}\n\r]+|[^\S\n\r]*[-+]?1\.#[^{edge}\n\r]*)(?={edge}|$)"
-    return re.sub(cell, plain, text, flags=re.MULTILINE), found
+        return f"{cell[:40]!r} has a mark between thousands, or another decimal mark than the file"
+    return f"{cell[:40]!r} is not a number"

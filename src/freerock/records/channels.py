@@ -3,8 +3,10 @@
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import nan
 from pathlib import Path
-from typing import Any
+
+import numpy as np
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
@@ -12,6 +14,8 @@ from freerock.errors import FreerockError
 COPY_AGAIN = "copy it again from the acquisition computer"
 NAMES_LISTED = 20
 RATES_DIFFER = 0.01  # so much, as a share, and two rates are not the same one rounded
+
+Load = Callable[[], Floats]
 
 
 @dataclass(frozen=True)
@@ -24,17 +28,17 @@ class Even:
         The interval and the first instant [s].
     origin : str
         Date and time from which start_s counts; "" where the file states none.
-    asked : (str, str) or None
-        Why the interval is not known, and what the user may do.
+    unknown : str
+        Why the interval is not known; "" where it is.
     """
 
     step_s: float
     start_s: float = 0.0
     origin: str = ""
-    asked: tuple[str, str] | None = None
+    unknown: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stamps:
     """A column of time stamps, and its unit as the file states it ("" where it states none).
 
@@ -42,24 +46,25 @@ class Stamps:
     """
 
     name: str
-    column: Any
+    load: Load
     unit: str
     default: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Channel:
-    """A channel; `column` is where its reader finds it; `clock` is a text where it can't be read: why.
+    """A channel; `load` gives its samples; `fault` says why it can't be read, "" where it can.
 
     `also` are other clocks that the file gives for it, which must agree with the first.
     """
 
     name: str
     units: str
-    column: Any
-    clock: Even | Stamps | str
+    load: Load
+    clock: Even | Stamps
     group: str = ""
     also: tuple[Even | Stamps, ...] = ()
+    fault: str = ""
 
 
 @dataclass(frozen=True)
@@ -69,12 +74,10 @@ class Contents:
     Parameters
     ----------
     channels : sequence of Channel
-    read : callable
-        Gives the samples by column for a sequence of columns.
     format : str
         Attribute of the dataset.
     notes : list of str
-        What the reader found out about the file by itself; attribute `reading`. Reading may add to it.
+        What the reader found out about the file by itself; attribute `reading`. Loading may add to it.
     start_time : str
         Attribute of the dataset; "" where the file states no date.
     above : sequence of str
@@ -82,7 +85,6 @@ class Contents:
     """
 
     channels: Sequence[Channel]
-    read: Callable[[Sequence[Any]], Mapping[Any, Floats]]
     format: str
     notes: list[str]
     start_time: str = ""
@@ -93,6 +95,11 @@ class Named(dict[str, Channel]):
     """Channels of a file by name, and the rows above the numbers."""
 
     above: Sequence[str] = ()
+
+
+def unfit(name: str, why: str, group: str = "") -> Channel:
+    """A channel that can't be read, and why."""
+    return Channel(name, "", lambda: np.empty(0), Even(nan), group, fault=why)
 
 
 def differ(one: float, other: float) -> bool:
@@ -108,15 +115,19 @@ def names_in_short(names: Iterable[str]) -> str:
 
 
 def by_name(path: Path, contents: Contents) -> Named:
-    """Channels by name, or by group/name where two groups share a name.
+    """Channels by name, or by group/name where two groups share a name; repeated names end in (2), (3) …
 
     Raises
     ------
     FreerockError
         No channel.
     """
-    short = Counter(c.name for c in contents.channels)
-    names = Named({c.name if short[c.name] == 1 else f"{c.group}/{c.name}": c for c in contents.channels})
+    groups = Counter(name for name, _ in {(c.name, c.group) for c in contents.channels})
+    names, seen = Named(), Counter[str]()
+    for c in contents.channels:
+        name = c.name if groups[c.name] == 1 else f"{c.group}/{c.name}"
+        seen[name] += 1
+        names[name if seen[name] == 1 else f"{name} ({seen[name]})"] = c
     names.above = contents.above
     if not names:
         raise FreerockError(path, "the file holds no channel", COPY_AGAIN)
@@ -131,18 +142,18 @@ def chosen(path: Path, names: Mapping[str, Channel], channel: str | None) -> dic
     FreerockError
         There is no such channel, or it can't be read.
     """
-    if channel is None:
-        wanted = {name: c for name, c in names.items() if not isinstance(c.clock, str)}
+    if not channel:
+        wanted = {name: c for name, c in names.items() if not c.fault}
         if not wanted:
-            why = names_in_short(f"{name} {c.clock}" for name, c in names.items())
+            why = names_in_short(f"{name} {c.fault}" for name, c in names.items())
             raise FreerockError(path, f"no channel holds numbers ({why})", "export the signals as numbers")
         return wanted
-    full = {f"{c.group}/{c.name}": name for name, c in names.items()}
+    full = {f"{c.group}/{c.name}": name for name, c in reversed([*names.items()])}
     name = channel if channel in names else full.get(channel)
     if name is None:
         remedy = "correct the channel column of the campaign's CSV"
         raise FreerockError(path, f"no channel {channel!r}; its channels are {names_in_short(names)}", remedy)
-    if isinstance(names[name].clock, str):
-        what = f"channel {name!r} {names[name].clock}"
+    if names[name].fault:
+        what = f"channel {name!r} {names[name].fault}"
         raise FreerockError(path, what, "name a channel that holds numbers, or export it as numbers")
     return {name: names[name]}

@@ -1,53 +1,66 @@
 """LabVIEW measurement files (LVM): text with a header for the file and one for each segment.
 
-The headers are parsed here, the rows of numbers as in any other table (`table`).
+The headers are parsed here, the rows of numbers as in any other text.
 """
 
-from collections.abc import Iterator, Sequence
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import chain, pairwise
+from functools import partial
+from itertools import groupby, pairwise
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.cells import NUMBER
-from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Stamps
-from freerock.records.text import LABVIEW, Layout, encoding_of, layout_in_words, tables
+from freerock.records.cells import NUMBER, numbers
+from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Stamps, unfit
+from freerock.records.text import frame_of, layout_in_words, lines_of
 
 FORMAT = "LVM"
-MAGIC = LABVIEW.decode()
-LOOK = 100  # rows in which the decimal comma is looked for
+MAGIC = "LabVIEW Measurement"
 X = "X_Value"
-
-Lines = Iterator[tuple[int, str]]  # with their numbers, from 0
-Tables = Sequence[dict[int, Floats]]  # the columns of numbers of each segment
+NO_CHANNELS = (X, "Comment", "")
+COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")  # a number with a decimal comma
+LOOK = 100  # rows in which the decimal comma is looked for
+UNSET = ("1903", "1904")  # years of LabVIEW's epoch
 
 
 @dataclass(frozen=True)
 class Segment:
-    """One writing: names of its columns, cells of its header by key, layout and number of its rows."""
+    """One writing: names of its columns, cells of its header by key, its rows, their decimal mark."""
 
-    names: Sequence[str]
+    names: list[str]
     fields: dict[str, list[str]]
-    layout: Layout
-    n_rows: int
+    rows: pd.DataFrame
+    decimal: str
 
     def cell(self, key: str, column: int) -> str:
-        cells = self.fields.get(key, [])
-        return cells[column] if column < len(cells) else ""
+        """A cell of the header, "" where it gives none."""
+        return dict(enumerate(self.fields.get(key, []))).get(column, "")
 
     def value(self, key: str, column: int) -> float:
         """A number of the header, NaN where it gives none."""
         cell = self.cell(key, column).replace(",", ".")
-        return float(cell) if NUMBER.fullmatch(cell) else np.nan
+        return float(cell) if NUMBER.fullmatch(cell) else math.nan
 
-    def x_column(self, column: int) -> int | None:
-        """The column of time of a channel."""
-        left = [i for i in range(column) if self.names[i] == X and self.layout.kinds[i] == "n"]
-        return left[-1] if left else None
+    def values(self, path: Path, column: int) -> Floats:
+        """A column as numbers."""
+        place = f"column {column + 1}"
+        return numbers(path, self.rows[column], self.decimal, lambda n: f"line {n}, {place}")[0]
+
+    def started(self) -> np.datetime64 | None:
+        """Its start by Date and Time, to the nanosecond, in the zone of the laboratory."""
+        date, time = self.cell("Date", 1).replace("/", "-"), self.cell("Time", 1).replace(",", ".")
+        whole, _, fraction = time.partition(".")
+        try:
+            return np.datetime64(f"{date}T{whole}.{fraction[:9]:0<9}", "ns")
+        except ValueError:
+            return None
 
 
 @contextmanager
@@ -58,172 +71,114 @@ def contents(path: Path) -> Iterator[Contents]:
     starts again are joined by their dates and times. A file with fewer rows than a segment's Samples is
     truncated.
     """
-    encoding = encoding_of(path)
-    segments = _segments(path, encoding)
+    lines, encoding = lines_of(path)
+    segments, delimiter = _segments(path, lines)
     first = segments[0]
-    if any(s.names != first.names for s in segments):
+    if any(each.names != first.names for each in segments):
         raise FreerockError(path, "its segments hold different channels", "split it, one file per segment")
-    channels = [
-        Channel(name, first.cell("Y_Unit_Label", i), i, _clock(path, segments, i), also=_stated(first, i))
-        for i, name in enumerate(first.names)
-        if i and name not in (X, "Comment", "")
-    ]
-
-    notes = [layout_in_words(first.layout, encoding), *_more_rows(channels, segments)]
-
-    def read(columns: Sequence[int | tuple[str, int]]) -> dict[int | tuple[str, int], Floats]:
-        parts = list(tables(path, encoding, (s.layout for s in segments), notes))
-        arrays: dict[int | tuple[str, int], Floats] = {}
-        for column in columns:
-            if isinstance(column, tuple):
-                arrays[column] = _joined_time(path, segments, parts, column[1])
-            else:
-                _refuse_short(path, segments, parts, column)
-                arrays[column] = np.concatenate([part[column] for part in parts])
-        return arrays
-
-    yield Contents(channels, read, FORMAT, notes, _start_time(first))
+    notes = [layout_in_words(delimiter, first.decimal, encoding)]
+    signals = [i for i, name in enumerate(first.names) if i and name not in NO_CHANNELS]
+    channels = [_channel(path, segments, i) for i in signals]
+    for i, channel in zip(signals, channels, strict=True):
+        samples = first.value("Samples", i)
+        if isinstance(channel.clock, Even) and len(first.rows) > samples:
+            told = f"{len(first.rows)} rows under a header of {samples:.0f} samples"
+            notes.append(f"{told} are taken for one recording")
+    start = first.started()
+    yield Contents(channels, FORMAT, notes, "" if start is None else str(np.datetime_as_string(start, "ms")))
 
 
-def _segments(path: Path, encoding: str) -> list[Segment]:
-    with open(path, encoding=encoding, errors="replace") as file:
-        lines = enumerate(file)
-        if not next(lines)[1].startswith(MAGIC):
-            what = f"not an LVM file: its first line is not {MAGIC!r}"
-            raise FreerockError(path, what, "correct the ending of its name, or copy it again")
-        header = _header(path, lines, "\t", "the file")
-        delimiter = next((key[9:10] for key in header if key.startswith("Separator")), "") or "\t"
-        segments: list[Segment] = []
-        for n, line in lines:
-            if line.strip():
-                where = f"segment {len(segments) + 1}"
-                fields = _header(path, chain([(n, line)], lines), delimiter, where)
-                segments.append(_segment(path, lines, fields, delimiter, where))
+def _segments(path: Path, lines: Sequence[str]) -> tuple[list[Segment], str]:
+    """The segments of a file, which stand between blank lines, and the delimiter of their columns."""
+    if not lines[0].startswith(MAGIC):
+        what = f"not an LVM file: its first line is not {MAGIC!r}"
+        raise FreerockError(path, what, "correct the ending of its name, or copy it again")
+    parts = groupby(enumerate(lines), key=lambda each: bool(each[1].strip()))
+    blocks = [dict(part) for filled, part in parts if filled]
+    header, _ = _header(path, blocks[0], "\t", "the file")
+    delimiter = next((key[9:10] for key in header if key.startswith("Separator")), "") or "\t"
+    segments = []
+    for n, block in enumerate(blocks[1:], start=1):
+        fields, below = _header(path, block, delimiter, f"segment {n}")
+        names, *first = [_cells(line, delimiter) for line in below[: LOOK + 1]] or [[]]
+        if names[:1] != [X] or not first:
+            raise FreerockError(path, f"the file is truncated: segment {n} holds no data", COPY_AGAIN)
+        names += [""] * (len(first[0]) - len(names))
+        comma = delimiter != "," and any(COMMA.fullmatch(cell) for row in first for cell in row)
+        layout = delimiter, "," if comma else "."
+        at = max(block) + 2 - len(below)
+        texts = {i: name in ("Comment", "") for i, name in enumerate(names)}
+        frame = frame_of(path, lines[at : max(block) + 2], at, layout, texts)
+        segments.append(Segment(names, fields, frame, layout[1]))
     if not segments:
         raise FreerockError(path, "the file is truncated: no segment follows its header", COPY_AGAIN)
-    return segments
+    return segments, delimiter
 
 
-def _header(path: Path, lines: Lines, delimiter: str, where: str) -> dict[str, list[str]]:
-    """Cells by key up to the end of a header, less its special blocks."""
+def _header(
+    path: Path, block: Mapping[int, str], delimiter: str, where: str
+) -> tuple[dict[str, list[str]], list[str]]:
+    """Cells of a header by key, and the lines below it."""
+    lines = [*block.values()]
     fields: dict[str, list[str]] = {}
     special = False
-    for _, line in lines:
+    for n, line in enumerate(lines, start=1):
         cells = _cells(line, delimiter)
         if cells[0].startswith("***End_of_Header"):
-            return fields
+            return fields, lines[n:]
         special = cells[0] == "***Start_Special***" or (special and cells[0] != "***End_Special***")
         if not special:
             fields[cells[0]] = cells
     raise FreerockError(path, f"the file is truncated: the header of {where} has no end", COPY_AGAIN)
 
 
-def _segment(path: Path, lines: Lines, fields: dict[str, list[str]], delimiter: str, where: str) -> Segment:
-    """The rows under a segment's header, up to an empty line."""
-    at, line = next(lines, (0, ""))
-    names = _cells(line, delimiter)
-    head, rows, more = [], 0, False
-    for _, line in lines:
-        more = not line.strip()
-        if more:
-            break
-        rows += 1
-        if rows <= LOOK:
-            head.append(_cells(line, delimiter))
-    if names[0] != X or not head:
-        raise FreerockError(path, f"the file is truncated: {where} holds no data", COPY_AGAIN)
-    width = max(len(names), len(head[0]))
-    names += [""] * (width - len(names))
-    filled = {i for row in head for i, cell in enumerate(row) if cell}
-    kinds = {
-        i: "n" if i in filled and name not in ("Comment", "") else "is empty" for i, name in enumerate(names)
-    }
-    numeric = [i for i, kind in kinds.items() if kind == "n"]
-    comma = delimiter != "," and any("," in row[i] for row in head for i in numeric if i < len(row))
-    layout = Layout(delimiter, "," if comma else ".", at + 1, kinds, rows if more else None)
-    return Segment(tuple(names), fields, layout, rows)
-
-
 def _cells(line: str, delimiter: str) -> list[str]:
-    return [cell.strip() for cell in line.rstrip("\n").split(delimiter)]
+    return [cell.strip() for cell in line.split(delimiter)]
 
 
-def _clock(path: Path, segments: Sequence[Segment], column: int) -> Even | Stamps | str:
-    """Clock of a channel, or why it can't be read."""
+def _channel(path: Path, segments: Sequence[Segment], column: int) -> Channel:
+    """A channel over all segments, with its clock or why it can't be read."""
     first = segments[0]
-    if first.layout.kinds[column] != "n":
-        return "is empty"
-    x = first.x_column(column)
-    if len(segments) > 1:
-        return Stamps(f"{X} of its segments", ("time", x if x is not None else column), "s")
-    if x is not None and (x or first.value("Delta_X", column) == first.value("Delta_X", 1)):
-        return Stamps(X, x, "s")
-    step = first.value("Delta_X", column)
-    if not step > 0 or (step == 1 and first.cell("Date", column)[:4] in ("1903", "1904")):
-        what = f"channel {first.names[column]!r} gives no sampling rate (no {X}, and Delta_X is {step:g})"
-        raise FreerockError(path, what, "write the file with one X column")
-    start = first.value("X0", column)
-    return Even(step, start if np.isfinite(start) else 0.0)
+    name, step = first.names[column], first.value("Delta_X", column)
+    if not first.rows[column].notna().any():
+        return unfit(name, "is empty")
+    left = [i for i in range(column) if first.names[i] == X and first.rows[i].notna().any()]
+    clock: Even | Stamps
+    if len(segments) > 1 or (left and (left[-1] or step == first.value("Delta_X", 1))):
+        clock = Stamps(X, partial(_time, path, segments, left[-1] if left else column), "s")
+    elif not step > 0 or (step == 1 and first.cell("Date", column)[:4] in UNSET):
+        why = f"channel {name!r} gives no {X} and no sampling rate (Delta_X is {step:g})"
+        clock = Even(math.nan, unknown=why)
+    else:
+        clock = Even(step, float(np.nan_to_num(first.value("X0", column))))
+    also = (Even(step),) if step > 0 and step != 1 else ()  # LabVIEW writes 1 where it knows none
+    load = partial(_samples, path, segments, column)
+    return Channel(name, first.cell("Y_Unit_Label", column), load, clock, also=also)
 
 
-def _stated(segment: Segment, column: int) -> tuple[Even, ...]:
-    """The interval that a header states; LabVIEW writes 1 where it knows none."""
-    step = segment.value("Delta_X", column)
-    return (Even(step),) if step > 0 and step != 1 else ()
+def _samples(path: Path, segments: Sequence[Segment], column: int) -> Floats:
+    """Samples of a channel over all segments."""
+    for n, segment in enumerate(segments, start=1):
+        samples, rows = segment.value("Samples", column), len(segment.rows)
+        if rows < samples:
+            what = f"channel {segment.names[column]!r} holds {rows} of {samples:.0f} samples in segment {n}"
+            raise FreerockError(path, f"the file is truncated: {what}", COPY_AGAIN)
+    return np.concatenate([segment.values(path, column) for segment in segments])
 
 
-def _refuse_short(path: Path, segments: Sequence[Segment], parts: Tables, column: int) -> None:
-    for n, (segment, table) in enumerate(zip(segments, parts, strict=True), start=1):
-        samples = segment.value("Samples", column)
-        if len(table[column]) < samples:
-            name, rows = segment.names[column], len(table[column])
-            what = f"the file is truncated: channel {name!r} holds {rows} of {samples:.0f} samples"
-            raise FreerockError(path, f"{what} in segment {n}", COPY_AGAIN)
-
-
-def _more_rows(channels: Sequence[Channel], segments: Sequence[Segment]) -> list[str]:
-    """A note where rows of several writings under one header, without X, are taken for one recording."""
-    for c in channels:
-        samples = segments[0].value("Samples", c.column)
-        if isinstance(c.clock, Even) and segments[0].n_rows > samples:
-            rows = segments[0].n_rows
-            return [f"{rows} rows under a header of {samples:.0f} samples are taken for one recording"]
-    return []
-
-
-def _joined_time(path: Path, segments: Sequence[Segment], parts: Tables, column: int) -> Floats:
+def _time(path: Path, segments: Sequence[Segment], column: int) -> Floats:
     """Time of several segments [s]: as written where it goes on, else by the segments' dates."""
     times: list[Floats] = []
-    for segment, table in zip(segments, parts, strict=True):
-        if segment.names[column] == X:
-            times.append(table[column])
-        else:
-            start, step = np.nan_to_num(segment.value("X0", column)), segment.value("Delta_X", column)
-            times.append(start + step * np.arange(len(table[column])))
+    for each in segments:
+        even = np.nan_to_num(each.value("X0", column)) + each.value("Delta_X", column) * np.arange(
+            len(each.rows)
+        )
+        times.append(each.values(path, column) if each.names[column] == X else even)
+    starts = [start for each in segments if (start := each.started()) is not None]
     if all(after[0] > before[-1] for before, after in pairwise(times)):
         return np.concatenate(times)
-    starts = [start for s in segments if (start := _started(s)) is not None]
     if len(starts) < len(segments):
         what = f"{X} starts again in its segments, and they give no date"
         raise FreerockError(path, what, "split it, one file per segment")
-    return np.concatenate(
-        [
-            time + (start - starts[0]) / np.timedelta64(1, "s")
-            for time, start in zip(times, starts, strict=True)
-        ]
-    )
-
-
-def _started(segment: Segment) -> np.datetime64 | None:
-    """Start of a segment by its Date and Time, to the nanosecond, in the zone of the laboratory."""
-    date, time = segment.cell("Date", 1).replace("/", "-"), segment.cell("Time", 1).replace(",", ".")
-    whole, _, fraction = time.partition(".")
-    try:
-        return np.datetime64(f"{date}T{whole}.{fraction[:9]:0<9}", "ns")
-    except ValueError:
-        return None
-
-
-def _start_time(segment: Segment) -> str:
-    start = _started(segment)
-    return "" if start is None else str(np.datetime_as_string(start, "ms"))
+    since = [(start - starts[0]) / np.timedelta64(1, "s") for start in starts]
+    return np.concatenate([time + begun for time, begun in zip(times, since, strict=True)])

@@ -11,7 +11,7 @@ from scipy.io import loadmat
 from scipy.io.matlab import MatlabFunction, MatlabOpaque, matfile_version
 
 from freerock.records.channels import Contents
-from freerock.records.hdf5 import Array, Attributes, arrays_in, of_arrays, vectors
+from freerock.records.hdf5 import Array, arrays_in, as_text, of_arrays, vectors
 
 FORMAT = "MAT"
 AS_VECTORS = "save t = seconds(tt.Time) and x = tt.x as vectors"
@@ -26,41 +26,26 @@ def contents(path: Path) -> Iterator[Contents]:
     """
     if h5py.is_hdf5(path):
         with h5py.File(path, locking=False) as file:
-            arrays, attributes = arrays_in(file, _unfit)
-            yield of_arrays(path, arrays, attributes, f"{FORMAT} v7.3")
+            yield of_arrays(path, *arrays_in(file), f"{FORMAT} v7.3")
         return
     version = "v5" if matfile_version(path)[0] else "v4"
-    found: dict[str, Array] = {}
-    for name, value in loadmat(path).items():
-        if not name.startswith("__"):
-            found |= _arrays(name, value)
-    yield of_arrays(path, found, {}, f"{FORMAT} {version}")
-
-
-def _unfit(attributes: Attributes) -> str:
-    """Why a dataset of v7.3 is no array of numbers; "" where it is one."""
-    kind = attributes.get("MATLAB_class", b"double")
-    kind = kind.decode() if isinstance(kind, bytes) else str(kind)
-    if "MATLAB_object_decode" in attributes:
-        return f"is a MATLAB {kind}: {AS_VECTORS}"
-    return f"is a MATLAB {kind}, no array of numbers" if kind in ("char", "cell", "function_handle") else ""
+    variables = {name: value for name, value in loadmat(path).items() if not name.startswith("__")}
+    found = [_arrays(name, value) for name, value in variables.items()]
+    arrays = {name: array for each in found for name, array in each.items()}
+    yield of_arrays(path, arrays, {}, f"{FORMAT} {version}")
 
 
 def _arrays(name: str, value: Any) -> dict[str, Array]:
     """The vectors in a variable by path, those of a structure's fields among them."""
     if isinstance(value, MatlabOpaque):
-        kind, name = (_plain(value[field].flat[0]) for field in ("s2", "s0"))
-        return {name: Array((2,), None, f"is a MATLAB {kind}: {AS_VECTORS}")}
+        kind, name = (as_text(value[field].flat[0]) for field in ("s2", "s0"))
+        return {name: Array((), None, f"is a MATLAB {kind}: {AS_VECTORS}")}
     if isinstance(value, MatlabFunction) or not isinstance(value, np.ndarray):
-        return {name: Array((2,), None, "is no array of numbers")}
+        return {name: Array((), None, "is no array of numbers")}
     if value.dtype.names and value.size == 1:
         fields = (_arrays(f"{name}/{field}", value[field].flat[0]) for field in value.dtype.names)
         return {path: array for found in fields for path, array in found.items()}
     if value.dtype.names or value.dtype.kind == "O":
         what = "an array of structures" if value.dtype.names else "a cell array"
-        return {name: Array((2,), None, f"is {what} of shape {value.shape}: save its parts as vectors")}
+        return {name: Array((), None, f"is {what} of shape {value.shape}: save its parts as vectors")}
     return vectors(name, value, {}) if value.size else {}
-
-
-def _plain(value: Any) -> str:
-    return value.decode() if isinstance(value, bytes) else str(value)

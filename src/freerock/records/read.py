@@ -1,11 +1,11 @@
 """The door to record files: `READERS` names the module of each format. A new one begins best from `tdms`."""
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from freerock.records.cells import OVERLOAD
 from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Named, Stamps
 from freerock.records.headings import seconds_in
 from freerock.records.timebase import Grid, on_grid, regular_grid, typical_step
-from freerock.records.times import SECOND_UNITS
+from freerock.records.words import SECOND_UNITS, WORDS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,17 +32,8 @@ READERS = {
     **dict.fromkeys([".h5", ".hdf5", ".nc"], "hdf5"),
     **dict.fromkeys([".uff", ".unv", ".uf", ".mf4", ".mdf", ".wav"], "waves"),
 }
-NOT_READ = {  # suffix: the program that writes it
-    **dict.fromkeys([".dxd", ".d7d", ".d7z"], "DEWESoft"),
-    **dict.fromkeys([".raw", ".imc", ".imcdev"], "imc FAMOS"),
-    **dict.fromkeys([".tdm", ".tdx"], "NI DIAdem"),
-    **dict.fromkeys([".bin", ".mea", ".tst"], "catman or an oscilloscope"),
-    **dict.fromkeys([".psdata", ".psd"], "PicoScope"),
-    **dict.fromkeys([".wfm", ".isf", ".trc"], "an oscilloscope"),
-    **dict.fromkeys([".cap", ".spklab", ".cmbl", ".gmbl"], "PASCO or Vernier"),
-    **dict.fromkeys([".xls", ".xlsb", ".ods"], "a spreadsheet program, in another format than .xlsx"),
-}
-
+LABVIEW = b"LabVIEW Measurement"
+STATE_RATE = "head the time as Time [s], state the rate in the file as fs in Hz, or give sampling_rate_hz"
 EPOCHS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # units in which time since 1970 is written
 SINCE_1970_S = 6e8, 4.2e9  # of a recording
 PLAIN_STEP_S = 0.05  # longer steps of a record are none of seconds, as those of milliseconds would be
@@ -85,7 +76,20 @@ def read_record(
     """
     path = Path(path)
     with _opened(path) as contents:
-        return _dataset(path, contents, channel or None, time_unit, rate_hz)
+        wanted = channels.chosen(path, channels.by_name(path, contents), channel)
+        columns = {name: c.load() for name, c in wanted.items()}
+        known: dict[tuple[object, ...], Grid] = {}
+        for name, c in wanted.items():
+            clock = c.clock, c.also, len(columns[name])
+            if clock not in known:
+                known[clock] = _grid(path, c, len(columns[name]), contents.notes, (time_unit, rate_hz))
+        origins = {c.clock.origin if isinstance(c.clock, Even) else "" for c in wanted.values()}
+        grid, *others = known.values()
+        if len(origins) > 1 or any(not grid.equals(other) for other in others):
+            several = f"channels of several time bases: {channels.names_in_short(columns)}"
+            raise FreerockError(path, several, "name the channel")
+        placed = {name: _placed(path, grid, column) for name, column in columns.items()}
+        return _dataset(contents, grid, placed, wanted)
 
 
 def list_channels(path: str | Path) -> Named:
@@ -119,16 +123,18 @@ def _opened(path: Path) -> Iterator[Contents]:
     if not path.is_file():
         raise FreerockError(path, "no such file", "put it there, or correct its name")
     suffix = path.suffix.lower()
-    if suffix in NOT_READ:
-        remedy = "export it there as CSV, TDMS, .mat or .xlsx"
-        raise FreerockError(path, f"{suffix} files of {NOT_READ[suffix]} are not read", remedy)
+    for program, suffixes in WORDS["not_read"].items():
+        if suffix in suffixes.split():
+            remedy = "export it there as CSV, TDMS, .mat or .xlsx"
+            raise FreerockError(path, f"{suffix} files of {program} are not read", remedy)
     if suffix not in READERS:
         raise FreerockError(path, f"unknown format {path.suffix!r}", f"use one of {', '.join(READERS)}")
-    if path.stat().st_size == 0:
+    with open(path, "rb") as file:
+        begins = file.read(len(LABVIEW))
+    if not begins:
         raise FreerockError(path, "the file is empty", COPY_AGAIN)
-    reader = import_module(f"freerock.records.{READERS[suffix]}")
-    if READERS[suffix] == "text" and reader.is_labview(path):
-        reader = import_module("freerock.records.lvm")
+    labview = READERS[suffix] == "text" and begins == LABVIEW
+    reader = import_module(f"freerock.records.{'lvm' if labview else READERS[suffix]}")
     try:
         with warnings.catch_warnings(action="ignore"), reader.contents(path) as contents:
             yield contents
@@ -139,155 +145,106 @@ def _opened(path: Path) -> Iterator[Contents]:
         raise FreerockError(path, what, COPY_AGAIN) from error
 
 
-def _dataset(
-    path: Path, contents: Contents, channel: str | None, time_unit: str = "", rate_hz: float | None = None
-) -> "xr.Dataset":
-    """The channel requested, or all, as one dataset over time."""
-    wanted = channels.chosen(path, channels.by_name(path, contents), channel)
-    clocks = list(dict.fromkeys(c.clock for c in wanted.values() if not isinstance(c.clock, str)))
-    stamps = [clock for clock in clocks if isinstance(clock, Stamps)]
-    also = list(dict.fromkeys(clock for c in wanted.values() for clock in c.also))
-    sought = [c.column for c in wanted.values()]
-    sought += [clock.column for clock in [*stamps, *also] if isinstance(clock, Stamps)]
-    columns = dict(contents.read(list(dict.fromkeys(sought))))
-    length = _one_length(path, wanted, clocks, columns)
-    notes, begun = list(dict.fromkeys(contents.notes)), contents.start_time
-    if stamps:
-        time_s, told = _in_seconds(path, stamps[0], columns[stamps[0].column], also, time_unit)
-        notes += told
-        grid, length = _stamped(f"{path}: {stamps[0].name!r}", time_s, length)
+def _grid(path: Path, c: Channel, length: int, notes: list[str], given: tuple[str, float | None]) -> Grid:
+    """Grid of a channel of some length by its clock, or by the unit of time and the rate given for it."""
+    time_unit, rate_hz = given
+    clock, also = c.clock, [*c.also, *([Even(1 / rate_hz, origin="sampling_rate_hz")] if rate_hz else [])]
+    if not length:
+        raise FreerockError(path, f"channel {c.name!r} is empty", COPY_AGAIN)
+    if isinstance(clock, Stamps):
+        where = f"{path}: {clock.name!r}"
+        time_s, told = _in_seconds(where, clock, also, time_unit)
+        notes.append(told)
+        if len(time_s) != length:
+            raise FreerockError(where, f"{length} samples but {len(time_s)} time stamps", COPY_AGAIN)
+        while length and np.isnan(time_s[length - 1]):  # empty rows at the end
+            length -= 1
+        grid = regular_grid(where, time_s[:length])
+    elif clock.unknown and not rate_hz:
+        raise FreerockError(path, clock.unknown, STATE_RATE)
     else:
-        (even,) = (clock for clock in clocks if isinstance(clock, Even))
-        if even.asked and not rate_hz:
-            raise FreerockError(path, *even.asked)
-        begun = even.origin or begun
-        grid = Grid(even.start_s, 1 / rate_hz if even.asked and rate_hz else even.step_s, length)
+        grid = Grid(clock.start_s, 1 / rate_hz if rate_hz and clock.unknown else clock.step_s, length)
     if not bounds.SHORTEST_STEP_S < grid.step_s < bounds.LONGEST_STEP_S:
         what = f"the sampling interval is {grid.step_s:g} s"
         raise FreerockError(path, what, "correct it, or the unit of time, where the file states it")
-    also += [Even(1 / rate_hz, origin="sampling_rate_hz")] if rate_hz else []
-    _check_other_clocks(path, also, grid.step_s, columns)
-    import xarray as xr  # half a second, which listing the channels does without
-
-    found = {}
-    for name, c in wanted.items():
-        samples, over = _placed(path, grid, columns[c.column], length)
-        beyond = {"out_of_range": over.astype(np.int64)} if over.size else {}
-        if over.size:
-            notes.append(
-                f"{over.size} samples of {name} are out of range and missing, the first at {over[0]}"
-            )
-        found[name] = ("time", samples, {"units": c.units} | beyond)
-    attrs = {
-        "format": contents.format,
-        "start_time": begun,
-        "sampling_rate_hz": 1 / grid.step_s,
-        "reading": "; ".join(notes),
-        "above": "\n".join(contents.above),
-        "time_base": "; ".join(grid.faults),
-    }
-    return xr.Dataset(
-        found,
-        coords={"time": ("time", np.arange(grid.size) * grid.step_s + grid.start_s, {"units": "s"})},
-        attrs={key: value for key, value in attrs.items() if value != ""},
-    )
+    _check_other_clocks(path, also, grid.step_s)
+    return grid
 
 
-def _one_length(
-    path: Path, wanted: Mapping[str, Channel], clocks: Sequence[Even | Stamps], columns: Mapping[Any, Floats]
-) -> int:
-    """Number of samples of channels that share a clock and a length."""
-    lengths = {name: len(columns[c.column]) for name, c in wanted.items()}
-    for name, length in lengths.items():
-        if not length:
-            raise FreerockError(path, f"channel {name!r} is empty", channels.COPY_AGAIN)
-    if not _one_clock(clocks, columns):
-        several = f"channels of several time bases: {channels.names_in_short(lengths)}"
-        raise FreerockError(path, several, "name the channel")
-    if len(set(lengths.values())) > 1:
-        unequal = channels.names_in_short(f"{name} {n}" for name, n in lengths.items())
-        raise FreerockError(path, f"channels of unequal length: {unequal}", "name the channel")
-    return next(iter(lengths.values()))
-
-
-def _one_clock(clocks: Sequence[Even | Stamps], columns: Mapping[Any, Floats]) -> bool:
-    """Whether clocks are one: equal, or columns of equal stamps."""
-    stamps = [clock for clock in clocks if isinstance(clock, Stamps)]
-    if len(clocks) == 1 or len(stamps) < len(clocks):
-        return len(clocks) == 1
-    first = columns[stamps[0].column]
-    return len({clock.unit for clock in stamps}) == 1 and all(
-        np.array_equal(columns[clock.column], first, equal_nan=True) for clock in stamps[1:]
-    )
-
-
-def _in_seconds(
-    path: Path, clock: Stamps, stamps: Floats, also: Iterable[Even | Stamps], given: str
-) -> tuple[Floats, list[str]]:
+def _in_seconds(where: str, clock: Stamps, also: Sequence[Even | Stamps], given: str) -> tuple[Floats, str]:
     """Stamps [s], and what was found out: a unit that is not stated may follow from what else is."""
-    where = f"{path}: {clock.name!r}"
+    stamps = clock.load()
     if clock.unit:
         factor = seconds_in(where, clock.unit)
         if given and seconds_in("time_unit", given) != factor:
             what = f"the file states {clock.unit}, and time_unit is {given}"
             raise FreerockError(where, what, "remove time_unit, or correct it")
-        return (stamps if factor == 1 else stamps * factor), []
-    known = stamps[np.isfinite(stamps)]
+        return stamps if factor == 1 else stamps * factor, ""
     if given:
-        return stamps * seconds_in("time_unit", given), [f"time is in {given}, as time_unit says"]
-    for unit, factor in EPOCHS.items():
-        if known.size and SINCE_1970_S[0] < known[0] * factor < SINCE_1970_S[1]:
-            return (stamps - known[0]) * factor, [f"time counts {unit} since 1970, by its size"]
+        return stamps * seconds_in("time_unit", given), f"time is in {given}, as time_unit says"
+    known = stamps[np.isfinite(stamps)]
     step = typical_step(known) if known.size > 1 else 0.0
     steps = [other.step_s for other in also if isinstance(other, Even)]
-    units = [
-        unit for unit, f in EPOCHS.items() if steps and step > 0 and not channels.differ(step * f, steps[0])
-    ]
-    if not units and clock.default and 0 < step < PLAIN_STEP_S:
-        return stamps * seconds_in(where, clock.default), ["time has no unit and is taken for seconds"]
-    if not units:
-        remedy = "write the unit behind its name, as time [ms], or give time_unit"
-        raise FreerockError(where, "the time states no unit", remedy)
-    return stamps * EPOCHS[units[0]], [f"time is in {units[0]}, by the sampling rate that the file states"]
+    for unit, factor in EPOCHS.items():
+        if known.size and SINCE_1970_S[0] < known[0] * factor < SINCE_1970_S[1]:
+            return (stamps - known[0]) * factor, f"time counts {unit} since 1970, by its size"
+        if steps and step > 0 and not channels.differ(step * factor, steps[0]):
+            return stamps * factor, f"time is in {unit}, by the sampling rate that the file states"
+    if clock.default and 0 < step < PLAIN_STEP_S:
+        return stamps, "time has no unit and is taken for seconds"
+    remedy = "write the unit behind its name, as time [ms], or give time_unit"
+    raise FreerockError(where, "the time states no unit", remedy)
 
 
-def _stamped(where: str, time_s: Floats, length: int) -> tuple[Grid, int]:
-    """Grid of a channel's stamps, and how many of its samples have one; empty rows at the end don't count."""
-    if len(time_s) != length:
-        raise FreerockError(where, f"{length} samples but {len(time_s)} time stamps", channels.COPY_AGAIN)
-    while length and np.isnan(time_s[length - 1]):
-        length -= 1
-    return regular_grid(where, time_s[:length]), length
-
-
-def _check_other_clocks(
-    path: Path, also: Iterable[Even | Stamps], step_s: float, columns: Mapping[Any, Floats]
-) -> None:
+def _check_other_clocks(path: Path, also: Sequence[Even | Stamps], step_s: float) -> None:
     """Refuse a second sampling rate that contradicts the first; time without a unit may be in any."""
     for clock in also:
         if isinstance(clock, Even):
             steps, where = [clock.step_s], f"{clock.origin or 'the file'} states"
         else:
-            step = typical_step(columns[clock.column])
             known = SECOND_UNITS.get(clock.unit.casefold())
-            factors = [known] if known else [*EPOCHS.values()]
+            step, factors = typical_step(clock.load()), [known] if known else EPOCHS.values()
             steps, where = [step * factor for factor in factors], f"{clock.name!r} gives"
         if min(steps) > 0 and all(channels.differ(each, step_s) for each in steps):
             what = f"one clock gives {1 / step_s:.6g} Hz, and {where} {1 / max(steps):.6g} Hz"
             raise FreerockError(path, what, "correct the one that is wrong, or its unit, or leave it out")
 
 
-def _placed(path: Path, grid: Grid, column: Floats, length: int) -> tuple[Floats, "np.ndarray[Any, Any]"]:
-    """Samples of a channel at the instants of the grid, and which of them are out of range and become NaN."""
-    late = np.count_nonzero(np.isfinite(column[length:]))
+def _placed(path: Path, grid: Grid, column: Floats) -> Floats:
+    """Samples of a channel at the instants of the grid."""
+    stamped = grid.size if grid.places is None else grid.places.size
+    late = np.count_nonzero(np.isfinite(column[stamped:]))
     if late:
-        raise FreerockError(
-            path, f"{late} samples at the end have no time stamp", "export the time column again"
-        )
-    samples = on_grid(path, grid, column[:length])
-    with np.errstate(invalid="ignore"):
-        over = np.flatnonzero(np.abs(samples) >= OVERLOAD)
-    if over.size:
-        samples = samples.copy()
-        samples[over] = np.nan
-    return samples, over
+        what = f"{late} samples at the end have no time stamp"
+        raise FreerockError(path, what, "export the time column again")
+    return on_grid(path, grid, column[:stamped])
+
+
+def _dataset(
+    contents: Contents, grid: Grid, placed: Mapping[str, Floats], wanted: Mapping[str, Channel]
+) -> "xr.Dataset":
+    """Channels on one grid as a dataset over time; a sample out of range is NaN."""
+    import xarray as xr  # half a second, which listing the channels does without
+
+    found: dict[str, tuple[str, Floats, dict[str, object]]] = {}
+    notes = contents.notes
+    for name, samples in placed.items():
+        beyond = np.abs(samples) >= OVERLOAD
+        over, values = np.flatnonzero(beyond), np.where(beyond, np.nan, samples)
+        found[name] = ("time", values, {"units": wanted[name].units})
+        if over.size:
+            found[name][2]["out_of_range"] = over.astype(np.int64)
+            told = f"{over.size} samples of {name} are out of range and missing"
+            notes.append(f"{told}, the first at {over[0]}")
+    origin = next((c.clock.origin for c in wanted.values() if isinstance(c.clock, Even)), "")
+    attrs = {
+        "format": contents.format,
+        "start_time": origin or contents.start_time,
+        "sampling_rate_hz": 1 / grid.step_s,
+        "reading": "; ".join(filter(None, dict.fromkeys(notes))),
+        "above": "\n".join(contents.above),
+        "time_base": "; ".join(grid.faults),
+    }
+    time_s = np.arange(grid.size) * grid.step_s + grid.start_s
+    attrs = {key: value for key, value in attrs.items() if value != ""}
+    return xr.Dataset(found, {"time": ("time", time_s, {"units": "s"})}, attrs)

@@ -2,42 +2,35 @@
 
 import csv
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from math import nan
 
 import numpy as np
-from numpy.typing import ArrayLike
+import pandas as pd
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.cells import kind_of, why_no_number
-from freerock.records.channels import Channel, Even, Stamps
-from freerock.records.headings import (
-    COUNTERS,
-    KEY,
-    NAMES_ITS_UNIT,
-    STEPS,
-    also_stated,
-    headed,
-    is_time,
-    is_time_word,
-    of_units,
-    plain,
-    split_unit,
-    stated_rate,
-    states_rate,
-)
-from freerock.records.times import SECOND_UNITS
+from freerock.records import headings
+from freerock.records.cells import Samples, kind_of, numbers, why_no_number
+from freerock.records.channels import Channel, Even, Stamps, unfit
+from freerock.records.times import seconds
+from freerock.records.words import HEADINGS, SECOND_UNITS
 
 ROWS_ALIKE = 3  # rows of numbers in a row that begin the table
+ROWS_COUNTED = 100  # in which a column must count to be a counter
 COMMENT = re.compile(r"\s*(?:#|%|//|!)+\s*")
-UNIT_ALONE = {(name, unit) for word, unit in NAMES_ITS_UNIT.items() for name in (word, word.title())}
 KEYED = re.compile(r"[^:=]+[:=]")  # a line such as Operator: N. N.
-STARTS = {"start", "xorigin", "xoffset", "t0"}
+BESIDE = HEADINGS["steps"] | HEADINGS["start"]  # names that may stand right of the headings
 RULE = re.compile(r"[\s\-=_*+|;,.#%/]*")  # a blank line, or one of dashes
 WIDE = re.compile(r"\s+(?=[\[(])")  # between a name and its unit
 BETWEEN = ("\t", ";", ",", " ")
 
-Row = tuple[int, Sequence[str], Sequence[str]]
+Row = tuple[int, Sequence[str], Sequence[str]]  # number, cells and their kinds
+Place = Callable[[int, int], str]  # how a cell is named, by its row's number and its column
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
@@ -49,101 +42,122 @@ def cells_of(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
 
 
-def kinds_of(where: object, rows: Sequence[Row], place: Callable[[int, int], str]) -> dict[int, str]:
-    """What the columns of a table hold: n for numbers, c for times, else why a column is left out.
+def kinds_of(rows: Sequence[Row], place: Place) -> tuple[dict[int, str], int]:
+    """What the columns of a table hold: n for numbers, c for times, else why the column is left out.
 
     Parameters
     ----------
-    where : object
-        The file, for errors.
     rows : sequence of (int, sequence of str, sequence of str)
         Number, cells and their kinds.
     place : callable
         How a cell is named, by its row's number and its column.
 
-    Raises
-    ------
-    FreerockError
-        A cell that is neither a number nor a mark in a column of numbers, or no time in one of times.
+    Returns
+    -------
+    kinds : dict
+        By the place of a column.
+    odd : int
+        Number of cells of another kind than the rest of their column.
     """
     found: dict[int, str] = {}
+    odd = 0
     for i in range(len(rows[0][1])):
-        kinds = {kinds[i] for _, _, kinds in rows} - {""}
-        usual = next((kind for kind in "nc" if kind in kinds), "n" if kinds == {"m"} else "")
-        if not kinds:
+        counted = Counter(kinds[i] for _, _, kinds in rows if kinds[i])
+        marks = counted.pop("m", 0)
+        usual, often = counted.most_common(1)[0] if counted else ("n", 0)
+        odd += counted.total() - often
+        if not counted and not marks:
             found[i] = "is empty"
-        elif kinds <= {usual, "m"}:
+        elif usual in "nc":
             found[i] = usual
-        elif not usual:
-            n, cells, _ = next(row for row in rows if row[2][i] in ("t", "d"))
-            why = (
-                f"holds dates ({cells[i]!r}"
-                if "d" in kinds
-                else f"holds no numbers ({why_no_number(cells[i])}"
-            )
-            found[i] = f"{why}, {place(n, i)})"
         else:
-            n, cells, _ = next(row for row in rows if row[2][i] not in ("", "m", usual))
-            raise wrong_cell(where, place(n, i), cells[i], usual)
-    return found
+            n, cell = next((n, cells[i]) for n, cells, kinds in rows if kinds[i] == usual)
+            why = f"dates ({cell!r}" if usual == "d" else f"no numbers ({why_no_number(cell)}"
+            found[i] = f"holds {why}, {place(n, i)})"
+    return found, odd
 
 
-def wrong_cell(where: object, place: str, cell: str, kind: str) -> FreerockError:
-    """The refusal of a cell that is no number (n) or no time (c)."""
-    why = why_no_number(cell) if kind == "n" else f"{cell[:40]!r} is not a time"
-    return FreerockError(where, f"{place}: {why}", "correct the line, or export the file again")
+def begin_of(rows: Sequence[Sequence[str]]) -> int | None:
+    """Place of the first of some rows alike, given by the kinds of their cells, that begin a table."""
+    return next((n for n in range(len(rows)) if _begins(rows[n : n + ROWS_ALIKE])), None)
 
 
-def begins_table(rows: Sequence[Sequence[str]]) -> bool:
-    """Whether rows, given by the kinds of their cells, begin a table: texts only beyond the first column."""
+def _begins(rows: Sequence[Sequence[str]]) -> bool:
+    """Whether rows begin a table: texts only beyond the first column."""
     first = rows[0]
-    return (
-        first[:1] != ["t"]
-        and ("n" in first or {"c", "m"} <= {*first})
-        and all(len(row) == len(first) for row in rows)
-        and all(
-            len({*kinds} - {""} - ({"m"} if "n" in kinds else set())) < 2 for kinds in zip(*rows, strict=True)
-        )
-    )
+    if first[:1] == ["t"] or not ("n" in first or {"c", "m"} <= {*first}):
+        return False
+    if any(len(row) != len(first) for row in rows):
+        return False
+    columns = [{*kinds} - {""} for kinds in zip(*rows, strict=True)]
+    return all(len(kinds) < 2 or kinds == {"n", "m"} for kinds in columns)
 
 
 @dataclass(frozen=True)
-class Head:
-    """What stands above a table: names and units of its columns, what is stated by name, other rows."""
+class Table:
+    """A table of numbers, and what stands above it.
 
-    headings: list[tuple[str, str]]
-    stated: dict[str, str]
-    above: list[str]
+    Parameters
+    ----------
+    where : object
+        The file, or the file and its sheet.
+    above : sequence of str
+        The lines above the table.
+    delimiter, decimal : str
+        Between cells, and in numbers.
+    kinds : mapping
+        Of the columns by place: n for numbers, c for times, else why the column is left out.
+    cells : pandas.DataFrame
+        Columns of numbers or of texts; the index numbers the rows from 1, those above among them.
+    place : callable
+        How a cell is named, by its row's number and its column; 0 stands for the column.
+    row : str
+        How a row is called.
+    """
+
+    where: object
+    above: Sequence[str]
+    delimiter: str
+    decimal: str
+    kinds: Mapping[int, str]
+    cells: pd.DataFrame
+    place: Place
+    row: str = "line"
+
+    def values(self, i: int, rows: int | None = None) -> Samples:
+        """A column as numbers, or as seconds since the first time; and what was found out."""
+        cells = self.cells[i].head(rows) if rows else self.cells[i]
+        if self.kinds[i] == "c":
+            return seconds(f"{self.where}: {self.place(0, i)}", cells)[:2]
+        return numbers(self.where, cells, self.decimal, lambda n: self.place(n, i))
 
 
-def head_of(
-    where: object, lines: Sequence[str], delimiter: str, kinds: Mapping[int, str], place: str
-) -> Head:
-    """The rows above a table.
+def head_of(table: Table) -> tuple[list[tuple[str, str]], dict[str, str], list[str]]:
+    """Names and units of the columns of a table, what is stated by name above it, and its other rows.
 
     Headings are found across blank lines, comments, dashes and what is stated by name.
 
     Raises
     ------
     FreerockError
-        The row next above the numbers is neither of these nor names the columns.
+        The row next above the numbers is neither of these nor names the columns; numbers above the table.
     """
+    lines, kinds = table.above, table.kinds
     used = max(i for i, kind in kinds.items() if kind != "is empty") + 1
-    dates = [i for i, kind in kinds.items() if kind.startswith("holds dates") and delimiter == " "]
-    rows: list[list[str]] = []
-    taken: list[int] = []
+    rows: dict[int, list[str]] = {}
     crossed = False
     for n in reversed(range(len(lines))):
         if RULE.fullmatch(lines[n]):
-            if rows and not all(of_units(row) for row in rows):
+            if not all(map(headings.of_units, rows.values())):
                 break
             continue
-        states = states_rate({re.split("[:=;\t,]", lines[n])[0]: 1.0})
-        cells = None if states else _fitting(lines[n], delimiter, used, len(kinds), dates)
-        shared = all(of_units(row) for row in rows) or len({*(cells or [])} - {""}) < used
-        if cells is not None and (used > 1 or not rows) and shared:
-            rows.insert(0, cells)
-            taken.append(n)
+        states = headings.states_rate(re.split("[:=;\t,]", lines[n])[0])
+        cells = None if states else _fitting(lines[n], table, used)
+        shared = (
+            all(map(headings.of_units, rows.values())) or len({*(cells or ())} - {""}) < used
+        )  # by several columns
+        if cells and (not rows or (used > 1 and shared)):
+            rows[n] = cells
         elif rows:
             break
         elif states or KEYED.match(lines[n]):
@@ -151,166 +165,116 @@ def head_of(
         elif not COMMENT.match(lines[n]):
             if crossed:
                 break
-            kinds_here = [kind_of(cell, ".") for cell in cells_of(lines[n], delimiter)]
-            if len(kinds_here) == len(kinds) and {"n", "t"} <= {*kinds_here}:
-                bad = cells_of(lines[n], delimiter)[kinds_here.index("t")]
-                raise wrong_cell(where, f"{place} {n + 1}, column {kinds_here.index('t') + 1}", bad, "n")
-            shown = lines[n].strip()[:60]
-            what = f"{place} {n + 1} is above the numbers and does not name {used} columns: {shown!r}"
-            raise FreerockError(where, what, "give each column a heading, as Time [s]; Laser [V]")
-    numeric = [i for i, kind in kinds.items() if kind == "n"]
-    for n in {*range(len(lines))} - {*taken}:
-        here = [kind_of(cell, ".") for cell in cells_of(lines[n], delimiter)]
-        if (
-            len(numeric) > 1
-            and len(here) > max(numeric)
-            and "n" in here
-            and {here[i] for i in numeric} <= {"n", "m"}
-        ):
-            what = f"{place} {n + 1} holds numbers above the table that begins at {place} {len(lines) + 1}"
-            raise FreerockError(where, what, "export the columns of numbers alone, under one row of headings")
-    above = [
-        f"{place} {n + 1}: {line.strip()}" for n, line in enumerate(lines) if line.strip() and n not in taken
-    ]
-    return Head(headed(rows, len(kinds)), stated_in(lines), above)
+            what = f"{table.row} {n + 1} holds neither numbers nor {used} headings: {lines[n].strip()[:60]!r}"
+            remedy = "give each column a heading, as Time [s]; Laser [V], or correct the cell"
+            raise FreerockError(table.where, what, remedy)
+    others = {n: line.strip() for n, line in enumerate(lines) if line.strip() and n not in rows}
+    _refuse_numbers_above(table, others)
+    above = [f"{table.row} {n + 1}: {line}" for n, line in others.items()]
+    return headings.headed([*rows.values()][::-1], len(kinds)), stated_in(lines), above
 
 
-def _fitting(line: str, delimiter: str, used: int, width: int, dates: Sequence[int]) -> list[str] | None:
-    """The cells of a row of headings, one for each column; None where the row is none."""
-    comment = COMMENT.match(line)
-    line = line[comment.end() :] if comment else line
-    for between in dict.fromkeys([delimiter, *BETWEEN]):
+def _refuse_numbers_above(table: Table, lines: Mapping[int, str]) -> None:
+    """Refuse rows of numbers above a table, which would be lost."""
+    numeric = [i for i, kind in table.kinds.items() if kind == "n"]
+    for n, line in lines.items():
+        here = [kind_of(cell, ".") for cell in cells_of(line, table.delimiter)]
+        fits = len(here) > max(numeric, default=0) and {here[i] for i in numeric} <= {"n", "m"}
+        if len(numeric) > 1 and "n" in here and fits:
+            begins = f"the table that begins at {table.row} {len(table.above) + 1}"
+            what = f"{table.row} {n + 1} holds numbers above {begins}"
+            remedy = "export the columns of numbers alone, under one row of headings"
+            raise FreerockError(table.where, what, remedy)
+
+
+def _fitting(line: str, table: Table, used: int) -> list[str] | None:
+    """The cells of a row of headings, one for each column in use; None where the row is none."""
+    dates = [i for i, kind in table.kinds.items() if kind.startswith("holds dates")]
+    remark = COMMENT.match(line)
+    line = line[remark.end() :] if remark else line
+    for between in dict.fromkeys([table.delimiter, *BETWEEN]):
         cells = cells_of(line, between)
         if len(cells) == used - len(dates):  # date and time, parted by a blank, under one heading
             for i in dates:
                 cells.insert(i, "")
-        if len(cells) < used:
+        more = cells[used:] if len(cells) > len(table.kinds) else []
+        cells = cells[:used]
+        if len(cells) < used or not any(cells):
             continue
-        while len(cells) > used and not cells[-1]:
-            cells.pop()
-        more = [] if len(cells) <= width else cells[used:]
-        told = all(not c or "=" in c or kind_of(c, ".") == "n" or plain(c) in STEPS | STARTS for c in more)
-        numbers = any(kind_of(cell, ".") in ("n", "c", "d") for cell in cells[:used])
-        words = between != delimiter or (comment and between == " ")  # a remark may have as many words
-        told = told and (not words or any(is_time(cell) or split_unit(cell)[1] for cell in cells[:used]))
-        if told and any(cells[:used]) and (is_time(cells[0]) or not numbers):
-            return cells[:used]
+        told = all(not c or "=" in c or kind_of(c, ".") == "n" or headings.plain(c) in BESIDE for c in more)
+        if between != table.delimiter or (remark and between == " "):  # a remark may have as many words
+            told = told and any(headings.is_time(cell) or headings.split_unit(cell)[1] for cell in cells)
+        numbers = any(kind_of(cell, ".") in ("n", "c", "d") for cell in cells)
+        if told and (headings.is_time(cells[0]) or not numbers):
+            return cells
     return None
 
 
 def stated_in(lines: Sequence[str]) -> dict[str, str]:
     """Values by name from lines such as "Sampling rate: 2000 Hz"; a value may stand below its name."""
     found: dict[str, str] = {}
-    for n, line in enumerate(lines):
+    for line, below in pairwise([*lines, ""]):
         parts = re.split(r"([:=;\t,])", COMMENT.sub("", line, count=1) if COMMENT.match(line) else line)
-        for k in range(0, len(parts) - 2, 2):
+        for k in range(0, len(parts), 2):
             name = parts[k].strip(' "')
-            if states_rate({name: 1.0}):
-                value = "".join(parts[k + 2 :]).strip(' "').lstrip(":=;,\t ")
-                below = re.split(r"[;\t,]", lines[n + 1]) if n + 1 < len(lines) else []
-                column = sum(part in ";\t," for part in parts[1 : k + 1 : 2])
-                if not value[:1].isdigit() and column < len(below):
-                    value = below[column].strip()
-                found.setdefault(name, value)
+            if headings.states_rate(name):
+                value = "".join(parts[k + 2 :]).strip(' ":=;,\t')
+                column = sum(part in ";\t," for part in parts[1:k:2])
+                beneath = re.split(r"[;\t,]", below)[column : column + 1]
+                found.setdefault(name, beneath[0].strip() if beneath and not value[:1].isdigit() else value)
     return found
 
 
-def counts(name: str, unit: str, values: ArrayLike, first: bool) -> bool:
+def counts(name: str, unit: str, numbers: Floats, first: bool) -> bool:
     """Whether a column counts its samples: by its name, or without a name 0, 1, 2 …"""
-    numbers = np.asarray(values, float)
     steps = np.diff(numbers)
     if numbers.size < 2 or not (steps == steps[0]).all() or steps[0] < 1 or (numbers % 1).any():
         return False
-    named = {plain(name), plain(unit)} & COUNTERS
-    return bool(named) or (first and not name and not unit and steps[0] == 1)
+    return bool({headings.plain(name), headings.plain(unit)} & HEADINGS["counters"]) or (
+        first and not name and not unit and steps[0] == 1
+    )
 
 
-def columns(
-    path: object,
-    head: Head,
-    kinds: Mapping[int, str],
-    numbers: Mapping[int, ArrayLike],
-    decimal: str = ".",
-    group: str = "",
-) -> list[Channel]:
-    """Channels of a table.
+def channels_of(table: Table, notes: list[str], group: str = "") -> tuple[list[Channel], list[str]]:
+    """Channels of a table, and the rows above it that are no headings.
 
-    Parameters
-    ----------
-    head : Head
-        What stands above it; a sampling rate counts where no column holds the time.
-    kinds : mapping
-        Of columns by place: n for numbers, c for times, else why the column is left out.
-    numbers : mapping
-        The first numbers of these columns.
-    decimal : str
-        The decimal mark of the file; "" where it uses none.
-    group : str
-        Of these channels; their columns are named (group, column).
-
-    Returns
-    -------
-    list of Channel
-        Each belongs to the column of time next to its left, else to the first one.
+    Each channel belongs to the column of time next to its left, else to the first; a sampling rate that is
+    stated above counts where no column holds the time. Loading a channel adds to the notes.
 
     Raises
     ------
     FreerockError
-        A sampling rate whose meaning is open; nothing but time.
+        As of `head_of`; a sampling rate whose meaning is open; nothing but time.
     """
-    headings, stated = head.headings, head.stated
-    first_column = min(numbers, default=0)
-    kinds = {
-        i: "counts the samples"
-        if kind == "n" and counts(*headings[i], numbers[i], i == first_column)
-        else kind
-        for i, kind in kinds.items()
-    }
+    heads, stated, above = head_of(table)
+    kinds = {i: kind for i, kind in table.kinds.items() if kind != "is empty" or any(heads[i])}
+    names = {i: heads[i][0] or f"column {i + 1}" for i in kinds}
     numeric = [i for i, kind in kinds.items() if kind == "n"]
-    clocks = [i for i, kind in kinds.items() if kind == "c"]
-    times = sorted(
-        [*clocks, *(i for i in numeric if is_time_word(headings[i][0]) or headings[i] in UNIT_ALONE)]
-    )
-    if not times and numeric and headings[numeric[0]][1].casefold() in SECOND_UNITS and len(numeric) > 1:
+    for i in numeric:
+        if counts(*heads[i], table.values(i, ROWS_COUNTED)[0], first=i == numeric[0]):
+            kinds[i] = "counts the samples"
+    numeric = [i for i in numeric if kinds[i] == "n"]
+    times = [i for i in kinds if kinds[i] == "c" or (i in numeric and headings.is_time_word(heads[i][0]))]
+    if not times and len(numeric) > 1 and heads[numeric[0]][1].casefold() in SECOND_UNITS:
         times = numeric[:1]
-    rate = None if times else stated_rate(path, stated, decimal)
-    also = also_stated(path, stated, decimal) if times else ()
-    kinds = {i: kind for i, kind in kinds.items() if kind != "is empty" or any(headings[i])}
-    found: list[tuple[str, str, int, Stamps | str | None]] = []
-    clock: Stamps | None = None
-    for i in sorted(kinds):
-        name, unit = headings[i]
-        name = name or f"column {i + 1}"
-        if i in times:
-            clock = Stamps(name, (group, i), "s" if i in clocks else unit)
-        else:
-            found.append((name, unit, i, clock if kinds[i] == "n" else kinds[i]))
-    first: Stamps | Even | None = (
-        next((left for *_, left in found if isinstance(left, Stamps)), clock) or rate
-    )
-    if not any(kinds[i] == "n" for _, _, i, _ in found):
-        left = "; ".join(f"{name!r} {kinds[i]}" for name, _, i, _ in found)
-        raise FreerockError(
-            path, "no channel beside the time" + f" ({left})" * bool(left), "export one as numbers"
-        )
-    if first is None:
-        told = "; ".join(f"{name!r} {kinds[i]}" for name, _, i, _ in found if kinds[i] not in ("n", "c"))
-        what = f"no column of time and no sampling rate{f' ({told})' * bool(told)}"
-        first = Even(
-            0.0, asked=(what, f"head the time as time [s], or state Sampling rate: 2000 Hz above{KEY}")
-        )
-    names = _distinct(name for name, *_ in found)
-    return [
-        Channel(name, unit, (group, i), left or first, group, also)
-        for name, (_, unit, i, left) in zip(names, found, strict=True)
-    ]
 
+    def load(i: int) -> Floats:
+        found, told = table.values(i)
+        notes.extend(told)
+        return found
 
-def _distinct(names: Iterable[str]) -> list[str]:
-    """Names with (2), (3) … after repeated ones."""
-    seen: dict[str, int] = {}
-    distinct = []
-    for name in names:
-        seen[name] = seen.get(name, 0) + 1
-        distinct.append(name if seen[name] == 1 else f"{name} ({seen[name]})")
-    return distinct
+    clocks: dict[int, Stamps | Even] = {
+        i: Stamps(names[i], partial(load, i), "s" if kinds[i] == "c" else heads[i][1]) for i in times
+    }
+    decimal = table.decimal if any(table.cells[i].dtype.kind != "i" for i in numeric) else ""
+    also = headings.also_stated(table.where, stated, decimal) if times else ()
+    if not times:
+        left_out = "; ".join(f"{names[i]!r} {kind}" for i, kind in kinds.items() if kind != "n")
+        none = f"no column of time and no sampling rate{left_out and f' ({left_out})'}"
+        clocks[-1] = headings.stated_rate(table.where, stated, decimal) or Even(nan, unknown=none)
+    channels = []
+    for i in [i for i in kinds if i not in times]:
+        clock = clocks[max((at for at in clocks if at < i), default=min(clocks))]
+        own = Channel(names[i], heads[i][1], partial(load, i), clock, group, also)
+        channels.append(own if kinds[i] == "n" else unfit(names[i], kinds[i], group))
+    return channels, above

@@ -3,57 +3,24 @@
 import codecs
 import io
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
-from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.cells import SPECIAL, kind_of, mark, with_plain_marks
+from freerock.records.cells import kind_of
 from freerock.records.channels import COPY_AGAIN, Contents
-from freerock.records.table import ROWS_ALIKE, begins_table, cells_of, columns, head_of, kinds_of, wrong_cell
-from freerock.records.times import seconds, start
+from freerock.records.table import Table, begin_of, cells_of, channels_of, kinds_of
+from freerock.records.times import seconds
 
 FORMAT = "text"
-LABVIEW = b"LabVIEW Measurement"
-HEAD = 1 << 16  # characters in which encoding and layout are found
+HEAD = 1000  # lines in which the table begins and its layout is found
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", " ": "spaces"}
 DECIMALS = {".": "point", ",": "comma"}
-LINES_AT_ONCE = 4096
-BEGINS = 1000  # lines in which the table begins
+MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 OTHERS = {b"|CF,": "imc FAMOS", b"DIAEXTENDED": "DIAdem", b"\xd0\xcf\x11\xe0": "Excel 97", b"PK\3\4": "zip"}
-
-
-@dataclass(frozen=True)
-class Layout:
-    """How a table is written.
-
-    Parameters
-    ----------
-    delimiter, decimal : str
-        Between the columns, and in its numbers.
-    first, rows : int
-        Number of lines before the table, and of its own; None for all to the end.
-    kinds : mapping
-        Of the columns by place: n for numbers, c for times, else why the column is left out.
-    """
-
-    delimiter: str
-    decimal: str
-    first: int
-    kinds: Mapping[int, str]
-    rows: int | None = None
-
-
-def is_labview(path: Path) -> bool:
-    """Whether a text has the header of a LabVIEW measurement file."""
-    with open(path, "rb") as file:
-        return file.read(len(LABVIEW)) == LABVIEW
 
 
 @contextmanager
@@ -63,213 +30,156 @@ def contents(path: Path) -> Iterator[Contents]:
     A column of time is recognised by its heading or by its times (09:30:00.125, after a date or not); else
     the lines above the table must state the sampling rate ("sampling rate: 2000 Hz", "dt = 0.0005").
     """
-    encoding = encoding_of(path)
-    with open(path, encoding=encoding, errors="replace") as file:
-        lines = file.read(HEAD).split("\n")
-        complete = not file.read(1)
-    if not complete and len(lines) > 1:
-        lines.pop()
-    layout = _layout(path, lines)
-    head = head_of(path, lines[: layout.first], layout.delimiter, layout.kinds, "line")
-    sample = [cells_of(line, layout.delimiter) for line in lines[layout.first :] if line.strip()]
-    sample = [row for row in sample if len(row) == len(layout.kinds)]
-    point = layout.decimal if any(layout.decimal in cell for row in sample for cell in row) else ""
-    numbers = {
-        i: [_number(row[i], layout.decimal) for row in sample] for i, k in layout.kinds.items() if k == "n"
-    }
-    channels = columns(path, head, layout.kinds, numbers, point)
-    notes = [layout_in_words(layout, encoding)]
-
-    def read(wanted: Sequence[tuple[str, int]]) -> dict[tuple[str, int], Floats]:
-        (found,) = tables(path, encoding, [layout], notes)
-        return {place: found[place[1]] for place in wanted}
-
-    dated = (start(row[i] for row in sample) for i, kind in layout.kinds.items() if kind == "c")
-    yield Contents(channels, read, FORMAT, notes, next(filter(None, dated), ""), head.above)
+    lines, encoding = lines_of(path)
+    table = _table(path, lines)
+    notes = [layout_in_words(table.delimiter, table.decimal, encoding)]
+    channels, above = channels_of(table, notes)
+    clocks = [table.cells[i].head(HEAD) for i, kind in table.kinds.items() if kind == "c"]
+    dated = (seconds(path, column)[2] for column in clocks)
+    yield Contents(channels, FORMAT, notes, next(filter(None, dated), ""), above)
 
 
-def layout_in_words(layout: Layout, encoding: str) -> str:
+def layout_in_words(delimiter: str, decimal: str, encoding: str) -> str:
     """What was found out about a table, in words."""
-    delimiter = DELIMITERS.get(layout.delimiter, repr(layout.delimiter))
-    return f"columns between {delimiter}, decimal {DECIMALS[layout.decimal]}, {encoding}"
+    between = DELIMITERS.get(delimiter, repr(delimiter))
+    return f"columns between {between}, decimal {DECIMALS[decimal]}, {encoding}"
 
 
-def encoding_of(path: Path) -> str:
-    """Encoding by the byte order mark, else UTF-8 where the head of the file is, else Windows-1252.
+def lines_of(path: Path) -> tuple[list[str], str]:
+    """Lines of a text, the last one empty where the text ends a line; and its encoding.
+
+    The encoding is told by the byte order mark; else it is UTF-8 where the text is, else Windows-1252.
 
     Raises
     ------
     FreerockError
         The file is no text.
     """
-    with open(path, "rb") as file:
-        head = file.read(HEAD)
-    for mark_, name in [
-        (codecs.BOM_UTF8, "utf-8-sig"),
-        (codecs.BOM_UTF16_LE, "utf-16"),
-        (codecs.BOM_UTF16_BE, "utf-16"),
-    ]:
-        if head.startswith(mark_):
-            return name
-    if program := next((name for magic, name in OTHERS.items() if head.startswith(magic)), ""):
+    content = path.read_bytes()
+    encoding = next((name for mark, name in MARKS.items() if content.startswith(mark)), "utf-8")
+    if program := next((name for magic, name in OTHERS.items() if content.startswith(magic)), ""):
         raise FreerockError(path, f"the file is of {program}, not a text", "export it as CSV, TDMS or .xlsx")
-    if b"\0" in head:
+    if b"\0" in content and encoding != "utf-16":
         raise FreerockError(path, "the file is binary, not a text", "export it as CSV, TDMS or .xlsx")
     try:
-        codecs.getincrementaldecoder("utf-8")().decode(head)
+        text = content.decode(encoding)
     except UnicodeDecodeError:
-        return "cp1252"
-    return "utf-8"
+        encoding = "cp1252" if encoding == "utf-8" else encoding
+        text = content.decode(encoding, "replace")
+    return re.split("\r\n|\r|\n", text), encoding
 
 
-def tables(
-    path: Path, encoding: str, layouts: Iterable[Layout], notes: list[str]
-) -> Iterator[dict[int, Floats]]:
-    """Yield the columns of numbers of each table of a file, in one pass.
+def frame_of(
+    path: Path, lines: Sequence[str], first: int, layout: tuple[str, str], texts: Mapping[int, bool]
+) -> pd.DataFrame:
+    """Cells of a table: columns of numbers, and of texts where numbers are not all they hold.
 
     A last line that does not end and is shorter than the one above is left out: its number may be cut.
 
+    Parameters
+    ----------
+    path : path-like
+        The file, for errors.
+    lines : sequence of str
+        Of the table; blank ones don't count. The last is empty, or the file does not end it.
+    first : int
+        How many lines of the file are above these.
+    layout : (str, str)
+        Delimiter and decimal mark.
+    texts : mapping
+        Whether a column stays as text, for each one by place.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns by place; the index numbers the lines of the file from 1.
+
     Raises
     ------
     FreerockError
-        A cell that is no number, a row with too many cells, a last line that is cut off.
+        A line with more cells than columns; a last line that is cut off.
     """
-    with open(path, encoding=encoding, errors="replace") as file:
-        at = 0
-        for layout in layouts:
-            for _ in islice(file, layout.first - at):
-                pass
-            lines = _Lines(islice(file, layout.rows), layout.delimiter)
-            yield _numbers(path, encoding, layout, lines, notes)
-            at = layout.first + (layout.rows or 0)
-            for cell, often in lines.marks.items():
-                notes.append(f"{often} cells marked {cell!r} are missing samples")
-
-
-class _Lines(io.TextIOBase):
-    """Lines as the file that pandas wants, with plain marks."""
-
-    def __init__(self, lines: Iterator[str], delimiter: str) -> None:
-        self.lines, self.delimiter = lines, delimiter
-        self.marks: dict[str, int] = {}
-
-    def read(self, size: int | None = -1) -> str:
-        text = "".join(islice(self.lines, LINES_AT_ONCE))
-        if SPECIAL.search(text):
-            text, marks = with_plain_marks(text, self.delimiter)
-            self.marks |= {cell: self.marks.get(cell, 0) + n for cell, n in marks.items()}
-        return text
-
-
-def _numbers(path: Path, encoding: str, layout: Layout, lines: _Lines, notes: list[str]) -> dict[int, Floats]:
-    numeric = [i for i, kind in layout.kinds.items() if kind == "n"]
+    numbered = {n: line for n, line in enumerate(lines, first + 1) if line.strip()}
+    rows = io.StringIO("\n".join(numbered.values()).replace("\N{MINUS SIGN}", "-"))
     try:
-        table = pd.read_csv(
-            lines,
-            sep=r"\s+" if layout.delimiter == " " else layout.delimiter,
-            decimal=layout.decimal,
-            names=range(len(layout.kinds)),
+        cells = pd.read_csv(
+            rows,
+            sep=r"\s+" if layout[0] == " " else layout[0],
+            decimal=layout[1],
+            names=list(texts),
+            dtype={i: str for i, text in texts.items() if text},
+            keep_default_na=False,
+            na_values=[""],
             index_col=False,
-            dtype={i: float if kind == "n" else str for i, kind in layout.kinds.items()},
             skipinitialspace=True,
-        )
-    except (ValueError, pd.errors.ParserError) as error:
-        raise _fault(path, encoding, layout) or error from None
-    found = {i: table[i].to_numpy() for i in numeric}
-    for i in (i for i, kind in layout.kinds.items() if kind == "c"):
-        found[i], told = seconds(f"{path}: column {i + 1}", table[i])
-        notes += told
-    unended, short = _cut(path) if layout.rows is None else (False, False)
-    if unended and table.iloc[-1, numeric].isna().any():
-        raise FreerockError(path, "the file is truncated: its last line is incomplete", COPY_AGAIN)
-    return {i: column[: len(table) - (unended and short)] for i, column in found.items()}
+            low_memory=False,
+        ).set_index(pd.Index([*numbered]))
+    except pd.errors.ParserError as error:
+        if not (told := re.search(r"in line (\d+), saw (\d+)", str(error))):
+            raise
+        what = f"line {[*numbered][int(told[1]) - 1]} has {told[2]} cells instead of {len(texts)}"
+        raise FreerockError(path, what, "correct the line, or export the file again") from None
+    if lines[-1] and len(cells) > 1:
+        if (cells.iloc[-1].isna() & cells.iloc[-2].notna()).any():
+            raise FreerockError(path, "the file is truncated: its last line is incomplete", COPY_AGAIN)
+        return cells[:-1] if len(lines[-1]) < len(lines[-2]) else cells
+    return cells
 
 
-def _fault(path: Path, encoding: str, layout: Layout) -> FreerockError | None:
-    """The first line that breaks the table, as an error."""
-    wanted = {i: kind for i, kind in layout.kinds.items() if kind in ("n", "c")}
-    with open(path, encoding=encoding, errors="replace") as file:
-        end = layout.rows and layout.first + layout.rows
-        for n, line in enumerate(islice(file, layout.first, end), start=layout.first + 1):
-            cells = cells_of(line, layout.delimiter)
-            for i, kind in wanted.items():
-                if i < len(cells) and kind_of(cells[i], layout.decimal) not in ("", "m", kind):
-                    return wrong_cell(path, _place(n, i), cells[i], kind)
-            if len(cells) > len(layout.kinds):
-                what = f"line {n} has {len(cells)} cells instead of {len(layout.kinds)}"
-                return FreerockError(path, what, "correct the line, or export the file again")
-    return None
+def _table(path: Path, lines: Sequence[str]) -> Table:
+    """The table whose columns of text are fewest, and which begins first."""
+    first, delimiter, decimal, kinds = _layout(path, lines)
+    texts = {i: kind != "n" for i, kind in kinds.items()}
+    cells = frame_of(path, lines[first:], first, (delimiter, decimal), texts)
+    for i in [i for i, kind in kinds.items() if kind == "is empty" and cells[i].notna().any()]:
+        kinds[i] = f"is empty in the first {HEAD} lines"
+    return Table(path, lines[:first], delimiter, decimal, kinds, cells, _place)
 
 
-def _cut(path: Path) -> tuple[bool, bool]:
-    """Whether the last line does not end, and whether it is shorter than the one above."""
-    with open(path, "rb") as file:
-        file.seek(max(0, file.seek(0, 2) - HEAD))
-        end = file.read().rstrip(b"\0")  # of a line's end in two bytes
-    above, last = ([b"", b"", *(line for line in re.split(rb"[\r\n]+", end) if line)])[-2:]
-    return not end.endswith((b"\r", b"\n")), len(last) < len(above)
-
-
-def _layout(path: Path, lines: Sequence[str]) -> Layout:
-    """How the table is written whose columns of text are fewest, and which begins first.
+def _layout(path: Path, lines: Sequence[str]) -> tuple[int, str, str, dict[int, str]]:
+    """Number of lines above the table, its delimiter, its decimal mark, and what its columns hold.
 
     Raises
     ------
     FreerockError
-        No table, one whose decimal mark changes, or is not told by whole numbers between commas.
+        No table, or one whose decimal mark is not told by whole numbers between commas.
     """
-    found: list[tuple[bool, int, int, Layout]] = []
-    faults: list[tuple[int, str, FreerockError]] = []
+    numbered = [(n, line) for n, line in enumerate(lines[:HEAD], start=1) if line.strip()]
+    quoted = any('"' in line for _, line in numbered)
+    best = []
     for delimiter in DELIMITERS:
-        split = [(n + 1, cells_of(line, delimiter)) for n, line in enumerate(lines) if line.strip()]
-        for decimal in [m for m in DECIMALS if m != delimiter or any('"' in line for line in lines)]:
-            head = [[kind_of(cell, decimal) for cell in cells] for _, cells in split[:BEGINS]]
-            n = next((n for n in range(len(head)) if begins_table(head[n : n + ROWS_ALIKE])), None)
-            if n is None:
-                continue
-            first, width = split[n][0] - 1, len(head[n])
-            rows = ((number, cells) for number, cells in split[n:] if len(cells) == width)
-            try:
-                kinds = kinds_of(
-                    path, [(m, cells, [kind_of(c, decimal) for c in cells]) for m, cells in rows], _place
-                )
-            except FreerockError as error:
-                faults.append((first, delimiter, error))
-                continue
-            texts = sum("no numbers" in kind for kind in kinds.values())
-            found.append((width == 1, texts, first, Layout(delimiter, decimal, first, kinds)))
-    if not found:
+        split = [(n, cells_of(line, delimiter)) for n, line in numbered]
+        found = []
+        for decimal in [each for each in DECIMALS if each != delimiter or quoted]:
+            rows = [(n, cells, [kind_of(cell, decimal) for cell in cells]) for n, cells in split]
+            begin = begin_of([kinds for *_, kinds in rows])
+            if begin is not None:
+                table = [row for row in rows[begin:] if len(row[1]) == len(rows[begin][1])]
+                found.append((begin, *kinds_of(table, _place)[::-1], (table[0][0] - 1, delimiter, decimal)))
+        if found:  # of two decimal marks that with which the table begins first, and all cells are read
+            begin, odd, kinds, layout = min(found, key=lambda each: each[:2])
+            texts = odd + sum("no numbers" in kind for kind in kinds.values())
+            best.append(((len(kinds) == 1, texts, begin), (*layout, kinds)))
+    if not best:
         remedy = "export rows of numbers between tabs, semicolons or commas"
-        raise (
-            faults[0][2] if faults else FreerockError(path, "no table of numbers in its first lines", remedy)
-        )
-    layout = min(found, key=lambda each: each[:3])[3]
-    for first, delimiter, fault in faults:
-        if first < layout.first and delimiter == layout.delimiter:  # rows that would be lost
-            raise fault
-    if layout.delimiter == "," and len(layout.kinds) % 2 == 0:
-        _refuse_ambiguous(path, lines, layout)
-    return layout
+        raise FreerockError(path, "no table of numbers in its first lines", remedy)
+    _, best_layout = min(best, key=lambda each: each[0])
+    _refuse_ambiguous(path, lines, *best_layout[:2])
+    return best_layout
 
 
-def _refuse_ambiguous(path: Path, lines: Sequence[str], layout: Layout) -> None:
+def _refuse_ambiguous(path: Path, lines: Sequence[str], first: int, delimiter: str) -> None:
     """Refuse whole numbers between commas under half as many headings, or none: maybe decimal commas."""
-    row = next(line for line in lines[layout.first :] if line.strip())
-    whole = all(re.fullmatch(r"[-+]?\d*|(?:.* )?\d\d?:\d\d:\d\d", cell) for cell in cells_of(row, ","))
-    above = lines[layout.first - 1] if layout.first else ""
+    row = next(line for line in lines[first:] if line.strip())
+    cells = cells_of(row, ",")
+    whole = all(re.fullmatch(r"[-+]?\d*|(?:.* )?\d\d?:\d\d:\d\d", cell) for cell in cells)
+    above = lines[first - 1] if first else ""
     headings = len(cells_of(above, ",")) if above.strip() else 0
-    if whole and '"' not in row and headings in (0, len(layout.kinds) // 2):
-        what = f"line {layout.first + 1} may hold {len(layout.kinds)} columns, or decimal commas"
+    if delimiter == "," and whole and '"' not in row and headings * 2 in (0, len(cells)):
+        what = f"line {first + 1} may hold {len(cells)} columns, or decimal commas"
         remedy = "export with tabs or semicolons between the columns, or decimal points"
         raise FreerockError(path, what, remedy)
 
 
 def _place(n: int, i: int) -> str:
-    return f"line {n}, column {i + 1}"
-
-
-def _number(cell: str, decimal: str) -> float:
-    if kind_of(cell, decimal) == "n":
-        return float(cell.replace(decimal, "."))
-    value = mark(cell)
-    return np.nan if value is None else value
+    return f"line {n}, column {i + 1}" if n else f"column {i + 1}"

@@ -43,6 +43,13 @@ class Grid:
     places: Indices | None = None
     faults: tuple[str, ...] = ()
 
+    def equals(self, other: "Grid") -> bool:
+        """Whether the instants of another grid and its stamps are the same."""
+        none = np.empty(0, int)
+        places, others = (none if each.places is None else each.places for each in (self, other))
+        same = (self.start_s, self.step_s, self.size) == (other.start_s, other.step_s, other.size)
+        return same and np.array_equal(places, others)
+
 
 def regular_grid(where: object, time_s: ArrayLike) -> Grid:
     """Uniform grid of the time stamps of a record.
@@ -108,26 +115,22 @@ def _refuse_disorder(where: object, time: Floats) -> None:
         raise FreerockError(where, what, "export the time column again")
     back = np.flatnonzero(time[1:] < time[:-1])
     if back.size:
-        first = back[0]
-        often = "once" if back.size == 1 else f"{back.size} times"
-        two = f"from {time[first]:.6g} to {time[first + 1]:.6g} s"
-        raise FreerockError(where, f"time runs backwards {often}, first {two} after sample {first}", SPLIT)
+        two = f"from {time[back[0]]:.6g} to {time[back[0] + 1]:.6g} s"
+        raise FreerockError(where, f"time runs backwards {two} after sample {back[0]}", SPLIT)
     if time[-1] == time[0]:
         raise FreerockError(where, f"all time stamps are {time[0]:.6g} s", "export the time column again")
 
 
 def _rounded(time: Floats) -> Grid | None:
     """Grid of stamps that were rounded to few decimal digits, else None."""
-    steps, n = np.diff(time), time.size - 1
-    digit, longest = steps[steps > 0].min(), steps.max()
-    if abs(math.log10(digit) - round(math.log10(digit))) > 1e-3:
-        return None
-    low = 1 if (steps > 0).all() else 0
-    if np.count_nonzero(steps) < ROUNDED_STAMPS or round(longest / digit) != low + 1:
-        return None
+    steps = np.diff(time)
+    digit = steps[steps > 0].min()
     counts = np.rint(steps / digit)
-    odd, off = np.count_nonzero(counts != low), np.abs(steps - counts * digit).max()
-    if not ROUNDED_SHARE <= odd / n <= 1 - ROUNDED_SHARE or off > 1e-3 * digit:
+    often = np.mean(counts > counts.min())
+    decimal = abs(math.log10(digit) - round(math.log10(digit))) < 1e-3
+    exact = np.abs(steps - counts * digit).max() <= 1e-3 * digit
+    shown = np.count_nonzero(steps) >= ROUNDED_STAMPS and ROUNDED_SHARE <= often <= 1 - ROUNDED_SHARE
+    if not (decimal and exact and shown and np.ptp(counts) == 1):
         return None
     step, start, off = _line(time, np.arange(time.size, dtype=float), np.zeros(time.size, np.intp), digit)
     if off > digit:
