@@ -44,7 +44,7 @@ _NUMBER = re.compile(  # with a standard error, a power of ten or both; others a
     r"\(−?[\d.]+ ± [\d.]+\)·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|(?<![\d.(])−?[\d.]+·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|−?[\d.]+ ± [\d.]+"
 )
 _UNIT = re.compile(r"(?<= / \()[^()]+(?=\)$)|(?<= / )[a-z]+$")
-_ITALIC = re.compile(r"^(r|k|c|p|R|m|h/b|2h|2b)(?= / |$| \(Housner\)$)|(?<!\w)[rkc](?= = )")
+_ITALIC = re.compile(r"^(r|k|c|p|R|m|h/b|2h|2b)(?= / |$| \(Housner\)$)|(?<!\w)[rkc](?= [=<] | in )")
 
 
 def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: str = "") -> str:
@@ -96,7 +96,7 @@ def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: st
             r"\bottomrule",
             r"\end{tabular}}",
             r"\leavevmode\ifdim\wd0>\linewidth\resizebox{\linewidth}{!}{\box0}\else\box0\fi",
-            *(rf"\par\footnotesize {_tex(note)}" for note in notes if part == pages[-1]),
+            *(rf"\par\footnotesize {_cell(note)}" for note in notes if part == pages[-1]),
             rf"\end{{{environment}}}",
             "",
         ]
