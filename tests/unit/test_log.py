@@ -2,6 +2,8 @@
 
 import errno
 import os
+import subprocess
+import sys
 
 import pytest
 
@@ -46,3 +48,13 @@ def test_what_is_wrong_with_a_record_becomes_its_reason(failure):
     make_or_give_up(raising(failure), given_up.append)
     assert len(given_up) == 1
     assert given_up[0].startswith(f"unforeseen: {type(failure).__name__}: ")
+
+
+def test_a_log_that_a_full_disk_does_not_take_hides_no_error():
+    script = (
+        "from freerock.errors import FreerockError; from freerock.jobs.log import log_to; "
+        "log_to('/dev/full'); raise FreerockError('a.nc', 'cannot be written', 'free some space')"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr == "a.nc: cannot be written; free some space\n"

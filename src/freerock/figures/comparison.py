@@ -10,8 +10,7 @@ from matplotlib.lines import Line2D
 from freerock.figures import looks, style
 from freerock.figures.style import Axes, Drawing, Labels, styled
 from freerock.models.laws import MODEL_LABELS
-from freerock.products.groups import runs_of
-from freerock.products.paper_fits import paper_fits, selected_fit
+from freerock.products.groups import paper_fits, runs_of, selected_fit
 from freerock.tables.number_text import percent
 
 COLUMNS = ["test", "run", "block", "foundation", "source", "time_s", "theta_deg"]

@@ -15,9 +15,16 @@ from freerock.figures import looks, style
 from freerock.figures.style import Axes, Labels, Style, styled
 from freerock.models.free_parameters import OF_RECORD, SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS
-from freerock.products.choices import CHOICE_GROUP, named_in
-from freerock.products.groups import Attrs, impacts_of, reasons_in, release_angle_of, runs_of
-from freerock.products.verdict_with_fits import verdict_of_run
+from freerock.products.groups import (
+    CHOICE_GROUP,
+    Attrs,
+    impacts_of,
+    named_in,
+    reasons_in,
+    release_angle_of,
+    runs_of,
+    verdict_of_run,
+)
 from freerock.rotation.faults import listed_faults
 from freerock.runs.verdict import in_one_line
 from freerock.tables.number_text import number_of, quantity, value_text

@@ -23,6 +23,7 @@ def log_to(path: str | Path) -> None:
     A `FreerockError` ends the script with its one line, anything else with a traceback.
     """
     sys.excepthook = _report
+    logging.raiseExceptions = False  # of a log that a full disk does not take: the terminal has the line
     logging.basicConfig(filename=path, filemode="w", encoding="utf-8", format="%(message)s")
     logging.captureWarnings(True)
     log.setLevel(logging.INFO)

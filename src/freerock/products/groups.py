@@ -1,4 +1,4 @@
-"""The groups of a dataset: its runs, the fits in it, and which of them may be used."""
+"""The groups of a dataset: its runs, their fits, choice and verdict, and which of them may be used."""
 
 import json
 import math
@@ -9,10 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from freerock.models.laws import MODELS
-from freerock.runs.verdict import Reason
+from freerock.models.laws import MODELS, PAPER_MODELS
+from freerock.runs.verdict import Level, Reason, Verdict
 
 Attrs = Mapping[Any, Any]  # names of attributes are texts; xarray says hashable
+
+CHOICE_GROUP = "choice"  # in that of a run: no candidate has this name
+EXPLAINED = ("noise", "repeatability")  # levels at which the selected law explains the runs
 
 
 class NotFitted(NamedTuple):
@@ -137,3 +140,86 @@ def one_of_each(
             found[scene] = tree
         found.setdefault(scene, tree)
     return list(found.values())
+
+
+def choices_of(tree: xr.DataTree) -> Iterator[tuple[int, xr.Dataset]]:
+    """The choices of a fit dataset: of each run in order.
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+        Root of `fits/<test>.nc`; samples are not needed.
+
+    Yields
+    ------
+    run : int
+    choice : xarray.Dataset
+        Along candidate, as `write_fits` writes it.
+    """
+    for run, group in runs_of(tree).items():
+        if CHOICE_GROUP in group.children:
+            yield run, group.children[CHOICE_GROUP].dataset
+
+
+def named_in(run: xr.DataTree) -> str:
+    """The candidate that the choice names for a run of a fit dataset; "" where it names none."""
+    return str(run.children[CHOICE_GROUP].attrs["selected"]) if CHOICE_GROUP in run.children else ""
+
+
+def paper_fits(run: xr.DataTree) -> dict[str, xr.Dataset]:
+    """The fits of a run by the paper's own procedure: one motion over the whole run, no input or impact free.
+
+    Parameters
+    ----------
+    run : xarray.DataTree
+        A run's group of a fit dataset.
+
+    Returns
+    -------
+    dict of str to xarray.Dataset
+        By law, of those that the paper fitted.
+    """
+    known = {law: f"paper_{law}" for law in PAPER_MODELS}
+    return {law: run.children[name].dataset for law, name in known.items() if name in run.children}
+
+
+def paper_fits_of(tree: xr.DataTree) -> Iterator[tuple[int, str, xr.Dataset]]:
+    """The fits of all runs of a dataset by the paper's own procedure: run, law and fit."""
+    for number, run in runs_of(tree).items():
+        for law, fit in paper_fits(run).items():
+            yield number, law, fit
+
+
+def selected_fit(run: xr.DataTree) -> tuple[str, xr.Dataset] | None:
+    """The candidate selected for a run, and its fit with inputs and impacts free; None without one."""
+    model = named_in(run)
+    return (model, run.children[model].dataset) if model in run.children else None
+
+
+def verdict_of_run(number: int, run: xr.DataTree, fits: xr.DataTree | None) -> Verdict:
+    """Verdict of a run: as measured, then with the reasons of its fits.
+
+    Where a model could not be fitted to a usable run, its reasons say why; where none could, it is failed.
+    What fits say against a run is found by `selection.reasons_after_fits`.
+
+    Parameters
+    ----------
+    number : int
+    run : xarray.DataTree
+        Its group in the dataset of the record.
+    fits : xarray.DataTree or None
+        Dataset of the record's fits.
+    """
+    verdict = Verdict(reasons_in(run.attrs))
+    if fits is None:
+        return verdict
+    group = fits.children.get(f"run_{number}")
+    missed = not_fitted_in(fits.attrs)
+    if missed and verdict.level != "fail" and not run.attrs["excluded"]:
+        lost: Level = "warn" if group is not None else "fail"
+        of = {number: "", None: "not fitted: "}
+        texts = (of[each.run] + each.text for each in missed if each.run in of)
+        verdict = verdict.adding(Reason.of("not_fitted", text, lost) for text in texts)
+    return (
+        verdict.adding(reasons_in(group.attrs)) if group is not None and "reasons" in group.attrs else verdict
+    )

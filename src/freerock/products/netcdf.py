@@ -10,8 +10,7 @@ import xarray as xr
 from freerock.arrays import Floats
 from freerock.models.given import legal
 from freerock.models.laws import CANDIDATES
-from freerock.products.choices import CHOICE_GROUP, choice_dataset
-from freerock.products.groups import Attrs
+from freerock.products.groups import CHOICE_GROUP, Attrs
 from freerock.products.names import IMPACT_VARIABLES, RUN_VARIABLES, WITH_TOTAL, root_attributes
 from freerock.products.storage import open_product, root_of, root_text, write_groups
 from freerock.runs.verdict import Level, Reason
@@ -29,6 +28,7 @@ OF_EVIDENCE = (
     "minus_two_log",
     "n_parameters",
 )
+CHOICE_NUMBERS = ("minus_two_log", "n_parameters", "residual_over_noise", "p_prediction")
 INPUTS_GROUP, PAPER_GROUP = "inputs", "paper_{}"  # in that of a fit; of a law, in that of a run
 
 if TYPE_CHECKING:
@@ -175,7 +175,7 @@ def write_fits(
         for law, paper in (papers or {}).get(number, {}).items():
             groups[f"run_{number}/{PAPER_GROUP.format(law)}"] = _paper(paper)
         if choices and number in choices:
-            groups[f"run_{number}/{CHOICE_GROUP}"] = choice_dataset(choices[number])
+            groups[f"run_{number}/{CHOICE_GROUP}"] = _choice(choices[number])
     write_groups(path, groups, packed)
 
 
@@ -339,6 +339,29 @@ def _inputs(fit: "Fit") -> xr.Dataset:
             "input_pull": ("input", known.pulls),
         },
     )
+
+
+def _choice(choice: "Choice") -> xr.Dataset:
+    """The choice of a record as it is stored with each run.
+
+    Parameters
+    ----------
+    choice : freerock.selection.choice.Choice
+
+    Returns
+    -------
+    xarray.Dataset
+        Along candidate: status and reason (texts), and `CHOICE_NUMBERS`, NaN where a candidate has no such
+        number. Attributes: selected, level, criterion, reason.
+    """
+    texts = {name: [getattr(each, name) for each in choice.judged] for name in ("status", "reason")}
+    arrays: dict[str, Any] = {name: ("candidate", np.array(values, str)) for name, values in texts.items()}
+    arrays |= {
+        name: ("candidate", np.array([getattr(each, name) for each in choice.judged], float))
+        for name in CHOICE_NUMBERS
+    }
+    told = {name: getattr(choice, name) for name in ("selected", "level", "criterion", "reason")}
+    return xr.Dataset(arrays, {"candidate": [each.model for each in choice.judged]}, told)
 
 
 def _named(names: Sequence[str], units: Sequence[str]) -> dict[str, Any]:

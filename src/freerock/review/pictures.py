@@ -9,9 +9,15 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.free_parameters import symbol_of
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
-from freerock.products.choices import CHOICE_GROUP, EXPLAINED, named_in
-from freerock.products.groups import impacts_of, release_angle_of, runs_of
-from freerock.products.verdict_with_fits import verdict_of_run
+from freerock.products.groups import (
+    CHOICE_GROUP,
+    EXPLAINED,
+    impacts_of,
+    named_in,
+    release_angle_of,
+    runs_of,
+    verdict_of_run,
+)
 from freerock.review.listing import lines_of_runs
 from freerock.review.reprocessing import Analysed
 from freerock.review.signals import Json, screen_digits, thinned

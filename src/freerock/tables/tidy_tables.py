@@ -14,10 +14,18 @@ from freerock.columns import columns_of
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import MODELS
 from freerock.populations.impact_energy import of_measured
-from freerock.products.choices import EXPLAINED, choices_of, named_in
-from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of
-from freerock.products.paper_fits import paper_fits_of, selected_fit
-from freerock.products.verdict_with_fits import verdict_of_run
+from freerock.products.groups import (
+    EXPLAINED,
+    choices_of,
+    fits_of,
+    n_restitutions,
+    named_in,
+    paper_fits_of,
+    reasons_in,
+    runs_of,
+    selected_fit,
+    verdict_of_run,
+)
 from freerock.rotation.u_total import OF_LAW
 from freerock.runs.verdict import Reason, in_one_line, known_reasons
 from freerock.tables.choices import POSSIBLE
@@ -46,7 +54,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
     records : iterable of xarray.DataTree
         Record datasets.
     fits : iterable of xarray.DataTree, optional
-        Fit datasets, whose reasons count too (`products.verdict_with_fits`).
+        Fit datasets, whose reasons count too (`products.groups`).
 
     Returns
     -------
