@@ -6,6 +6,9 @@ import sys
 project = "freerock"
 copyright = "freerock's authors"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions += ["matplotlib.sphinxext.plot_directive"]
+plot_formats = [("png", 110)]
+plot_html_show_formats = plot_html_show_source_link = False
 highlight_language = "none"
 myst_heading_anchors = 4
 myst_links_external_new_tab = False

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from freerock.runs.motion import Motion as Motion
     from freerock.runs.segment import Run as Run
     from freerock.runs.segment import find_runs as find_runs
+    from freerock.tables.results import open_results as open_results
 
 _ROOMS = {  # module: the public names it holds
     "config.campaign": ("load_campaign", "load_config"),
@@ -74,6 +75,7 @@ _ROOMS = {  # module: the public names it holds
     "runs.impacts": ("Impacts", "find_impacts"),
     "runs.motion": ("Motion",),
     "runs.segment": ("Run", "find_runs"),
+    "tables.results": ("open_results",),
 }
 
 __all__ = sorted(name for names in _ROOMS.values() for name in names)

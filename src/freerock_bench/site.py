@@ -41,7 +41,8 @@ def build(folder: str | Path) -> int:
     """Stage all pages in a temporary folder and build the site from them; Sphinx's exit code."""
     with tempfile.TemporaryDirectory() as source:
         stage(Path(source))
-        return build_main(["-W", "--keep-going", "-q", "-E", "-b", "html", source, str(folder)])
+        there = ["-D", f"plot_working_directory={ROOT}"]  # of the records that pages read
+        return build_main(["-W", "--keep-going", "-q", "-E", "-b", "html", *there, source, str(folder)])
 
 
 def stage(source: Path) -> None:

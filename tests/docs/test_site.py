@@ -19,3 +19,10 @@ def test_the_site_has_every_page_and_name_and_loads_nothing_from_elsewhere(tmp_p
     loaded = re.compile(r"<(?:script|img|link|iframe)[^>]*?(?:src|href)=\"(?:https?:)?//[^\"]*\"")
     for page in tmp_path.rglob("*.html"):
         assert not loaded.findall(page.read_text(encoding="utf-8")), page
+
+
+def test_the_python_of_the_readme_is_that_of_the_page_that_runs():
+    shown = (ROOT / "README.md").read_text(encoding="utf-8").partition("```python\n")[2].partition("```")[0]
+    runs = (ROOT / "docs/how-to/python.md").read_text(encoding="utf-8")
+    lines = shown.splitlines()
+    assert len(lines) == 8 and all(f">>> {line}\n" in runs for line in lines)

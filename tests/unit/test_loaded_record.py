@@ -27,9 +27,13 @@ def test_runs_impacts_and_numbers_are_those_of_the_workflow_to_the_last_digit(re
     campaign = load_config(ROOT / "config/config.yaml", ["palermo_virtual"]).campaigns["palermo_virtual"]
     (own,) = (each for each in campaign.records if each.test == "config2_marble")
     settings = record_settings(campaign, own, "")
-    make_record(settings | {"raw": str(ROOT / settings["raw"])}, tmp_path / "record.nc")
-    make_fits(fit_settings(campaign, own), tmp_path / "record.nc", tmp_path / "fits.nc")
-    datasets, fits = freerock.open_record(tmp_path / "record.nc"), freerock.open_fits(tmp_path / "fits.nc")
+    files = tmp_path / "records/config2_marble.nc", tmp_path / "fits/config2_marble.nc"
+    for file in files:
+        file.parent.mkdir()
+    make_record(settings | {"raw": str(ROOT / settings["raw"])}, files[0])
+    make_fits(fit_settings(campaign, own), *files)
+    results = freerock.open_results(tmp_path)
+    datasets, fits = results.records["config2_marble"], results.fits["config2_marble"]
     np.testing.assert_array_equal(record.theta, datasets["theta"])
     for run in record.runs:
         group = f"run_{run.found.number}"
@@ -71,3 +75,15 @@ def test_what_is_not_known_is_refused_in_a_line(given, message):
     with pytest.raises(freerock.FreerockError, match=message) as caught:
         freerock.load(FILE, BLOCK, LASER, **given)
     assert "\n" not in str(caught.value)
+
+
+def test_results_are_opened_by_name(tmp_path):
+    with pytest.raises(freerock.FreerockError, match="holds no tables and no records; run snakemake"):
+        freerock.open_results(tmp_path)
+    (tmp_path / "tables").mkdir()
+    (tmp_path / "tables/parameters.csv").write_text("test,run,value\n001,1,0.93\n")
+    results = freerock.open_results(tmp_path)
+    assert [*results.tables] == ["parameters"] and "choice" not in results.tables and not results.fits
+    assert results.tables["parameters"].test.tolist() == ["001"]
+    with pytest.raises(freerock.FreerockError, match="holds no 'choice'; it holds parameters"):
+        results.tables["choice"]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import lmfit
 import numpy as np
+from scipy.special import chdtr
 
 from freerock.arrays import Floats
 from freerock.config.fit_settings import FitSettings
@@ -242,9 +243,12 @@ class Fit:
         return str(lmfit.fit_report(self.result, **options))
 
     def conf_interval(self, *names: str, sigmas: Sequence[float] = (1, 2)) -> dict[str, list[Any]]:
-        """Intervals of numbers, by default the law's, by `lmfit.conf_interval`: it fits all else again."""
+        """Intervals of numbers, by default the law's, by `lmfit.conf_interval`: it fits all else again.
+
+        The noise is known: chi-square itself tells the chance. The mass, which fits hold, is not in it.
+        """
         own = [legal(name) for name in names or law_of(self.model).parameters]
-        return dict(lmfit.conf_interval(self.minimizer, self.result, p_names=own, sigmas=sigmas))
+        return dict(lmfit.conf_interval(self.minimizer, self.result, own, sigmas=sigmas, prob_func=_chance))
 
     def plot(self) -> "Figure":
         """A figure of the measured and the modelled rotation, and of their difference."""
@@ -455,6 +459,11 @@ def _fit(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
         ended.minimizer,
         posterior,
     )
+
+
+def _chance(best: "lmfit.minimizer.MinimizerResult", other: "lmfit.minimizer.MinimizerResult") -> float:
+    """Chance that a number is nearer to the best fit than in another one."""
+    return float(chdtr(1, max(other.chisqr - best.chisqr, 0.0)))
 
 
 def _failure(ended: Ended, posterior: Posterior, epsilon: float) -> str:

@@ -91,7 +91,11 @@ class _WithSteps(lmfit.Model):  # type: ignore[misc]
         own: dict[str, dict[str, Any]] = {"leastsq": {}, "least_squares": {"x_scale": "jac"}}
         if method in own:
             fit_kws = {"Dfun": self.derivatives, **own[method], **(fit_kws or {})}
-        return super().fit(data, params, weights=weights, method=method, fit_kws=fit_kws, **options)
+        if weights is not None:  # lmfit leaves samples out of arrays alone
+            weights = np.broadcast_to(np.asarray(weights, float), np.shape(data))
+        found = super().fit(data, params, weights=weights, method=method, fit_kws=fit_kws, **options)
+        found.kws.pop("x_scale", None)  # `conf_interval` goes on by leastsq, which has no scale
+        return found
 
     def __add__(self, other: lmfit.Model) -> "_Composite":
         return _Composite(self, other, operator.add)

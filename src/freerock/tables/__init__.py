@@ -10,6 +10,7 @@ __all__ = [
     "plan_text",
     "populations",
     "printed",
+    "results",
     "swings",
     "tidy_tables",
 ]
