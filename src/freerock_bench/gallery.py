@@ -17,45 +17,32 @@ ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "results/palermo_virtual/figures"
 IMAGES = ROOT / "docs/images"
 COLOURS = 32
-OF_CAMPAIGN = {"blocks": "{name: Block(**each) for name, each in geometries(campaign).items()}"}
-OF_CAMPAIGN |= {"set_ups": "set_ups(campaign)"}
+OPENED = '{0} = [freerock.open_{1}(f"{{folder}}/{0}/config2_{{each}}.nc") for each in ("marble", "aerstop")]'
+MADE = {"records": OPENED.format("records", "record"), "fits": OPENED.format("fits", "fits")}
+MADE["blocks"] = (
+    "blocks = {name: freerock.Block(**each) for name, each in settings.geometries(campaign).items()}"
+)
+MADE["set_ups"] = "set_ups = settings.set_ups(campaign)"
 
 
 def program(name: str) -> str:
     """Python that draws a figure from the folder of results of a campaign."""
     reads = declared(f"freerock.figures.{name}")["reads"]
-    tables = [each for each in reads if each not in ("records", "fits", *OF_CAMPAIGN)]
-    lines = ["import pandas as pd"] * bool(tables)
-    lines += ["from freerock.config.campaign import load_config"] * bool({*reads} & {*OF_CAMPAIGN})
-    steps = [
-        each
-        for each, needed in (("geometries", "blocks" in reads), ("set_ups", "set_ups" in reads))
-        if needed
-    ]
-    lines += [f"from freerock.config.step_settings import {', '.join(steps)}"] * bool(steps)
-    lines += [f"from freerock.figures.{name} import draw"]
-    lines += ["from freerock.models.block import Block"] * ("blocks" in reads)
-    opened = [
-        f"open_{each.removesuffix('s') if each == 'records' else each}"
-        for each in reads
-        if each in ("records", "fits")
-    ]
-    lines += [f"from freerock.products.netcdf import {', '.join(sorted(opened))}"] * bool(opened)
-    lines += ["", 'name, folder = "palermo_virtual", "results/palermo_virtual"']
-    if steps:
-        lines += ['campaign = load_config("config/config.yaml", [name]).campaigns[name]']
-    if opened:
-        lines += ['tests = ["config2_marble", "config2_aerstop"]']
-    for each in reads:
-        if each in OF_CAMPAIGN:
-            lines += [f"{each} = {OF_CAMPAIGN[each]}"]
-        elif each in tables:
-            lines += [f'{each} = pd.read_csv(f"{{folder}}/tables/{each}.csv", dtype={{"run": str}})']
-        else:
-            how = "open_record" if each == "records" else "open_fits"
-            lines += [f'{each} = [{how}(f"{{folder}}/{each}/{{test}}.nc") for test in tests]']
-    lines += [f'figure, numbers = draw({", ".join(reads)}, "simulated")', f'figure.savefig("{name}.png")']
-    return "\n".join(lines)
+    tables, made = [each for each in reads if each not in MADE], [each for each in reads if each in MADE]
+    lines = ["import pandas as pd"] * bool(tables) + ["import freerock"] * bool(made)
+    if configured := {"blocks", "set_ups"} & {*reads}:
+        lines.append("from freerock.config import step_settings as settings")
+    lines += [f"from freerock.figures.{name} import draw", "", 'folder = "results/palermo_virtual"']
+    if configured:
+        lines.append('campaign = freerock.load_campaign("config/campaigns/palermo_virtual.yaml")')
+    lines += [MADE[each] for each in made]
+    if tables:
+        read = 'pd.read_csv(f"{folder}/tables/{name}.csv", dtype={"run": str})'
+        lines.append(f"tables = [{read} for name in {tables}]")
+    given = dict.fromkeys("*tables" if each in tables else each for each in reads)
+    return "\n".join(
+        [*lines, f'figure, numbers = draw({", ".join(given)}, "simulated")', f'figure.savefig("{name}.png")']
+    )
 
 
 def main() -> None:

@@ -3,13 +3,15 @@
     python -m freerock_bench.scatter --per-cell 30 --sigma 0 0.003 0.01 0.03 --seed 1
 
 makes records of `scattered`, three runs each, analyses them by the workflow, prints a column for each σ_r and
-the numbers farthest from their truth; results/studies/scatter.csv has a row for each.
+the numbers farthest from their truth; results/studies/scatter.csv has a row for each, and two charts.
 """
 
 import argparse
 from pathlib import Path
 
+from freerock.figures.style import save
 from freerock_bench import campaigns
+from freerock_bench.figures import coverage, parsimony
 from freerock_bench.scattered import make
 
 
@@ -31,6 +33,8 @@ def main(arguments: list[str] | None = None) -> None:
     frame = campaigns.graded(tables, records, lambda truth: f"σ_r {100 * float(truth['true_sigma_r']):g} %")
     campaigns.finish(frame, "scatter", given.document)
     print(campaigns.worst(frame))
+    for figure, drawn in ("coverage", coverage.draw(frame)), ("parsimony", parsimony.draw(tables["choice"])):
+        save(*drawn, Path("results/studies/figures", figure))
 
 
 if __name__ == "__main__":

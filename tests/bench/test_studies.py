@@ -21,7 +21,7 @@ for name in figures.__all__:
     import_module(f"freerock_bench.figures.{name}")
 
 
-@pytest.mark.parametrize("name", figures.__all__)
+@pytest.mark.parametrize("name", ["speed_accuracy", "stability"])
 def test_a_study_is_one_module_with_one_function(name):
     run = inspect.signature(import_module(f"freerock_bench.{name}").run)
     assert [(each.name, each.default) for each in run.parameters.values()] == [("size", "full")]
@@ -78,3 +78,24 @@ def _saved(drawn, data, tmp_path, name):
     assert (tmp_path / f"{name}.pdf").stat().st_size > 5000
     assert (tmp_path / f"{name}.png").stat().st_size > 10000
     assert len(pd.read_csv(tmp_path / f"{name}.csv")) == len(data)
+
+
+def test_right_intervals_lie_on_the_diagonal_and_the_selected_candidate_is_ringed():
+    rng = np.random.default_rng(1)
+    rows = {"case": "σ_r 1 %", "parameter": "k", "truth": 1.0, "value": 1 + 0.1 * rng.standard_normal(4000)}
+    figure, data = figures.coverage.draw(pd.DataFrame(rows | {"u": 0.1}))
+    central = data[data["normal"].abs() < 2]
+    np.testing.assert_allclose(central["error_over_u"], central["normal"], atol=0.15)
+    choice = pd.DataFrame(
+        {
+            "campaign": "c",
+            "test": "a",
+            "model": ["housner", "winkler", "hunt_crossley"],
+            "n_parameters": [1, 2, 2],
+            "minus_two_log": [100.0, 5.0, 0.0],
+            "status": ["rejected", "rejected", "selected"],
+        }
+    )
+    figure, data = figures.parsimony.draw(choice)
+    ring = next(line for line in figure.axes[0].lines if line.get_label() == "selected")
+    assert (list(ring.get_xdata()), list(ring.get_ydata())) == ([2], [0.0])

@@ -38,6 +38,7 @@ def test_the_gallery_s_programs_take_what_a_figure_reads():
         draw = inspect.signature(import_module(f"freerock.figures.{name}").draw)
         assert list(draw.parameters) == [*reads, "origin", "labels"], name
         compile(program(name), name, "exec")
+        assert len(program(name).replace("\n\n", "\n").splitlines()) <= 10, name
 
 
 def test_parameters_have_a_row_per_run_record_and_foundation(tables):

@@ -61,8 +61,7 @@ def test_gaps_become_missing_samples():
 
 def test_time_that_runs_backwards_is_refused():
     assert refusal(np.concatenate([TIME, TIME])) == (
-        "time runs backwards from 1.9995 to 0 s after sample 3999; "
-        "split it into one file per recording"
+        "time runs backwards from 1.9995 to 0 s after sample 3999; split it into one file per recording"
     )
     swapped = TIME.copy()
     swapped[[10, 11, 20, 21]] = swapped[[11, 10, 21, 20]]

@@ -4,6 +4,8 @@ The frame is the one that `run` of the study gives. Returned are the figure and 
 """
 
 __all__ = [
+    "coverage",
+    "parsimony",
     "speed_accuracy",
     "stability",
 ]
