@@ -15,9 +15,8 @@ from reading import refusal
 from scipy.io import savemat, wavfile
 
 from freerock.errors import FreerockError
-from freerock.records.cells import kind_of, mark
+from freerock.records.cells import kind_of, mark, seconds
 from freerock.records.read import list_channels, read_record
-from freerock.records.times import seconds
 
 QUIRKS = Path(__file__).parents[3] / "shared/data/acquisition/quirks"
 N, STEP = 40, 0.0005
@@ -125,7 +124,7 @@ READ = {
 REFUSED = {
     "no unit of time": (
         "time,laser\n" + rows(plain),
-        "the time states no unit; write the unit behind its name",
+        "the time states no unit; write it behind its name",
     ),
     "unknown unit of time": (
         "Time [x],laser\n" + rows(lambda i, t, v: f"{t:.4f},{v:.2f}"),

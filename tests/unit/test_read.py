@@ -19,7 +19,7 @@ def test_missing_file(tmp_path):
 def test_unknown_format(tmp_path):
     path = tmp_path / "record.abc"
     path.touch()
-    assert refusal(path).startswith("unknown format '.abc'; use one of .tdms, .lvm, .mat, .csv, ")
+    assert refusal(path).startswith("unknown format '.abc'; use one of .tdms, .lvm, .csv, ")
 
 
 def test_empty_file(tmp_path):

@@ -92,7 +92,7 @@ def test_not_a_workbook(tmp_path):
     path = tmp_path / "a.xlsx"
     path.write_text("time;volts\n0;1\n")
     assert refusal(path) == (
-        "not a readable Excel file (BadZipFile: File is not a zip file); "
+        "not a readable .xlsx file (BadZipFile: File is not a zip file); "
         "copy it again from the acquisition computer"
     )
 

@@ -89,4 +89,4 @@ def test_no_time_and_no_rate(tmp_path):
 def test_truncated(tmp_path):
     path = hdf5(tmp_path / "a.h5", {"time": TIME, "laser": VOLTS})
     path.write_bytes(path.read_bytes()[:-200])
-    assert refusal(path).startswith("not a readable HDF5 file (OSError: Unable to synchronously open file")
+    assert refusal(path).startswith("not a readable .h5 file (OSError: Unable to synchronously open file")

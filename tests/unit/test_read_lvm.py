@@ -78,7 +78,7 @@ def test_segments_are_joined_by_their_dates(tmp_path):
     assert dataset.sizes["time"] == 90
     np.testing.assert_array_equal(dataset["laser"][50:], -VOLTS)
     assert np.isnan(dataset["laser"][40:50]).all()
-    assert dataset.attrs["time_base"] == "10 samples missing in 1 gap, the longest of 10 after 0.195 s"
+    assert dataset.attrs["time_base"] == "10 samples missing in 1 gap, the first after 0.195 s"
 
 
 @pytest.mark.parametrize(

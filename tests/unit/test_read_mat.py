@@ -58,11 +58,11 @@ def test_truncated(tmp_path):
     path = save(tmp_path / "a.mat", {"t": TIME, "laser": VOLTS}, "5")
     path.write_bytes(path.read_bytes()[:-8])
     assert refusal(path) == (
-        "not a readable MAT file (OSError: could not read bytes); copy it again from the acquisition computer"
+        "not a readable .mat file (OSError: could not read bytes); copy it again from the acquisition computer"
     )
 
 
 def test_not_a_mat_file(tmp_path):
     path = tmp_path / "a.mat"
     path.write_text("time;volts\n0;1\n" * 100)
-    assert refusal(path).startswith("not a readable MAT file (")
+    assert refusal(path).startswith("not a readable .mat file (")

@@ -20,7 +20,7 @@ def test_even_stamps():
     assert (grid.start_s, grid.size, grid.places, grid.faults) == (0.25, 4000, None, ())
     assert grid.step_s == pytest.approx(1 / RATE, rel=1e-12)
     values = np.arange(4000.0)
-    assert on_grid("file", grid, values) is values
+    np.testing.assert_array_equal(on_grid("file", grid, values), values)
 
 
 def test_mild_jitter_gives_an_even_grid():
@@ -54,7 +54,7 @@ def test_gaps_become_missing_samples():
     kept[1000:1010] = kept[2500] = False
     grid = regular_grid("file", TIME[kept])
     assert grid.size == 4000 and grid.step_s == pytest.approx(1 / RATE, rel=1e-12)
-    assert grid.faults == ("11 samples missing in 2 gaps, the longest of 10 after 0.4995 s",)
+    assert grid.faults == ("11 samples missing in 2 gaps, the first after 0.4995 s",)
     values = on_grid("file", grid, np.flatnonzero(kept))
     np.testing.assert_array_equal(values, np.where(kept, np.arange(4000.0), np.nan))
 

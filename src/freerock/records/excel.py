@@ -12,11 +12,9 @@ from openpyxl import load_workbook
 from openpyxl.utils import get_column_letter
 
 from freerock.errors import FreerockError
-from freerock.records.cells import kind_of
 from freerock.records.channels import Channel, Contents
-from freerock.records.table import ROWS_ALIKE, Table, begin_of, channels_of, kinds_of
+from freerock.records.table import Table, channels_of, layout_of
 
-FORMAT = "Excel"
 HEAD = 100  # rows in which the table begins
 
 
@@ -47,7 +45,7 @@ def contents(path: Path) -> Iterator[Contents]:
     if not channels:
         remedy = "export columns of numbers under headings, the time in seconds among them"
         raise faults[0] if faults else FreerockError(path, "no sheet holds a table of numbers", remedy)
-    yield Contents(channels, FORMAT, notes, above=above)
+    yield Contents(channels, "Excel", notes, above=above)
 
 
 @lru_cache(maxsize=1)  # the records of one workbook are read one after the other
@@ -63,16 +61,15 @@ def _tables(path: Path, *state: int) -> dict[str, Table | None]:
 
 
 def _table(where: str, rows: list[list[str]]) -> Table | None:
+    """The table of a sheet, given as texts; None where it holds none."""
     width = max(map(len, rows), default=0)
-    cells = [row + [""] * (width - len(row)) for row in rows]
-    kinds = [[kind_of(cell, ".") for cell in row] for row in cells]
-    first = begin_of([row if sum(map(bool, row)) > 1 else [] for row in kinds[: HEAD + ROWS_ALIKE]])
-    if first is None:
+    cells = {n: row + [""] * (width - len(row)) for n, row in enumerate(rows, start=1)}
+    layout = layout_of(cells, ".,", _place)
+    if layout is None or layout.begin > HEAD:
         return None
-    numbered = [(n + 1, cells[n], kinds[n]) for n in range(first, len(rows))]
-    lines = [";".join(cell.replace(";", ",") for cell in row) for row in cells[:first]]
-    frame = pd.DataFrame(cells[first:], index=range(first + 1, len(rows) + 1), dtype="str").replace("", None)
-    return Table(where, lines, ";", ".", kinds_of(numbered, _place)[0], frame, _place, "row")
+    lines = [";".join(cell.replace(";", ",") for cell in cells[n + 1]) for n in range(layout.begin)]
+    frame = pd.DataFrame.from_dict(cells, "index", dtype="str").iloc[layout.begin :].replace("", None)
+    return Table(where, lines, ";", layout.decimal, layout.kinds, frame, _place)
 
 
 def _text(cell: Any) -> str:

@@ -11,13 +11,14 @@ from typing import Any
 
 import h5py
 import numpy as np
-from scipy.io import netcdf_file
+from scipy.io import loadmat, netcdf_file
+from scipy.io.matlab import MatlabFunction, MatlabOpaque, matfile_version
 
 from freerock.arrays import Floats
 from freerock.records.channels import Channel, Contents, Even, Load, Stamps, names_in_short, unfit
 from freerock.records.headings import also_stated, is_time, split_unit, stated_rate, states_rate
 
-FORMAT = "HDF5"
+AS_VECTORS = "save t = seconds(tt.Time) and x = tt.x as vectors"
 CLASSIC = b"CDF"
 LABELS = ("columns", "column_names", "labels", "channel_names", "names", "channels")
 UNITS = ("units", "unit", "Units", "Unit", "unit_string")
@@ -34,6 +35,9 @@ class Array:
     unfit: str = ""
 
 
+Arrays = Mapping[str, Array]  # by path
+
+
 @contextmanager
 def contents(path: Path) -> Iterator[Contents]:
     """The channels of an HDF5 or netCDF file.
@@ -44,16 +48,21 @@ def contents(path: Path) -> Iterator[Contents]:
     (scale_factor, add_offset, _FillValue) are unpacked.
     """
     with open(path, "rb") as start:
-        classic = start.read(3) == CLASSIC
-    if classic:
+        begins = start.read(len(CLASSIC))
+    if h5py.is_hdf5(path):
+        with h5py.File(path, locking=False) as file:
+            yield of_arrays(path, *arrays_in(file), "MAT v7.3" if path.suffix.lower() == ".mat" else "HDF5")
+    elif begins == CLASSIC:
         with netcdf_file(path, mmap=False) as file:
             found = [vectors(name, each.data, each._attributes) for name, each in file.variables.items()]
             arrays = {name: array for each in found for name, array in each.items()}
             attributes = {name: each._attributes for name, each in file.variables.items()}
             yield of_arrays(path, arrays, attributes | {"": file._attributes}, "netCDF classic")
-        return
-    with h5py.File(path, locking=False) as file:
-        yield of_arrays(path, *arrays_in(file), FORMAT)
+    else:
+        version = "v5" if matfile_version(path)[0] else "v4"
+        variables = {name: value for name, value in loadmat(path).items() if not name.startswith("__")}
+        parts = [_arrays(name, value) for name, value in variables.items()]
+        yield of_arrays(path, dict(ChainMap(*parts[::-1])), {}, f"MAT {version}")
 
 
 def arrays_in(file: h5py.File) -> tuple[dict[str, Array], dict[str, Attributes]]:
@@ -72,6 +81,22 @@ def arrays_in(file: h5py.File) -> tuple[dict[str, Array], dict[str, Attributes]]
     return arrays, attributes
 
 
+def _arrays(name: str, value: Any) -> dict[str, Array]:
+    """The vectors in a variable by path, those of a structure's fields among them."""
+    if isinstance(value, MatlabOpaque):
+        kind, name = (as_text(value[field].flat[0]) for field in ("s2", "s0"))
+        return {name: Array((), None, f"is a MATLAB {kind}: {AS_VECTORS}")}
+    if isinstance(value, MatlabFunction) or not isinstance(value, np.ndarray):
+        return {name: Array((), None, "is no array of numbers")}
+    if value.dtype.names and value.size == 1:
+        fields = (_arrays(f"{name}/{field}", value[field].flat[0]) for field in value.dtype.names)
+        return {path: array for found in fields for path, array in found.items()}
+    if value.dtype.names or value.dtype.kind == "O":
+        what = "an array of structures" if value.dtype.names else "a cell array"
+        return {name: Array((), None, f"is {what} of shape {value.shape}: save its parts as vectors")}
+    return vectors(name, value, {}) if value.size else {}
+
+
 def vectors(name: str, data: Any, attributes: Attributes) -> dict[str, Array]:
     """The vectors and single numbers of a dataset by path: itself, its columns or its fields."""
     shape = tuple(n for n in data.shape if n != 1)
@@ -81,33 +106,26 @@ def vectors(name: str, data: Any, attributes: Attributes) -> dict[str, Array]:
     if data.dtype.names:
         fields = [field for field in data.dtype.names if data.dtype[field].kind in "iuf"]
         if len(shape) < 2 and fields:
-            return {f"{name}/{field}": Array(shape, partial(_flat, data, field)) for field in fields}
+            return {f"{name}/{field}": Array(shape, partial(_column, data, shape, field)) for field in fields}
     elif data.dtype.kind in "iuf" and len(shape) < 2:
-        return {name: Array(shape, partial(_flat, data, ()))}
+        return {name: Array(shape, partial(_column, data, shape, ()))}
     elif data.dtype.kind in "iuf" and len(shape) == 2 and shape[0] != shape[1]:
         given = next((attributes[key] for key in LABELS if key in attributes), ())
         labels = [as_text(each) for each in np.asarray(given).reshape(-1)]
         fits = len({*labels}) == min(shape)
         names = [f"/{label}" for label in labels] if fits else [f"(:,{i + 1})" for i in range(min(shape))]
-        return {
-            f"{name}{each}": Array((max(shape),), partial(_column, data, shape, i))
-            for i, each in enumerate(names)
-        }
+        columns = [Array((max(shape),), partial(_column, data, shape, i)) for i in range(min(shape))]
+        return {f"{name}{each}": column for each, column in zip(names, columns, strict=True)}
     return {name: Array((), None, f"has shape {data.shape} and type {data.dtype}, no vectors of numbers")}
 
 
-def _flat(data: Any, key: Any) -> Any:
-    return np.asarray(data[key]).reshape(-1)
+def _column(data: Any, shape: tuple[int, ...], key: Any) -> Any:
+    """A vector by the name of its field, (), or the place of its column in a matrix."""
+    whole = np.asarray(data[() if isinstance(key, int) else key]).reshape(shape)
+    return whole if not isinstance(key, int) else whole[key] if shape[0] < shape[1] else whole[:, key]
 
 
-def _column(data: Any, shape: tuple[int, int], i: int) -> Any:
-    whole = np.asarray(data[()]).reshape(shape)
-    return whole[i] if shape[0] < shape[1] else whole[:, i]
-
-
-def of_arrays(
-    path: Path, arrays: Mapping[str, Array], attributes: Mapping[str, Attributes], kind: str
-) -> Contents:
+def of_arrays(path: Path, arrays: Arrays, attributes: Mapping[str, Attributes], kind: str) -> Contents:
     """Channels of the vectors among arrays by path; attributes are of arrays and of groups, "" the file."""
     stated = {name: _stated(each) for name, each in attributes.items()}
     loads: dict[str, Load] = {}

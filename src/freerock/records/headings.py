@@ -8,8 +8,10 @@ from itertools import compress
 from freerock import bounds
 from freerock.errors import FreerockError
 from freerock.records.channels import Even, differ
-from freerock.records.words import HEADINGS, SECOND_UNITS
+from freerock.records.words import HEADINGS, HERTZ, SECOND_UNITS
 from freerock.units import quantity_of_other, understood
+
+Values = Mapping[str, object]  # by name
 
 KNOWN_UNITS = {*SECOND_UNITS, *HEADINGS["units"]}
 BRACKETED = re.compile(r"[\[({<]([^\[\](){}<>]*)[\])}>]")
@@ -18,19 +20,18 @@ BEHIND = re.compile(r"(.*?[^\s_/,])(\s+in\s+|[_/\s,]+)([^\s_/,]+)")
 ALONE = re.compile(r"\[.*\]|\(.*\)")  # in a row of units
 BRACKETS = "[](){}<> "
 BLANK = f"_/{string.whitespace}\N{NO-BREAK SPACE}\N{THIN SPACE}"
-HERTZ = {  # units of a sampling rate
-    prefix + unit: factor
-    for prefix, factor in (("", 1.0), ("k", 1e3), ("m", 1e6))
-    for unit in ("hz", "s/s", "sa/s", "sps", "sample/s", "samples/s", "samples")
-} | {"": 1.0, "1/s": 1.0}
 NAMES_ITS_UNIT = dict(pair.split("=") for pair in HEADINGS["units_alone"])
 TIME_WORDS = re.compile(
     r"(?:^|[:|.] *)(?:(?:rel|relative|elapsed|abs|absolute|unix|mess|uhr|local|date|test|(?:run|set) *#?\d*)"
     rf"[\s_./]*)?(?:{'|'.join(HEADINGS['time_words'])})(?![^\W\d_])"
 )
-STATEMENT = re.compile(
-    r"\s*([-+\d.,eE]*\d)\s*([a-zA-Zµμ/]*)(?:[\s;,(\[]+([a-zA-Zµμ/]+))?"
-)  # value, unit, next cell
+THIN = " '’\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}\N{THIN SPACE}"  # between thousands, and nowhere else
+AMBIGUOUS = re.compile(
+    r"[1-9]\d{0,2}[.,]\d{3}"
+)  # a comma is, a point only without decimal points in the table
+STATEMENT = re.compile(  # value, unit, next cell
+    rf"\s*([-+]?[\d.,]*\d(?:[{THIN}]\d{{3}}(?!\d))*(?:[eE][-+]?\d+)?)\s*([a-zA-Zµμ/]*)(?:[\s;,(\[]+([a-zA-Zµμ/]+))?"
+)
 
 
 def split_unit(text: str) -> tuple[str, str]:
@@ -38,16 +39,15 @@ def split_unit(text: str) -> tuple[str, str]:
     text = " ".join(line.strip() for line in text.splitlines()).strip('" ')
     for bracketed in reversed([*BRACKETED.finditer(text)]):
         unit, behind = bracketed[1].strip(), text[bracketed.end() :].strip()
-        if not behind or unit.casefold() in KNOWN_UNITS:
+        if not unit.isdecimal() and (not behind or unit.casefold() in KNOWN_UNITS):
             return f"{text[: bracketed.start()].strip(BLANK)} {behind}".strip(), unit
     if (found := QUOTIENT.fullmatch(text)) and _is_quotient(found[2]):
         return found[1], found[2]
     if found := BEHIND.fullmatch(text):
         name, between, unit = found.groups()
         of_time = unit.casefold() in SECOND_UNITS and is_time_word(name)
-        if of_time or (
-            between.strip(" ,") and unit.casefold() in KNOWN_UNITS - HEADINGS["units_in_brackets"]
-        ):
+        parted = between.strip(" ,") and unit.casefold() not in HEADINGS["units_in_brackets"]
+        if of_time or (parted and unit.casefold() in KNOWN_UNITS):
             return name, unit
     return text, NAMES_ITS_UNIT.get(text.casefold(), "")
 
@@ -59,9 +59,8 @@ def is_time(text: str) -> bool:
 
 def is_time_word(name: str) -> bool:
     """Whether a name without its unit is one of time."""
-    if name == "T":  # a temperature
-        return False
-    return plain(name) in HEADINGS["times"] or bool(TIME_WORDS.search(name.casefold()))
+    found = plain(name) in HEADINGS["times"] or TIME_WORDS.search(name.casefold())
+    return name != "T" and bool(found)  # a temperature
 
 
 def seconds_in(where: object, unit: str) -> float:
@@ -74,13 +73,12 @@ def seconds_in(where: object, unit: str) -> float:
     """
     plain = unit.casefold().split(" since ")[0].strip(" .")
     if plain not in SECOND_UNITS:
-        raise FreerockError(
-            where, f"the time is in {unit[:40]!r}", "give it in s, ms, us or min, or give time_unit"
-        )
+        remedy = "give it in s, ms, us or min, or give time_unit"
+        raise FreerockError(where, f"the time is in {unit[:40]!r}", remedy)
     return SECOND_UNITS[plain]
 
 
-def stated_rate(path: object, values: Mapping[str, object], decimal: str = ".") -> Even | None:
+def stated_rate(path: object, values: Values, decimal: str = ".") -> Even | None:
     """Sampling interval from values by name, such as fs, "Sampling rate [kHz]" or dt.
 
     Raises
@@ -89,19 +87,18 @@ def stated_rate(path: object, values: Mapping[str, object], decimal: str = ".") 
         A unit that is not known, a mark that may stand between thousands, or two that contradict each other.
     """
     rates = dict(_rates(path, values, decimal))
+    first: Even | None = None
     for even in rates.values():
         if isinstance(even, FreerockError):
             raise even
-    known = [(heading, even) for heading, even in rates.items() if isinstance(even, Even)]
-    for heading, even in known[1:]:
-        first, other = known[0]
-        if differ(even.step_s, other.step_s):
-            hertz = f"{first} gives {1 / other.step_s:.6g} Hz and {heading} gives {1 / even.step_s:.6g} Hz"
+        first = first or even
+        if differ(even.step_s, first.step_s):
+            hertz = f"{' and '.join(rates)} give {1 / first.step_s:.6g} and {1 / even.step_s:.6g} Hz"
             raise FreerockError(path, hertz, "correct the one that is wrong, or leave it out")
-    return known[0][1] if known else None
+    return first
 
 
-def also_stated(path: object, values: Mapping[str, object], decimal: str = ".") -> tuple[Even, ...]:
+def also_stated(path: object, values: Values, decimal: str = ".") -> tuple[Even, ...]:
     """What is stated beside a column of time, as far as it can be understood."""
     return tuple(even for _, even in _rates(path, values, decimal) if isinstance(even, Even))
 
@@ -118,9 +115,7 @@ def _is_rate(name: str) -> bool | None:
     return False if name in HEADINGS["steps"] else None
 
 
-def _rates(
-    path: object, values: Mapping[str, object], decimal: str
-) -> Iterator[tuple[str, Even | FreerockError]]:
+def _rates(path: object, values: Values, decimal: str) -> Iterator[tuple[str, Even | FreerockError]]:
     """Sampling intervals by the names under which they are stated, or why one is not understood."""
     for heading, value in values.items():
         name, unit = split_unit(heading)
@@ -131,16 +126,13 @@ def _rates(
         if isinstance(value, str):
             match = STATEMENT.match(value)
             text, here, next_cell = match.groups("") if match else ("", "", "")
-            unit = (
-                here
-                or unit
-                or (next_cell if next_cell.casefold() in units.keys() - HEADINGS["not_a_unit"] else "")
-            )
-            if _ambiguous(text, decimal):
+            behind = next_cell if next_cell.casefold() in units.keys() - HEADINGS["not_a_unit"] else ""
+            unit = here or unit or behind
+            if AMBIGUOUS.fullmatch(text) and ("," in text or decimal != "."):
                 what = f"the comma or point of {heading} {text} may stand between thousands, or be decimal"
                 yield heading, FreerockError(path, what, "write the number without it")
                 continue
-            value = _number(text)
+            value = _number(text) if text else 0.0
         if not bounds.SHORTEST_STEP_S < value < bounds.LONGEST_STEP_S:
             continue
         factor = units.get(unit.casefold())
@@ -151,20 +143,12 @@ def _rates(
             yield heading, Even(1 / (value * factor) if is_rate else value * factor)
 
 
-def _ambiguous(text: str, decimal: str) -> bool:
-    """Whether a mark in 2.000 or 2,000 may stand between thousands: a point is safe beside decimal points."""
-    return bool(re.fullmatch(r"[1-9]\d{0,2}[.,]\d{3}", text)) and ("," in text or decimal != ".")
-
-
 def _number(text: str) -> float:
-    """A number in which points and commas may stand between thousands; 0 for none."""
+    """A number in which points and commas may stand between thousands."""
     last = max(",.", key=text.rfind)
-    other = {",": ".", ".": ","}[last]
-    text = text.replace(other, "").replace(last, "" if text.count(last) > 1 else ".")
-    try:
-        return float(text)
-    except ValueError:
-        return 0.0
+    text = re.sub(f"[{THIN}]", "", text).replace("." if last == "," else ",", "")
+    text = text.replace(last, "" if text.count(last) > 1 else ".")
+    return float(text)
 
 
 def headed(rows: Sequence[Sequence[str]], width: int) -> list[tuple[str, str]]:
@@ -206,13 +190,9 @@ def _joined(parts: Sequence[str], kept: Sequence[bool]) -> str:
 def of_units(cells: Sequence[str], first: bool = False) -> bool:
     """Whether a row of headings holds units alone; below another also what counts, as Sequence, Volt."""
     filled = {cell for cell in cells if cell}
-    units = {
-        cell for cell in filled if cell.strip(BRACKETS).casefold() in KNOWN_UNITS or ALONE.fullmatch(cell)
-    }
-    others = filled - units
-    return bool(units) and (
-        not others or (not first and all(plain(cell) in HEADINGS["counters"] for cell in others))
-    )
+    others = {c for c in filled if c.strip(BRACKETS).casefold() not in KNOWN_UNITS and not ALONE.fullmatch(c)}
+    counters = not first and all(plain(cell) in HEADINGS["counters"] for cell in others)
+    return len(others) < len(filled) and (not others or counters)
 
 
 def plain(name: str) -> str:
@@ -222,6 +202,5 @@ def plain(name: str) -> str:
 
 def _is_quotient(unit: str) -> bool:
     """Whether what stands below a quantity is a unit; numbers and signs may be part of a name: laser / 1."""
-    if unit in ("1", "-"):
-        return False
-    return unit.casefold() in KNOWN_UNITS or bool(understood(unit) or quantity_of_other(unit))
+    known = unit.casefold() in KNOWN_UNITS or understood(unit) or quantity_of_other(unit)
+    return unit not in ("1", "-") and bool(known)

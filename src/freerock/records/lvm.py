@@ -21,9 +21,9 @@ from freerock.records.cells import NUMBER, numbers
 from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Stamps, unfit
 from freerock.records.text import frame_of, layout_in_words, lines_of
 
-FORMAT = "LVM"
 MAGIC = "LabVIEW Measurement"
 X = "X_Value"
+Fields = dict[str, list[str]]  # cells of a header by key
 NO_CHANNELS = (X, "Comment", "")
 COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")  # a number with a decimal comma
 LOOK = 100  # rows in which the decimal comma is looked for
@@ -35,7 +35,7 @@ class Segment:
     """One writing: names of its columns, cells of its header by key, its rows, their decimal mark."""
 
     names: list[str]
-    fields: dict[str, list[str]]
+    fields: Fields
     rows: pd.DataFrame
     decimal: str
 
@@ -53,14 +53,10 @@ class Segment:
         place = f"column {column + 1}"
         return numbers(path, self.rows[column], self.decimal, lambda n: f"line {n}, {place}")[0]
 
-    def started(self) -> np.datetime64 | None:
-        """Its start by Date and Time, to the nanosecond, in the zone of the laboratory."""
+    def started(self) -> pd.Timestamp:
+        """Its start by Date and Time, in the zone of the laboratory; NaT where it gives none."""
         date, time = self.cell("Date", 1).replace("/", "-"), self.cell("Time", 1).replace(",", ".")
-        whole, _, fraction = time.partition(".")
-        try:
-            return np.datetime64(f"{date}T{whole}.{fraction[:9]:0<9}", "ns")
-        except ValueError:
-            return None
+        return pd.to_datetime(f"{date}T{time}", errors="coerce", format="ISO8601")
 
 
 @contextmanager
@@ -79,13 +75,11 @@ def contents(path: Path) -> Iterator[Contents]:
     notes = [layout_in_words(delimiter, first.decimal, encoding)]
     signals = [i for i, name in enumerate(first.names) if i and name not in NO_CHANNELS]
     channels = [_channel(path, segments, i) for i in signals]
-    for i, channel in zip(signals, channels, strict=True):
-        samples = first.value("Samples", i)
-        if isinstance(channel.clock, Even) and len(first.rows) > samples:
-            told = f"{len(first.rows)} rows under a header of {samples:.0f} samples"
-            notes.append(f"{told} are taken for one recording")
+    samples = first.value("Samples", signals[0]) if signals else 0
+    if len(segments) == 1 and len(first.rows) > samples:
+        notes.append(f"{len(first.rows)} rows under a header of {samples:.0f} samples are one recording")
     start = first.started()
-    yield Contents(channels, FORMAT, notes, "" if start is None else str(np.datetime_as_string(start, "ms")))
+    yield Contents(channels, "LVM", notes, "" if pd.isna(start) else start.isoformat(timespec="milliseconds"))
 
 
 def _segments(path: Path, lines: Sequence[str]) -> tuple[list[Segment], str]:
@@ -115,12 +109,10 @@ def _segments(path: Path, lines: Sequence[str]) -> tuple[list[Segment], str]:
     return segments, delimiter
 
 
-def _header(
-    path: Path, block: Mapping[int, str], delimiter: str, where: str
-) -> tuple[dict[str, list[str]], list[str]]:
+def _header(path: Path, block: Mapping[int, str], delimiter: str, where: str) -> tuple[Fields, list[str]]:
     """Cells of a header by key, and the lines below it."""
     lines = [*block.values()]
-    fields: dict[str, list[str]] = {}
+    fields: Fields = {}
     special = False
     for n, line in enumerate(lines, start=1):
         cells = _cells(line, delimiter)
@@ -170,15 +162,14 @@ def _time(path: Path, segments: Sequence[Segment], column: int) -> Floats:
     """Time of several segments [s]: as written where it goes on, else by the segments' dates."""
     times: list[Floats] = []
     for each in segments:
-        even = np.nan_to_num(each.value("X0", column)) + each.value("Delta_X", column) * np.arange(
-            len(each.rows)
-        )
-        times.append(each.values(path, column) if each.names[column] == X else even)
-    starts = [start for each in segments if (start := each.started()) is not None]
+        start, step = np.nan_to_num(each.value("X0", column)), each.value("Delta_X", column)
+        written = each.names[column] == X
+        times.append(each.values(path, column) if written else start + step * np.arange(len(each.rows)))
+    starts = [each.started() for each in segments]
     if all(after[0] > before[-1] for before, after in pairwise(times)):
         return np.concatenate(times)
-    if len(starts) < len(segments):
+    if any(map(pd.isna, starts)):
         what = f"{X} starts again in its segments, and they give no date"
         raise FreerockError(path, what, "split it, one file per segment")
-    since = [(start - starts[0]) / np.timedelta64(1, "s") for start in starts]
+    since = [(start - starts[0]) / pd.Timedelta(1, "s") for start in starts]
     return np.concatenate([time + begun for time, begun in zip(times, since, strict=True)])

@@ -14,26 +14,20 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.records import channels
 from freerock.records.cells import OVERLOAD
-from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Named, Stamps
+from freerock.records.channels import COPY_AGAIN, Contents, Even, Named, Stamps
 from freerock.records.headings import seconds_in
 from freerock.records.timebase import Grid, on_grid, regular_grid, typical_step
-from freerock.records.words import SECOND_UNITS, WORDS
+from freerock.records.words import SECOND_UNITS, by_word
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# Suffix: module of this room with FORMAT, its name, and contents(path), which yields `channels.Contents`.
-READERS = {
-    ".tdms": "tdms",
-    ".lvm": "lvm",
-    ".mat": "mat",
-    **dict.fromkeys([".csv", ".tsv", ".txt", ".asc", ".dat", ".prn"], "text"),
-    **dict.fromkeys([".xlsx", ".xlsm"], "excel"),
-    **dict.fromkeys([".h5", ".hdf5", ".nc"], "hdf5"),
-    **dict.fromkeys([".uff", ".unv", ".uf", ".mf4", ".mdf", ".wav"], "waves"),
-}
+# Suffix: module of this room with contents(path), which yields `channels.Contents`.
+READERS = by_word("readers")
 LABVIEW = b"LabVIEW Measurement"
 STATE_RATE = "head the time as Time [s], state the rate in the file as fs in Hz, or give sampling_rate_hz"
+Clocks = tuple[Even | Stamps, tuple[Even | Stamps, ...], int]  # of a channel, others, its length
+
 EPOCHS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # units in which time since 1970 is written
 SINCE_1970_S = 6e8, 4.2e9  # of a recording
 PLAIN_STEP_S = 0.05  # longer steps of a record are none of seconds, as those of milliseconds would be
@@ -78,18 +72,19 @@ def read_record(
     with _opened(path) as contents:
         wanted = channels.chosen(path, channels.by_name(path, contents), channel)
         columns = {name: c.load() for name, c in wanted.items()}
-        known: dict[tuple[object, ...], Grid] = {}
-        for name, c in wanted.items():
-            clock = c.clock, c.also, len(columns[name])
-            if clock not in known:
-                known[clock] = _grid(path, c, len(columns[name]), contents.notes, (time_unit, rate_hz))
-        origins = {c.clock.origin if isinstance(c.clock, Even) else "" for c in wanted.values()}
-        grid, *others = known.values()
-        if len(origins) > 1 or any(not grid.equals(other) for other in others):
+        for name in [name for name, column in columns.items() if not column.size]:
+            raise FreerockError(path, f"channel {name!r} is empty", COPY_AGAIN)
+        clocks = {name: (c.clock, c.also, columns[name].size) for name, c in wanted.items()}
+        given = contents.notes, time_unit, rate_hz
+        known = {clock: _grid(path, clock, given) for clock in {*clocks.values()}}
+        grids = {name: known[clock] for name, clock in clocks.items()}
+        origins = {clock.origin if isinstance(clock, Even) else "" for clock, *_ in known}
+        if len(origins) > 1 or len({*grids.values()}) > 1:
             several = f"channels of several time bases: {channels.names_in_short(columns)}"
             raise FreerockError(path, several, "name the channel")
-        placed = {name: _placed(path, grid, column) for name, column in columns.items()}
-        return _dataset(contents, grid, placed, wanted)
+        placed = {name: on_grid(path, grids[name], column) for name, column in columns.items()}
+        units = {name: c.units for name, c in wanted.items()}
+        return _dataset(contents, next(iter(grids.values())), placed, units, min(origins))
 
 
 def list_channels(path: str | Path) -> Named:
@@ -123,10 +118,8 @@ def _opened(path: Path) -> Iterator[Contents]:
     if not path.is_file():
         raise FreerockError(path, "no such file", "put it there, or correct its name")
     suffix = path.suffix.lower()
-    for program, suffixes in WORDS["not_read"].items():
-        if suffix in suffixes.split():
-            remedy = "export it there as CSV, TDMS, .mat or .xlsx"
-            raise FreerockError(path, f"{suffix} files of {program} are not read", remedy)
+    if program := by_word("not_read").get(suffix):
+        raise FreerockError(path, f"{suffix} files of {program} are not read", "export it there as CSV")
     if suffix not in READERS:
         raise FreerockError(path, f"unknown format {path.suffix!r}", f"use one of {', '.join(READERS)}")
     with open(path, "rb") as file:
@@ -141,16 +134,14 @@ def _opened(path: Path) -> Iterator[Contents]:
     except FreerockError:
         raise
     except Exception as error:  # the libraries raise whatever damaged bytes lead them into
-        what = f"not a readable {reader.FORMAT} file ({type(error).__name__}: {str(error)[:200]})"
+        what = f"not a readable {suffix} file ({type(error).__name__}: {str(error)[:200]})"
         raise FreerockError(path, what, COPY_AGAIN) from error
 
 
-def _grid(path: Path, c: Channel, length: int, notes: list[str], given: tuple[str, float | None]) -> Grid:
-    """Grid of a channel of some length by its clock, or by the unit of time and the rate given for it."""
-    time_unit, rate_hz = given
-    clock, also = c.clock, [*c.also, *([Even(1 / rate_hz, origin="sampling_rate_hz")] if rate_hz else [])]
-    if not length:
-        raise FreerockError(path, f"channel {c.name!r} is empty", COPY_AGAIN)
+def _grid(path: Path, clocks: Clocks, given: tuple[list[str], str, float | None]) -> Grid:
+    """Grid of samples by their clock, or by the unit of time and the rate given; adds to the notes."""
+    (clock, others, length), (notes, time_unit, rate_hz) = clocks, given
+    also = [*others, *([Even(1 / rate_hz, origin="sampling_rate_hz")] if rate_hz else [])]
     if isinstance(clock, Stamps):
         where = f"{path}: {clock.name!r}"
         time_s, told = _in_seconds(where, clock, also, time_unit)
@@ -192,8 +183,9 @@ def _in_seconds(where: str, clock: Stamps, also: Sequence[Even | Stamps], given:
             return stamps * factor, f"time is in {unit}, by the sampling rate that the file states"
     if clock.default and 0 < step < PLAIN_STEP_S:
         return stamps, "time has no unit and is taken for seconds"
-    remedy = "write the unit behind its name, as time [ms], or give time_unit"
-    raise FreerockError(where, "the time states no unit", remedy)
+    raise FreerockError(
+        where, "the time states no unit", "write it behind its name, as time [ms], or give time_unit"
+    )
 
 
 def _check_other_clocks(path: Path, also: Sequence[Even | Stamps], step_s: float) -> None:
@@ -210,18 +202,8 @@ def _check_other_clocks(path: Path, also: Sequence[Even | Stamps], step_s: float
             raise FreerockError(path, what, "correct the one that is wrong, or its unit, or leave it out")
 
 
-def _placed(path: Path, grid: Grid, column: Floats) -> Floats:
-    """Samples of a channel at the instants of the grid."""
-    stamped = grid.size if grid.places is None else grid.places.size
-    late = np.count_nonzero(np.isfinite(column[stamped:]))
-    if late:
-        what = f"{late} samples at the end have no time stamp"
-        raise FreerockError(path, what, "export the time column again")
-    return on_grid(path, grid, column[:stamped])
-
-
 def _dataset(
-    contents: Contents, grid: Grid, placed: Mapping[str, Floats], wanted: Mapping[str, Channel]
+    contents: Contents, grid: Grid, placed: Mapping[str, Floats], units: Mapping[str, str], origin: str
 ) -> "xr.Dataset":
     """Channels on one grid as a dataset over time; a sample out of range is NaN."""
     import xarray as xr  # half a second, which listing the channels does without
@@ -231,12 +213,11 @@ def _dataset(
     for name, samples in placed.items():
         beyond = np.abs(samples) >= OVERLOAD
         over, values = np.flatnonzero(beyond), np.where(beyond, np.nan, samples)
-        found[name] = ("time", values, {"units": wanted[name].units})
+        found[name] = ("time", values, {"units": units[name]})
         if over.size:
             found[name][2]["out_of_range"] = over.astype(np.int64)
             told = f"{over.size} samples of {name} are out of range and missing"
             notes.append(f"{told}, the first at {over[0]}")
-    origin = next((c.clock.origin for c in wanted.values() if isinstance(c.clock, Even)), "")
     attrs = {
         "format": contents.format,
         "start_time": origin or contents.start_time,

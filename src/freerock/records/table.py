@@ -3,10 +3,10 @@
 import csv
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
+from itertools import islice, pairwise
 from math import nan
 
 import numpy as np
@@ -15,21 +15,19 @@ import pandas as pd
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.records import headings
-from freerock.records.cells import Samples, kind_of, numbers, why_no_number
+from freerock.records.cells import Samples, kind_of, numbers, seconds, why_no_number
 from freerock.records.channels import Channel, Even, Stamps, unfit
-from freerock.records.times import seconds
 from freerock.records.words import HEADINGS, SECOND_UNITS
 
 ROWS_ALIKE = 3  # rows of numbers in a row that begin the table
 ROWS_COUNTED = 100  # in which a column must count to be a counter
-COMMENT = re.compile(r"\s*(?:#|%|//|!)+\s*")
+COMMENT = re.compile(r"^\s*(?:#|%|//|!)+\s*")
 KEYED = re.compile(r"[^:=]+[:=]")  # a line such as Operator: N. N.
 BESIDE = HEADINGS["steps"] | HEADINGS["start"]  # names that may stand right of the headings
 RULE = re.compile(r"[\s\-=_*+|;,.#%/]*")  # a blank line, or one of dashes
 WIDE = re.compile(r"\s+(?=[\[(])")  # between a name and its unit
 BETWEEN = ("\t", ";", ",", " ")
 
-Row = tuple[int, Sequence[str], Sequence[str]]  # number, cells and their kinds
 Place = Callable[[int, int], str]  # how a cell is named, by its row's number and its column
 
 
@@ -42,52 +40,68 @@ def cells_of(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
 
 
-def kinds_of(rows: Sequence[Row], place: Place) -> tuple[dict[int, str], int]:
-    """What the columns of a table hold: n for numbers, c for times, else why the column is left out.
+@dataclass(frozen=True)
+class Layout:
+    """How a table is written.
 
     Parameters
     ----------
-    rows : sequence of (int, sequence of str, sequence of str)
-        Number, cells and their kinds.
-    place : callable
-        How a cell is named, by its row's number and its column.
-
-    Returns
-    -------
+    begin : int
+        Place of its first row.
+    lost : int
+        Number of cells of another kind than the rest of their column, and of columns of text.
+    decimal : str
+        The decimal mark.
     kinds : dict
-        By the place of a column.
-    odd : int
-        Number of cells of another kind than the rest of their column.
+        Of the columns by place: n for numbers, c for times, else why the column is left out.
     """
-    found: dict[int, str] = {}
-    odd = 0
-    for i in range(len(rows[0][1])):
-        counted = Counter(kinds[i] for _, _, kinds in rows if kinds[i])
-        marks = counted.pop("m", 0)
-        usual, often = counted.most_common(1)[0] if counted else ("n", 0)
-        odd += counted.total() - often
-        if not counted and not marks:
-            found[i] = "is empty"
-        elif usual in "nc":
-            found[i] = usual
-        else:
-            n, cell = next((n, cells[i]) for n, cells, kinds in rows if kinds[i] == usual)
-            why = f"dates ({cell!r}" if usual == "d" else f"no numbers ({why_no_number(cell)}"
-            found[i] = f"holds {why}, {place(n, i)})"
-    return found, odd
+
+    begin: int
+    lost: int
+    decimal: str
+    kinds: dict[int, str]
 
 
-def begin_of(rows: Sequence[Sequence[str]]) -> int | None:
-    """Place of the first of some rows alike, given by the kinds of their cells, that begin a table."""
-    return next((n for n in range(len(rows)) if _begins(rows[n : n + ROWS_ALIKE])), None)
+def layout_of(rows: Mapping[int, Sequence[str]], decimals: Iterable[str], place: Place) -> Layout | None:
+    """How the table in some rows, by their numbers, is written; None where there is none.
+
+    Of several decimal marks it is that with which the table begins first, and least is lost.
+    """
+    found = []
+    for decimal in decimals:
+        kinds = {n: [kind_of(cell, decimal) for cell in cells] for n, cells in rows.items()}
+        every = [*kinds.values()]
+        begin = next((k for k in range(len(every)) if _begins(every[k : k + ROWS_ALIKE])), None)
+        if begin is not None:
+            width = len(every[begin])
+            table = [n for n in islice(kinds, begin, None) if len(kinds[n]) == width]
+            columns = [_kind({n: (rows[n][i], kinds[n][i]) for n in table}) for i in range(width)]
+            told = {i: f"{kind} {place(n, i)})" if n else kind for i, (kind, _, n) in enumerate(columns)}
+            found.append(Layout(begin, sum(lost for _, lost, _ in columns), decimal, told))
+    return min(found, key=lambda layout: (layout.begin, layout.lost), default=None)
+
+
+def _kind(column: Mapping[int, tuple[str, str]]) -> tuple[str, int, int]:
+    """What a column holds, what is lost of it, and the row that shows it; 0 where none needs to."""
+    counted = Counter(kind for _, kind in column.values() if kind)
+    marks = counted.pop("m", 0)
+    usual, often = counted.most_common(1)[0] if counted else ("n" if marks else "", 0)
+    odd = counted.total() - often
+    if usual in ("n", "c", ""):
+        return usual or "is empty", odd, 0
+    row = next(n for n, (_, kind) in column.items() if kind == usual)
+    cell = column[row][0]
+    if usual == "d":
+        return f"holds dates ({cell!r},", odd, row
+    return f"holds no numbers ({why_no_number(cell)},", odd + 1, row
 
 
 def _begins(rows: Sequence[Sequence[str]]) -> bool:
-    """Whether rows begin a table: texts only beyond the first column."""
+    """Whether rows, given by the kinds of their cells, begin a table: texts only beyond the first column."""
     first = rows[0]
     if first[:1] == ["t"] or not ("n" in first or {"c", "m"} <= {*first}):
         return False
-    if any(len(row) != len(first) for row in rows):
+    if any(len(row) != len(first) for row in rows) or (len(first) > 1 == sum(map(bool, first))):
         return False
     columns = [{*kinds} - {""} for kinds in zip(*rows, strict=True)]
     return all(len(kinds) < 2 or kinds == {"n", "m"} for kinds in columns)
@@ -111,8 +125,6 @@ class Table:
         Columns of numbers or of texts; the index numbers the rows from 1, those above among them.
     place : callable
         How a cell is named, by its row's number and its column; 0 stands for the column.
-    row : str
-        How a row is called.
     """
 
     where: object
@@ -122,7 +134,6 @@ class Table:
     kinds: Mapping[int, str]
     cells: pd.DataFrame
     place: Place
-    row: str = "line"
 
     def values(self, i: int, rows: int | None = None) -> Samples:
         """A column as numbers, or as seconds since the first time; and what was found out."""
@@ -153,10 +164,8 @@ def head_of(table: Table) -> tuple[list[tuple[str, str]], dict[str, str], list[s
             continue
         states = headings.states_rate(re.split("[:=;\t,]", lines[n])[0])
         cells = None if states else _fitting(lines[n], table, used)
-        shared = (
-            all(map(headings.of_units, rows.values())) or len({*(cells or ())} - {""}) < used
-        )  # by several columns
-        if cells and (not rows or (used > 1 and shared)):
+        merged = all(map(headings.of_units, rows.values())) or len({*(cells or ())} - {""}) < used
+        if cells and (not rows or (used > 1 and merged)):
             rows[n] = cells
         elif rows:
             break
@@ -165,12 +174,12 @@ def head_of(table: Table) -> tuple[list[tuple[str, str]], dict[str, str], list[s
         elif not COMMENT.match(lines[n]):
             if crossed:
                 break
-            what = f"{table.row} {n + 1} holds neither numbers nor {used} headings: {lines[n].strip()[:60]!r}"
+            what = f"line {n + 1} holds neither numbers nor {used} headings: {lines[n].strip()[:60]!r}"
             remedy = "give each column a heading, as Time [s]; Laser [V], or correct the cell"
             raise FreerockError(table.where, what, remedy)
     others = {n: line.strip() for n, line in enumerate(lines) if line.strip() and n not in rows}
     _refuse_numbers_above(table, others)
-    above = [f"{table.row} {n + 1}: {line}" for n, line in others.items()]
+    above = [f"line {n + 1}: {line}" for n, line in others.items()]
     return headings.headed([*rows.values()][::-1], len(kinds)), stated_in(lines), above
 
 
@@ -179,19 +188,17 @@ def _refuse_numbers_above(table: Table, lines: Mapping[int, str]) -> None:
     numeric = [i for i, kind in table.kinds.items() if kind == "n"]
     for n, line in lines.items():
         here = [kind_of(cell, ".") for cell in cells_of(line, table.delimiter)]
-        fits = len(here) > max(numeric, default=0) and {here[i] for i in numeric} <= {"n", "m"}
+        fits = len(here) > max(numeric, default=0) and {here[i] for i in numeric} <= {"n", "m", "c"}
         if len(numeric) > 1 and "n" in here and fits:
-            begins = f"the table that begins at {table.row} {len(table.above) + 1}"
-            what = f"{table.row} {n + 1} holds numbers above {begins}"
-            remedy = "export the columns of numbers alone, under one row of headings"
-            raise FreerockError(table.where, what, remedy)
+            what = f"line {n + 1} holds numbers, and the table begins below it"
+            raise FreerockError(table.where, what, "export the columns of numbers alone, under one heading")
 
 
 def _fitting(line: str, table: Table, used: int) -> list[str] | None:
     """The cells of a row of headings, one for each column in use; None where the row is none."""
     dates = [i for i, kind in table.kinds.items() if kind.startswith("holds dates")]
     remark = COMMENT.match(line)
-    line = line[remark.end() :] if remark else line
+    line = COMMENT.sub("", line)
     for between in dict.fromkeys([table.delimiter, *BETWEEN]):
         cells = cells_of(line, between)
         if len(cells) == used - len(dates):  # date and time, parted by a blank, under one heading
@@ -214,7 +221,7 @@ def stated_in(lines: Sequence[str]) -> dict[str, str]:
     """Values by name from lines such as "Sampling rate: 2000 Hz"; a value may stand below its name."""
     found: dict[str, str] = {}
     for line, below in pairwise([*lines, ""]):
-        parts = re.split(r"([:=;\t,])", COMMENT.sub("", line, count=1) if COMMENT.match(line) else line)
+        parts = re.split(r"([:=;\t,])", COMMENT.sub("", line))
         for k in range(0, len(parts), 2):
             name = parts[k].strip(' "')
             if headings.states_rate(name):
@@ -230,9 +237,8 @@ def counts(name: str, unit: str, numbers: Floats, first: bool) -> bool:
     steps = np.diff(numbers)
     if numbers.size < 2 or not (steps == steps[0]).all() or steps[0] < 1 or (numbers % 1).any():
         return False
-    return bool({headings.plain(name), headings.plain(unit)} & HEADINGS["counters"]) or (
-        first and not name and not unit and steps[0] == 1
-    )
+    named = {headings.plain(name), headings.plain(unit)}
+    return bool(named & HEADINGS["counters"]) or (first and named == {""} and steps[0] == 1)
 
 
 def channels_of(table: Table, notes: list[str], group: str = "") -> tuple[list[Channel], list[str]]:

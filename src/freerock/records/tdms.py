@@ -1,7 +1,7 @@
 """NI TDMS records, through npTDMS: channels with NI's waveform properties, or beside one of time stamps."""
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from math import isfinite, nan
@@ -19,7 +19,6 @@ from freerock.errors import FreerockError
 from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Stamps, unfit
 from freerock.records.headings import is_time, split_unit
 
-FORMAT = "TDMS"
 NUMBERS, DATE = ("i", "u", "f"), "M"  # kinds of samples as NumPy names them
 UNSET = np.datetime64("1905-01-01")  # LabVIEW counts from 1904
 
@@ -57,11 +56,11 @@ def contents(path: Path) -> Iterator[Contents]:
             groups = [group.channels() for group in file.groups()]
             found = [c for members in groups for c in _channels(path, members, segments.found)]
             starts = (_started(c.properties.get("wf_start_time")) for members in groups for c in members)
-            yield Contents(found, FORMAT, [], next(filter(None, starts), ""))
+            yield Contents(found, "TDMS", [], next(filter(None, starts), ""))
 
 
 def _channels(
-    path: Path, members: Sequence[TdmsChannel], increments: Mapping[str, Sequence[float]]
+    path: Path, members: list[TdmsChannel], increments: dict[str, list[float]]
 ) -> Iterator[Channel]:
     """The channels of a group, each with its clock or why it can't be read; time stamps are none of them."""
     stamps = next((c for c in members if is_time(c.name) and _kind(c) in (*NUMBERS, DATE)), None)
@@ -96,8 +95,7 @@ def _even(channel: TdmsChannel) -> Even:
     step, origin = channel.properties.get("wf_increment", "absent"), channel.properties.get("wf_start_time")
     known = isinstance(step, int | float) and bounds.SHORTEST_STEP_S < step < bounds.LONGEST_STEP_S
     if not known or (step == 1 and isinstance(origin, np.datetime64) and origin < UNSET):
-        why = f"channel {channel.name!r} gives no sampling rate (wf_increment is {step})"
-        return Even(nan, unknown=why)
+        return Even(nan, unknown=f"{channel.name!r} gives no sampling rate (wf_increment is {step})")
     start = channel.properties.get("wf_start_offset", 0.0)
     known = isinstance(start, int | float) and isfinite(start)
     return Even(float(step), float(start) if known else 0.0, _started(origin))

@@ -10,12 +10,10 @@ from pathlib import Path
 import pandas as pd
 
 from freerock.errors import FreerockError
-from freerock.records.cells import kind_of
+from freerock.records.cells import seconds
 from freerock.records.channels import COPY_AGAIN, Contents
-from freerock.records.table import Table, begin_of, cells_of, channels_of, kinds_of
-from freerock.records.times import seconds
+from freerock.records.table import Layout, Table, cells_of, channels_of, layout_of
 
-FORMAT = "text"
 HEAD = 1000  # lines in which the table begins and its layout is found
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", " ": "spaces"}
 DECIMALS = {".": "point", ",": "comma"}
@@ -36,7 +34,7 @@ def contents(path: Path) -> Iterator[Contents]:
     channels, above = channels_of(table, notes)
     clocks = [table.cells[i].head(HEAD) for i, kind in table.kinds.items() if kind == "c"]
     dated = (seconds(path, column)[2] for column in clocks)
-    yield Contents(channels, FORMAT, notes, next(filter(None, dated), ""), above)
+    yield Contents(channels, "text", notes, next(filter(None, dated), ""), above)
 
 
 def layout_in_words(delimiter: str, decimal: str, encoding: str) -> str:
@@ -62,11 +60,11 @@ def lines_of(path: Path) -> tuple[list[str], str]:
     if b"\0" in content and encoding != "utf-16":
         raise FreerockError(path, "the file is binary, not a text", "export it as CSV, TDMS or .xlsx")
     try:
-        text = content.decode(encoding)
+        content.decode(encoding)
     except UnicodeDecodeError:
         encoding = "cp1252" if encoding == "utf-8" else encoding
-        text = content.decode(encoding, "replace")
-    return re.split("\r\n|\r|\n", text), encoding
+    text = content.decode(encoding, "replace")
+    return re.split("\r\n|\r|\n", text.replace("\N{MINUS SIGN}", "-")), encoding
 
 
 def frame_of(
@@ -100,7 +98,7 @@ def frame_of(
         A line with more cells than columns; a last line that is cut off.
     """
     numbered = {n: line for n, line in enumerate(lines, first + 1) if line.strip()}
-    rows = io.StringIO("\n".join(numbered.values()).replace("\N{MINUS SIGN}", "-"))
+    rows = io.StringIO("\n".join(numbered.values()))
     try:
         cells = pd.read_csv(
             rows,
@@ -127,45 +125,31 @@ def frame_of(
 
 
 def _table(path: Path, lines: Sequence[str]) -> Table:
-    """The table whose columns of text are fewest, and which begins first."""
-    first, delimiter, decimal, kinds = _layout(path, lines)
-    texts = {i: kind != "n" for i, kind in kinds.items()}
-    cells = frame_of(path, lines[first:], first, (delimiter, decimal), texts)
-    for i in [i for i, kind in kinds.items() if kind == "is empty" and cells[i].notna().any()]:
-        kinds[i] = f"is empty in the first {HEAD} lines"
-    return Table(path, lines[:first], delimiter, decimal, kinds, cells, _place)
-
-
-def _layout(path: Path, lines: Sequence[str]) -> tuple[int, str, str, dict[int, str]]:
-    """Number of lines above the table, its delimiter, its decimal mark, and what its columns hold.
+    """The table of which least is lost, and which begins first.
 
     Raises
     ------
     FreerockError
         No table, or one whose decimal mark is not told by whole numbers between commas.
     """
-    numbered = [(n, line) for n, line in enumerate(lines[:HEAD], start=1) if line.strip()]
-    quoted = any('"' in line for _, line in numbered)
-    best = []
+    numbered = {n: line for n, line in enumerate(lines[:HEAD], start=1) if line.strip()}
+    quoted = any('"' in line for line in numbered.values())
+    found: dict[tuple[bool, int, int], tuple[str, Layout]] = {}
     for delimiter in DELIMITERS:
-        split = [(n, cells_of(line, delimiter)) for n, line in numbered]
-        found = []
-        for decimal in [each for each in DECIMALS if each != delimiter or quoted]:
-            rows = [(n, cells, [kind_of(cell, decimal) for cell in cells]) for n, cells in split]
-            begin = begin_of([kinds for *_, kinds in rows])
-            if begin is not None:
-                table = [row for row in rows[begin:] if len(row[1]) == len(rows[begin][1])]
-                found.append((begin, *kinds_of(table, _place)[::-1], (table[0][0] - 1, delimiter, decimal)))
-        if found:  # of two decimal marks that with which the table begins first, and all cells are read
-            begin, odd, kinds, layout = min(found, key=lambda each: each[:2])
-            texts = odd + sum("no numbers" in kind for kind in kinds.values())
-            best.append(((len(kinds) == 1, texts, begin), (*layout, kinds)))
-    if not best:
-        remedy = "export rows of numbers between tabs, semicolons or commas"
-        raise FreerockError(path, "no table of numbers in its first lines", remedy)
-    _, best_layout = min(best, key=lambda each: each[0])
-    _refuse_ambiguous(path, lines, *best_layout[:2])
-    return best_layout
+        rows = {n: cells_of(line, delimiter) for n, line in numbered.items()}
+        if layout := layout_of(rows, [d for d in DECIMALS if d != delimiter or quoted], _place):
+            found.setdefault((len(layout.kinds) == 1, layout.lost, layout.begin), (delimiter, layout))
+    if not found:
+        raise FreerockError(path, "no table of numbers in its first lines", "export columns of numbers")
+    delimiter, layout = found[min(found)]
+    first = [*numbered][layout.begin] - 1
+    _refuse_ambiguous(path, lines, first, delimiter)
+    kinds = layout.kinds
+    texts = {i: kind != "n" for i, kind in kinds.items()}
+    cells = frame_of(path, lines[first:], first, (delimiter, layout.decimal), texts)
+    for i in [i for i, kind in kinds.items() if kind == "is empty" and cells[i].notna().any()]:
+        kinds[i] = f"is empty in the first {HEAD} lines"
+    return Table(path, lines[:first], delimiter, layout.decimal, kinds, cells, _place)
 
 
 def _refuse_ambiguous(path: Path, lines: Sequence[str], first: int, delimiter: str) -> None:
@@ -177,8 +161,7 @@ def _refuse_ambiguous(path: Path, lines: Sequence[str], first: int, delimiter: s
     headings = len(cells_of(above, ",")) if above.strip() else 0
     if delimiter == "," and whole and '"' not in row and headings * 2 in (0, len(cells)):
         what = f"line {first + 1} may hold {len(cells)} columns, or decimal commas"
-        remedy = "export with tabs or semicolons between the columns, or decimal points"
-        raise FreerockError(path, what, remedy)
+        raise FreerockError(path, what, "export with tabs or semicolons between the columns")
 
 
 def _place(n: int, i: int) -> str:

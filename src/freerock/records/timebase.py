@@ -4,7 +4,7 @@ A grid is right where the samples were taken evenly and only their stamps are co
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +18,7 @@ ROUNDED_SHARE = 0.01  # rarer than that, an odd interval is a fault and not roun
 ROUNDED_STAMPS = 10  # different stamps that show rounding at least
 NAMEABLE = 1e-3  # of the sampling interval: smaller deviations are not worth a note
 
+EXPORT = "export the time column again"
 SPLIT = "split it into one file per recording"
 
 
@@ -40,15 +41,8 @@ class Grid:
     start_s: float
     step_s: float
     size: int
-    places: Indices | None = None
-    faults: tuple[str, ...] = ()
-
-    def equals(self, other: "Grid") -> bool:
-        """Whether the instants of another grid and its stamps are the same."""
-        none = np.empty(0, int)
-        places, others = (none if each.places is None else each.places for each in (self, other))
-        same = (self.start_s, self.step_s, self.size) == (other.start_s, other.step_s, other.size)
-        return same and np.array_equal(places, others)
+    places: Indices | None = field(default=None, compare=False)
+    faults: tuple[str, ...] = field(default=(), compare=False)
 
 
 def regular_grid(where: object, time_s: ArrayLike) -> Grid:
@@ -74,7 +68,16 @@ def regular_grid(where: object, time_s: ArrayLike) -> Grid:
     time = np.asarray(time_s, float)
     if time.size < 2:
         raise FreerockError(where, f"{time.size} time stamps give no sampling rate", "record more samples")
-    _refuse_disorder(where, time)
+    bad = np.flatnonzero(~np.isfinite(time))
+    if bad.size:
+        what = f"{bad.size} time stamps are missing or infinite, the first at sample {bad[0]}"
+        raise FreerockError(where, what, EXPORT)
+    back = np.flatnonzero(time[1:] < time[:-1])
+    if back.size:
+        two = f"from {time[back[0]]:.6g} to {time[back[0] + 1]:.6g} s"
+        raise FreerockError(where, f"time runs backwards {two} after sample {back[0]}", SPLIT)
+    if time[-1] == time[0]:
+        raise FreerockError(where, f"all time stamps are {time[0]:.6g} s", EXPORT)
     return _rounded(time) or _pieces(where, time)
 
 
@@ -89,8 +92,12 @@ def on_grid(where: object, grid: Grid, samples: Floats) -> Floats:
     Raises
     ------
     FreerockError
-        Two samples with one stamp that differ.
+        Two samples with one stamp that differ; samples without a stamp at the end.
     """
+    stamped = grid.size if grid.places is None else grid.places.size
+    if late := np.count_nonzero(np.isfinite(samples[stamped:])):
+        raise FreerockError(where, f"{late} samples at the end have no time stamp", EXPORT)
+    samples = samples[:stamped]
     if grid.places is None:
         return samples
     repeated = np.flatnonzero(np.diff(grid.places) == 0)
@@ -105,20 +112,6 @@ def on_grid(where: object, grid: Grid, samples: Floats) -> Floats:
     placed = np.full(grid.size, np.nan)
     placed[grid.places[first]] = samples[first]
     return placed
-
-
-def _refuse_disorder(where: object, time: Floats) -> None:
-    """Refuse stamps that are missing, infinite, run backwards, or are all the same."""
-    bad = np.flatnonzero(~np.isfinite(time))
-    if bad.size:
-        what = f"{bad.size} time stamps are missing or infinite, the first at sample {bad[0]}"
-        raise FreerockError(where, what, "export the time column again")
-    back = np.flatnonzero(time[1:] < time[:-1])
-    if back.size:
-        two = f"from {time[back[0]]:.6g} to {time[back[0] + 1]:.6g} s"
-        raise FreerockError(where, f"time runs backwards {two} after sample {back[0]}", SPLIT)
-    if time[-1] == time[0]:
-        raise FreerockError(where, f"all time stamps are {time[0]:.6g} s", "export the time column again")
 
 
 def _rounded(time: Floats) -> Grid | None:
@@ -177,12 +170,8 @@ def _pieces(where: object, time: Floats) -> Grid:
     if time.size > taken:
         faults.append(f"{time.size - taken} repeated samples dropped")
     if size > taken:
-        missing = np.diff(places) - 1
-        longest = int(np.argmax(missing))
-        faults.append(
-            f"{size - taken} samples missing in {told}, "
-            f"the longest of {missing[longest]} after {time[longest]:.6g} s"
-        )
+        begins = time[np.flatnonzero(np.diff(places) > 1)[0]]
+        faults.append(f"{size - taken} samples missing in {told}, the first after {begins:.6g} s")
     even = size == time.size and taken == size
     first = time[0] if deviation <= NAMEABLE else start[0]
     return Grid(float(first), step, size, None if even else places, tuple(faults))

@@ -13,7 +13,6 @@ from freerock.errors import FreerockError
 from freerock.records.channels import Channel, Contents, Even, Stamps, unfit
 from freerock.records.headings import seconds_in, split_unit
 
-FORMAT = "UFF58, MDF4 or WAV"
 TIME_RESPONSE, UNEVEN, OF_TIME = (
     1,
     0,
@@ -42,17 +41,16 @@ def _wav(path: Path) -> Contents:
 
 
 def _uff(path: Path) -> Contents:
-    """Time responses (dataset 58); named by id1 where these differ, else by node and direction."""
+    """Time responses (dataset 58); named by id1, else by node and direction."""
     import pyuff
 
     read = pyuff.UFF(str(path)).read_sets()
     sets = [each for each in (read if isinstance(read, list) else [read]) if each.get("type") == 58]
     if not sets:
         raise FreerockError(path, "the file holds no dataset 58", "export time responses as UFF58")
-    ids = [_known(each.get("id1")) for each in sets]
-    names = ids if len({*ids}) == len(ids) and "" not in ids else [_of_node(each) for each in sets]
     found = []
-    for name, each in zip(names, sets, strict=True):
+    for each in sets:
+        name = _known(each.get("id1")) or _of_node(each)
         unit = _known(each.get("abscissa_axis_units_lab"))
         clock: Even | Stamps
         if each["func_type"] != TIME_RESPONSE or each.get("abscissa_spec_data_type") not in OF_TIME:
