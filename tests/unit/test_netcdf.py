@@ -235,7 +235,6 @@ def test_fits_come_back(folder):
             assert (node.attrs["message"], node.attrs["nfev"]) == ("converged", 80)
             assert node.attrs["law"] == CANDIDATES[model].law
             assert node.attrs["kinematics"] == CANDIDATES[model].kinematics
-            assert node.attrs["width_freed"] == CANDIDATES[model].width
         np.testing.assert_array_equal(tree[group]["theta"].values, made_up_curve().theta)
     energies, node = made_up_energies(), tree["run_1/winkler"]
     np.testing.assert_array_equal(node["restitution_energy"].values, energies.restitution)

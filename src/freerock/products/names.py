@@ -1,4 +1,4 @@
-"""The one vocabulary of the datasets: each variable with its unit, content and long name.
+"""The one vocabulary of the datasets: each variable with its unit and long name.
 
 Units and long names are in `variables.csv`, the variables of a fit in `netcdf`, the columns of runs.csv and
 other tables in `tables.columns`.
@@ -32,8 +32,8 @@ IMPACT_VARIABLES |= {field: field.removesuffix("_rad") for field in [*OF_IMPACTS
 WITH_TOTAL = ("peak_before", "peak_after", "restitution")  # of an impact, with a total uncertainty NAME_u
 
 with open(Path(__file__).with_name("variables.csv"), encoding="utf-8", newline="") as file:
-    # By name: unit ("" for texts, flags and what has the unit of a parameter), content as ACDD calls it, long
-    # name, a comment where one is needed, and what the flags 0 and 1 mean.
+    # By name: unit ("" for texts, flags and what has the unit of a parameter; "1" is not written), long name,
+    # and what the flags 0 and 1 mean.
     VARIABLES = {row["name"]: row for row in csv.DictReader(file)}
 SAMPLE_FLAGS = {
     "standard_name": "quality_flag",
@@ -48,22 +48,16 @@ BESIDE = {
 SINGLE_PRECISION = {"sigma_theta", *(f"{name}{n}" for name in ("voltage", "current") for n in ("", "_2"))}
 
 
-def describe(name: str, present: Container[object], simulated: bool) -> dict[str, Any]:
-    """CF and ACDD attributes of a variable among those present beside it."""
+def describe(name: str, present: Container[object]) -> dict[str, Any]:
+    """CF attributes of a variable among those present beside it."""
     row = VARIABLES[name.removesuffix("_stderr").removesuffix("_2")]
-    content, long_name = row["content"], row["long_name"]
-    if name.endswith("_stderr"):
-        content, long_name = "qualityInformation", f"standard error of the {long_name}"
-    elif content == "physicalMeasurement" and simulated:
-        content = "modelResult"
-    attrs: dict[str, Any] = {"long_name": long_name, "coverage_content_type": content}
-    if row["unit"]:
+    error = "standard error of the " if name.endswith("_stderr") else ""
+    attrs: dict[str, Any] = {"long_name": error + row["long_name"]}
+    if row["unit"] not in ("", "1"):
         attrs["units"] = row["unit"]
     beside = [other for other in (f"{name}_stderr", *BESIDE.get(name, ())) if other in present]
     if beside:
         attrs["ancillary_variables"] = " ".join(beside)
-    if row["comment"]:
-        attrs["comment"] = row["comment"]
     if row["flag_meanings"]:
         attrs |= {"flag_values": np.array([0, 1], np.int8), "flag_meanings": row["flag_meanings"]}
     return attrs | (SAMPLE_FLAGS if name == "flags" else {})

@@ -23,8 +23,6 @@ SINCE_RELEASE = {"long_name": "time since the release"}
 OF_EVIDENCE = (
     "noise_p",
     "residual_over_noise",
-    "noise_low_hz",
-    "noise_high_hz",
     "minus_two_log",
     "n_parameters",
 )
@@ -262,6 +260,7 @@ def _fit(model: str, fit: "Fit", energies: "ImpactEnergy | None") -> xr.Dataset:
     n = len(fit.impacts.time_s) if fit.impacts is not None else len(fit.scatter.delta)
     each = [fit.result.params[legal(name)] for name in names]
     of_parameters: dict[str, Any] = {
+        "unit": np.array(fit.units, str),
         "value": fit.value,
         "stderr": known.stderr,
         "u_law": known.u_law,
@@ -286,7 +285,9 @@ def _fit(model: str, fit: "Fit", energies: "ImpactEnergy | None") -> xr.Dataset:
     arrays |= {name: ("impact", _padded(values, n)) for name, values in of_impacts.items()}
     arrays |= {name: ((), value) for name, value in scalars.items()}
     told = {
-        **_assumes(model, names),
+        "model": model,
+        "law": CANDIDATES[model].law,
+        "kinematics": CANDIDATES[model].kinematics,
         "success": np.int8(fit.success),
         "message": fit.message,
         "final_time_s": float(fit.curve.time[-1]),
@@ -296,20 +297,21 @@ def _fit(model: str, fit: "Fit", energies: "ImpactEnergy | None") -> xr.Dataset:
         **{name: getattr(fit.evidence, name) for name in OF_EVIDENCE},
         **_of_lmfit(fit.result),
     }
-    return xr.Dataset(arrays, {**_named(names, fit.units), **_since(fit.curve.time), **_numbered(n)}, told)
+    return xr.Dataset(arrays, {"parameter": names, **_since(fit.curve.time), **_numbered(n)}, told)
 
 
 def _paper(fit: "PaperFit") -> xr.Dataset:
     """The dataset of a law as the paper fits it."""
     names = list(fit.values)
     arrays: dict[str, Any] = {
+        "unit": ("parameter", np.array(fit.units, str)),
         "value": ("parameter", np.array(list(fit.values.values()))),
         "stderr": ("parameter", fit.stderr),
         "theta_model": ("time", fit.curve.theta_model),
         "residual": ("time", fit.curve.residual),
         "epsilon_theta": ((), fit.epsilon_theta),
     }
-    coordinates = {"parameter": names, "unit": ("parameter", list(fit.units)), **_since(fit.curve.time)}
+    coordinates = {"parameter": names, **_since(fit.curve.time)}
     if fit.impacts is not None:
         own = _impacts(fit.impacts)
         arrays |= {name: own[name] for name in ("impact_time", "peak_before", "restitution")}
@@ -364,10 +366,6 @@ def _choice(choice: "Choice") -> xr.Dataset:
     return xr.Dataset(arrays, {"candidate": [each.model for each in choice.judged]}, told)
 
 
-def _named(names: Sequence[str], units: Sequence[str]) -> dict[str, Any]:
-    return {"parameter": names, "parameter_b": names, "unit": ("parameter", list(units))}
-
-
 def _since(time_s: Floats) -> dict[str, Any]:
     return {"time": ("time", time_s, SINCE_RELEASE)}
 
@@ -380,17 +378,6 @@ def _padded(values: Floats, n: int) -> Floats:
 def _of_lmfit(result: "lmfit.minimizer.MinimizerResult") -> dict[str, Any]:
     """Method and evaluations of the least squares."""
     return {"method": result.method, "nfev": int(result.nfev)}
-
-
-def _assumes(model: str, freed: Sequence[str]) -> dict[str, Any]:
-    """What a candidate assumes, as attributes of its group."""
-    candidate = CANDIDATES[model]
-    return {
-        "model": model,
-        "law": candidate.law,
-        "kinematics": candidate.kinematics,
-        "width_freed": np.int8("width" in freed),
-    }
 
 
 def _dims(variable: xr.DataArray) -> list[str]:

@@ -30,16 +30,13 @@ def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], packed: boo
     """Write the groups of a file, what runs over time compressed unless it is read back at once."""
     import netCDF4
 
-    simulated = groups["/"].attrs["origin"] == "simulated"
     with ONE_THREAD, atomic(path) as partial:
         try:
             with netCDF4.Dataset(partial, "w") as file:
                 defined = [
                     each
                     for name, dataset in groups.items()
-                    for each in _define(
-                        file if name == "/" else file.createGroup(name), dataset, simulated, packed
-                    )
+                    for each in _define(file if name == "/" else file.createGroup(name), dataset, packed)
                 ]
                 for variable, values in defined:  # last: each return to definitions walks all groups
                     variable[...] = values
@@ -48,7 +45,7 @@ def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], packed: boo
 
 
 def _define(
-    group: "netCDF4.Dataset", dataset: xr.Dataset, simulated: bool, packed: bool
+    group: "netCDF4.Dataset", dataset: xr.Dataset, packed: bool
 ) -> Iterator[tuple["netCDF4.Variable[Any]", Any]]:
     """Define the content of a group; yields each variable and its values."""
     group.setncatts(_plain(dataset.attrs))
@@ -63,12 +60,12 @@ def _define(
             dtype = str
         elif name in SINGLE_PRECISION and variable.dims:
             dtype = np.float32
-        missing = np.nan if variable.dtype.kind == "f" and name not in dataset.coords else None
+        missing = np.nan if variable.dtype.kind == "f" and np.isnan(variable.values).any() else None
         over_time = packed and "time" in variable.dims
         filters: dict[str, Any] = {"compression": "zlib", "complevel": 4} if over_time else {}
         dimensions = [str(each) for each in variable.dims]
         written = group.createVariable(name, dtype, dimensions, fill_value=missing, **filters)
-        attrs = describe(name, dataset, simulated) | variable.attrs
+        attrs = describe(name, dataset) | variable.attrs
         coordinates = [str(other) for other in beside if beside[other] <= set(variable.dims)]
         if coordinates and name not in dataset.coords:
             attrs["coordinates"] = " ".join(coordinates)
