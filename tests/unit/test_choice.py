@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 from scattered import BLOCK, SIGMA, TRUTH, scattered_run
 
+from freerock.config.fit_settings import FitSettings
 from freerock.identification.fit import fit_record
+from freerock.identification.run_model import Point, RunModel
+from freerock.identification.scatter import Scatter
 from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import Solver, simulate_fitted
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
+from freerock.rotation.view import view_of
 from freerock.selection.candidates import BY_DEFAULT, Allowed, contains, n_numbers
 from freerock.selection.choice import choose
 from freerock.selection.identify import identify_record
@@ -125,3 +129,30 @@ def test_an_input_that_is_pulled_is_said():
     reasons = [*reasons_of_fit(motion, fits[1], choose({"housner": fits}, {}))]
     pulled = [each for each in reasons if each.name == "pulled_input"]
     assert pulled and pulled[0].verdict == "warn" and "height_m of block" in pulled[0].text
+
+
+@pytest.mark.parametrize(("off", "birge"), [(0.0, 1.0), (6.0, 6.0)])
+def test_where_inputs_are_pulled_u_grows_to_hold_the_truth(off, birge):
+    """A block is wider than stated by so many of its standard uncertainties."""
+    inputs = (Input("block", "width_m", 1e-3 * BLOCK.width_m, True),)
+    laboratory = Laboratory(BLOCK, {"laser": Laser("horizontal", 0.2, 0.1)}, inputs)
+    plain, delta = scattered_run("hunt_crossley", 0.01, 3)
+    motion = replace(plain, laboratory=laboratory, view=view_of([*laboratory.lasers.values()], BLOCK))
+    true = Point({**TRUTH["hunt_crossley"], "theta0": 0.17, "t0": 0.0}, np.array([off]), delta)
+    read = RunModel("hunt_crossley", BLOCK, motion, FitSettings()).curve(true, motion.time_s, 1e-10)
+    noisy = read + SIGMA * np.random.default_rng(1).standard_normal(read.size)
+    fit = fit_record("hunt_crossley", BLOCK, {1: replace(motion, theta=noisy)})[1]
+    assert fit.posterior.birge == pytest.approx(birge, rel=0.3)
+    assert abs(fit.values["k"] - TRUTH["hunt_crossley"]["k"]) < 1.96 * fit.u_total[0]
+
+
+def test_a_release_elsewhere_and_a_large_scatter_warn(found):
+    fit, motion = found.fits["hunt_crossley"][0], runs("hunt_crossley", 0.01)[0]
+    late = replace(fit, values={**fit.values, "t0": 0.05})
+    loose = replace(fit, scatter=replace(fit.scatter, of_record=Scatter(0.1, 0.06, 0.2, 50.0, 8.0)))
+    named = {
+        each: {reason.name for reason in reasons_of_fit(motion, one, found.choice)}
+        for each, one in (("plain", fit), ("late", late), ("loose", loose))
+    }
+    assert named["late"] - named["plain"] == {"pulled_release"}
+    assert named["loose"] - named["plain"] == {"large_scatter"}

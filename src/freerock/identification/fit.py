@@ -423,6 +423,9 @@ def _fit(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
     covariance = posterior.covariance + 0.0
     beside = [j for j in range(len(contributions.inputs)) if j not in moved]
     covariance[:n, :n] += contributions.values[:, beside] @ contributions.values[:, beside].T
+    of_moved = contributions.values[:, moved]
+    covariance[:n, :n] += (posterior.birge**2 - 1) * of_moved @ of_moved.T
+    contributions.values[:, moved] *= posterior.birge
     curve = Curve(model.whole.time_s, model.whole.theta, model.curve(at, model.whole.time_s))
     epsilon = epsilon_theta(curve.time, curve.theta_model, curve.theta)
     message = _failure(ended, posterior, epsilon)

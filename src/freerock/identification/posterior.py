@@ -1,9 +1,11 @@
 """What a fit knows at its end: covariance by noise, inputs and scatter, and pulls of the inputs."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.special import chdtrc
 
 from freerock.arrays import Floats, Mask
 from freerock.identification.goodness import Goodness, goodness, level_of, louder, minus_two_log, through
@@ -18,6 +20,8 @@ from freerock.rotation.u_total import Contributions
 WORN_M = (
     3e-4  # prior standard uncertainty of a contact width that is freed [m]: that of one measured by a rule
 )
+TENSE = 0.01  # chance of the shifts of the inputs, from which their uncertainty grows
+SEEN_SHARE = 0.05  # of the prior's variance of an input, that a run must take away to tell its shift
 SEEN = 1.0  # share of its prior's information, from which the run and not the prior tells a nuisance
 
 
@@ -172,6 +176,22 @@ class Posterior:
         charge = np.linalg.slogdet(np.eye(alone.shape[1]) + alone.T @ alone)[1]
         per_law = float(of_law.sum()) * np.log(n)
         return float(minus_two_log(self.residual, noise) + priors @ priors + charge + per_law)
+
+    @cached_property
+    def birge(self) -> float:
+        """By how much shifts of the inputs exceed what priors and run allow; 1 where chance explains them.
+
+        Birge's ratio √(χ²/ν) (Birge 1932, doi:10.1103/PhysRev.40.207), where a χ² as large has a chance below
+        `TENSE`. Priors are then too narrow, or an error of the law pulls at them.
+        """
+        own = slice(self.n_names, self.n_names + self.n_inputs)
+        if not self.n_inputs:
+            return 1.0
+        values, vectors = np.linalg.eigh(np.eye(self.n_inputs) - self.inverse[own, own])
+        seen = values > SEEN_SHARE
+        chi2 = float(np.sum((vectors.T @ self.at.inputs)[seen] ** 2 / values[seen]))
+        n = int(seen.sum())
+        return math.sqrt(chi2 / n) if n and float(chdtrc(n, chi2)) < TENSE else 1.0
 
     def contributions(self) -> Contributions:
         """What each input of the laboratory contributes to the numbers, and its pull."""

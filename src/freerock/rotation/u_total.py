@@ -38,9 +38,6 @@ class Contributions:
     impacts : ndarray, shape (n_numbers, n_inputs)
         Shift of each number where an input is held one remaining standard uncertainty above where the fit
         has it, and all else is fitted again (Conway 2011, arXiv:1103.0354), in the unit of the number.
-    enlarged : float
-        Birge's ratio: how many times their covariance allows the shifts of the inputs are; at least 1. Beyond
-        that, priors are too narrow or the law is wrong.
     """
 
     inputs: tuple[Input, ...]
@@ -49,7 +46,6 @@ class Contributions:
     remaining: Floats
     pulls: Floats
     impacts: Floats
-    enlarged: float = 1.0
 
     @classmethod
     def held(cls, inputs: tuple[Input, ...], values: Floats) -> Self:
@@ -62,11 +58,6 @@ class Contributions:
         """Chance of so large a pull of any input, were all uncertainties right (Bonferroni); at most 1."""
         seen = np.abs(self.pulls[~np.isnan(self.pulls)])
         return min(1.0, 2 * len(seen) * float(ndtr(-seen.max(initial=0.0)))) if len(seen) else 1.0
-
-    @property
-    def excess(self) -> Floats:
-        """What `enlarged` adds to the uncertainty of each number by inputs; shape (n_numbers,)."""
-        return np.asarray(np.sqrt((self.enlarged**2 - 1) * np.sum(self.values**2, axis=1)))
 
     def total(self, *others: Floats) -> Floats:
         """Combined standard uncertainty with those of noise and law, each of shape (n_numbers,)."""

@@ -36,11 +36,14 @@ class ChoiceSettings:
         Chance of a difference in prediction, below which two laws are told apart.
     repeatable : float
         Share of what the scatter of the impacts does to a run, up to which a residual is small beside it.
+    scatters : float
+        σ_r up to which impacts of a block scatter: more is an error of the law or of the reading.
     """
 
     near: float = 3.0
     significant: float = 0.01
     repeatable: float = 0.3
+    scatters: float = 0.05
 
 
 CHOICE = ChoiceSettings()
@@ -268,7 +271,7 @@ def _is_repeatable(own: Mapping[int, Fit]) -> bool:
             return False
         n = posterior.n_names + posterior.n_inputs
         columns = posterior.rows[: len(posterior.residual), n:] * posterior.posed.level
-        moved = columns * fit.scatter.of_record.sigma_r
+        moved = columns * min(fit.scatter.of_record.sigma_r, CHOICE.scatters)
         by_scatter = float(np.sqrt(np.mean(np.sum(moved**2, axis=1))))
         shares.append(float(np.sqrt(np.mean(posterior.residual**2))) / max(by_scatter, 1e-300))
     return float(np.median(shares)) <= CHOICE.repeatable

@@ -15,7 +15,7 @@ from freerock.models.laws import MODEL_LABELS
 from freerock.noise.spectrum import frequencies, tapered_power
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason
-from freerock.selection.choice import Choice
+from freerock.selection.choice import CHOICE, Choice
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,12 @@ class ReasonLimits:
     ----------
     trend : float
         Chance of a trend of δ by amplitude or side, below which it is said: one clean run of a thousand.
+    pulled : float
+        Pull of an input that warns where a law leaves more than the noise, and pulls the inputs as well. In a
+        realistic laboratory they reach 10; a block on two feet gave 60.
+    release : float
+        Standard uncertainties of the measured release, from which a fit has another one. By hand, with laws
+        that are not true, up to 7; a hold beyond the range of the sensor gave 26.
     line : float
         Times the median power of its neighbours, from which a residual holds a line.
     neighbours : int
@@ -33,6 +39,8 @@ class ReasonLimits:
     """
 
     trend: float = 1e-3
+    pulled: float = 10.0
+    release: float = 10.0
     line: float = 50.0
     neighbours: int = 15
 
@@ -66,6 +74,7 @@ def reasons_of_fit(motion: Motion, fit: Fit | None, choice: Choice) -> Iterator[
         if line:
             yield Reason.of("line_in_residual", f"a line of {line:.3g} Hz in the residual")
     yield from _pulls(fit)
+    yield from _release(fit)
     yield from _of_impacts(motion, fit)
 
 
@@ -77,14 +86,26 @@ def _pulls(fit: Fit) -> Iterator[Reason]:
             text = f"{source.label} off by {off}, {abs(pull):.1f} standard uncertainties"
             # where the law leaves more than the noise, it pulls the inputs as well
             unlikely = 2 * len(known.pulls) * float(ndtr(-abs(pull))) < WARNS
-            warns = unlikely and fit.evidence.agrees
+            warns = (unlikely and fit.evidence.agrees) or abs(pull) > REASONS.pulled
             yield Reason.of("pulled_input", text, "warn" if warns else "ok", float(abs(pull)), PULLED, "1")
+
+
+def _release(fit: Fit) -> Iterator[Reason]:
+    """A release that the run puts elsewhere than the hold and the first motion."""
+    for name, measured, u in fit.posterior.posed.release if fit.posterior else ():
+        pull = abs(fit.values[name] - measured) / u
+        if pull > REASONS.release:
+            text = f"the fit puts {name} at {fit.values[name]:.3g}, {pull:.0f} u from where it was measured"
+            yield Reason.of("pulled_release", text, None, pull, REASONS.release, "1")
 
 
 def _of_impacts(motion: Motion, fit: Fit) -> Iterator[Reason]:
     scatter = fit.scatter.of_record
     if not scatter.sigma_r or fit.posterior is None:
         return
+    if scatter.low > CHOICE.scatters:
+        text = f"impacts scatter by {100 * scatter.low:.2g} to {100 * scatter.high:.2g} %"
+        yield Reason.of("large_scatter", text, None, scatter.low, CHOICE.scatters, "1")
     amplitude, side = of_swings(motion, len(fit.scatter.delta))
     tests = (
         ("loss_by_amplitude", amplitude, "the loss depends on amplitude otherwise: δ {:+.2g} %"),
