@@ -23,8 +23,8 @@ from freerock.files import atomic, write_manifest
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.truth import write_truth
 from freerock.virtual_lab.virtual_record import Recording, VirtualRecord, VirtualRelease, simulate_record
+from freerock.virtual_lab.write_tdms import write_truth
 
 FILE = "free_rocking.xlsx"
 TRUE = "hunt_crossley_pivoting_width"  # the width that the campaign states is that of sound corners

@@ -26,7 +26,7 @@ TESTS = ["one", "two"]
 def local(tmp_path_factory):
     """The campaign, analysed without a cluster."""
     checkout = check_out(tmp_path_factory.mktemp("local"))
-    yaml = CAMPAIGN.replace("truth: truth.json\n", "")
+    yaml = CAMPAIGN
     add_campaign(checkout, "small", yaml, [(test, "", "squat") for test in TESTS])
     write_records(checkout / "raw/small", [(test, simulated("squat", i)) for i, test in enumerate(TESTS)])
     done = checkout.snakemake()

@@ -1,6 +1,5 @@
 """freerock check: every problem of configuration and files at once, each with its file and line."""
 
-import json
 import shutil
 from pathlib import Path
 
@@ -16,7 +15,6 @@ ROOT = Path(__file__).parents[2]
 YAML = """\
 title: Blocks
 origin: simulated
-truth: truth.json
 blocks:
   tall: {height_m: 0.28, width_m: 0.07, mass_kg: 5.84}
 foundations:
@@ -30,7 +28,6 @@ test,file,channel,block,foundation,laser
 a,a.tdms,,tall,marble,near
 b,b.tdms,top,tall,marble,table
 """
-TRUTH = {"a": {"model": "winkler", "runs": [{"k": 1e6, "c": 1e3}]}}
 
 
 def write_volts(path, unit, *channels):
@@ -51,7 +48,6 @@ def lab(tmp_path, monkeypatch):
     write_volts("raw/lab/a.tdms", "V", "laser")
     write_volts("raw/lab/b.tdms", "V", "top", "low")
     Path("raw/lab/table.csv").write_text("V,mm\n0,0\n10,50\n")
-    Path("raw/lab/truth.json").write_text(json.dumps(TRUTH))
     write_manifest("raw/lab", ["a.tdms"])
     return Path("raw/lab")
 
@@ -93,10 +89,6 @@ def truncated(raw):
     (raw / "b.tdms").write_bytes(whole[:-20])
 
 
-def no_truth(raw):
-    (raw / "truth.json").unlink()
-
-
 def no_raw(raw):
     shutil.rmtree(raw)
 
@@ -128,13 +120,8 @@ FILES = {
     ),
     "calibration that turns back": (
         lambda raw: edit(raw / "table.csv", "10,50", "10,50\n5,60"),
-        "config/campaigns/lab.yaml:10: lasers.table.calibration: raw/lab/table.csv: the columns don't rise "
+        "config/campaigns/lab.yaml:9: lasers.table.calibration: raw/lab/table.csv: the columns don't rise "
         "or fall throughout; give two lines or more, in order of the output",
-    ),
-    "truth is not JSON": (
-        lambda raw: (raw / "truth.json").write_text("{"),
-        "config/campaigns/lab.yaml:3: truth: raw/lab/truth.json: is not JSON (Expecting property name "
-        "enclosed in double quotes: line 1 column 2 (char 1)); restore the file, or remove the key truth",
     ),
     "no raw folder": (
         no_raw,
@@ -170,7 +157,7 @@ def test_problems_of_configuration_and_files_are_reported_together(lab, capsys):
     printed = capsys.readouterr()
     assert printed.out == ""
     assert [line.split(": ")[:2] for line in printed.err.splitlines()] == [
-        ["config/campaigns/lab.yaml:5", "blocks.tall.mass_kg"],
+        ["config/campaigns/lab.yaml:4", "blocks.tall.mass_kg"],
         ["config/campaigns/lab.csv:2", "file"],
         ["config/campaigns/lab.csv:3", "channel"],
     ]

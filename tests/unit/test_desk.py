@@ -38,7 +38,7 @@ def made(tmp_path_factory):
     recording = Recording(rate_hz=500.0)
     record = simulate_record(shape, laser, "hunt_crossley", releases, seed=2, recording=recording)
     (folder / "config/campaigns").mkdir(parents=True)
-    yaml = CAMPAIGN.replace("truth: truth.json\n", "")
+    yaml = CAMPAIGN
     (folder / "config/campaigns/small.yaml").write_text(yaml)
     (folder / "config/campaigns/small.csv").write_text(COLUMNS + LINES)
     write_records(folder / "raw/small", [("tall", record)])

@@ -124,7 +124,6 @@ YAML_MISTAKES = [  # what is replaced, by what; place and remedy
         "lab.yaml:11: lasers.near.calibration",
         "give a path below it",
     ),
-    ("measured", "measured\ntruth: truth.json", "lab.yaml:3: truth", "remove the key or set"),
     (
         "title",
         "fits: {models: [housner, hunt_crosley]}\ntitle",

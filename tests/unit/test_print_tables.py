@@ -4,12 +4,11 @@ import pytest
 from fabricated import campaign
 from reported import tables_of
 
-from freerock.jobs.print_tables import print_recovered, print_tables
+from freerock.jobs.print_tables import print_tables
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.latex import numbers_tex
 from freerock.tables.markdown import markdown
-from freerock.tables.paper import recovered_table
-from freerock.tables.printed import printed_recovered, printed_tables
+from freerock.tables.printed import printed_tables
 
 LABELS = {"b1": "Slender", "mat": "Soft mat"}
 
@@ -34,14 +33,3 @@ def test_printed_tables_are_those_of_the_datasets(tables, tmp_path):
     assert paper.index("{foundation_effect}") < paper.index("{comparison}")
     read = tables | {name: read_csv(file) for name, file in files.items()}  # a digit may lie at one half
     assert (tmp_path / "numbers.tex").read_text(encoding="utf-8") == numbers_tex(read)
-
-
-def test_recovered_values_are_written_in_three_forms(tables, tmp_path):
-    write_csv(tables["parameters"], tmp_path / "parameters.csv")
-    truth = {("b1_marble", 1, "hunt_crossley", "k"): 6.88e6}
-    print_recovered(tmp_path / "parameters.csv", truth, tmp_path / "recovered")
-    text = printed_recovered(recovered_table(tables["parameters"], truth)).text
-    assert text["Truth"].tolist() == ["6.8800·10⁶"]
-    assert "6.8800·10⁶" in (tmp_path / "recovered.md").read_text(encoding="utf-8")
-    assert (tmp_path / "recovered.csv").read_text().splitlines()[1].endswith("True,simulated")
-    assert (tmp_path / "recovered.tex").exists()

@@ -19,7 +19,6 @@ ROOT = Path(__file__).parents[2]
 CAMPAIGN = """\
 title: Two blocks on a mat
 origin: simulated
-truth: truth.json
 blocks:
   tall: {height_m: 0.28, width_m: 0.07, mass_kg: 5.84}
   squat: {height_m: 0.14, width_m: 0.07, mass_kg: 2.98}

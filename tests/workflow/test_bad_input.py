@@ -43,7 +43,6 @@ BAD = {
 }
 WAVEFORM = {"wf_increment": 1 / 2000, "wf_start_offset": 0.0, "unit_string": "V"}
 OUT = "left_out.tdms,,squat,mat,low,record,,the base was wet,"
-NO_TRUTH = CAMPAIGN.replace("truth: truth.json\n", "")
 
 
 def write_volts(path, properties, **channels):
@@ -87,7 +86,7 @@ def bad(tmp_path_factory):
     """A campaign of bad records, each processed; and the checksums of the replaced one."""
     checkout = check_out(tmp_path_factory.mktemp("bad"))
     add_campaign(
-        checkout, "bad", NO_TRUTH, [(test, "laser_2" * (test == "channel"), "squat") for test in BAD]
+        checkout, "bad", CAMPAIGN, [(test, "laser_2" * (test == "channel"), "squat") for test in BAD]
     )
     (checkout / "raw/bad").mkdir(parents=True)
     checksums = write_bad_records(checkout / "raw/bad")
@@ -114,7 +113,7 @@ def test_bad_record_is_told_in_one_line(bad, test):
 def test_others_finish_and_the_failed_one_is_named(tmp_path):
     checkout = check_out(tmp_path / "checkout")
     records = [("good", "", "squat"), ("missing", "", "tall"), ("left_out", "", "squat")]
-    add_campaign(checkout, "lab", NO_TRUTH, records)
+    add_campaign(checkout, "lab", CAMPAIGN, records)
     checkout.edit("config/campaigns/lab.csv", "left_out.tdms,,squat,mat,low,,,,", OUT)
     (checkout / "raw/lab").mkdir(parents=True)
     for seed, test in enumerate(("good", "left_out")):
@@ -163,6 +162,6 @@ def test_bad_configuration_is_told_before_anything_runs(tmp_path, new, key, told
     add_campaign(checkout, "lab", CAMPAIGN.replace("mass_kg: 5.84", new), [("one", "", "tall")])
     done = checkout.snakemake()
     assert done.returncode == 1
-    assert done.stderr.splitlines()[-1] == f"config/campaigns/lab.yaml:5: blocks.tall.{key}: {told}"
+    assert done.stderr.splitlines()[-1] == f"config/campaigns/lab.yaml:4: blocks.tall.{key}: {told}"
     assert "Traceback" not in done.stderr
     assert not (checkout / "results").exists()

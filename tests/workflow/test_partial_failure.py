@@ -28,7 +28,7 @@ TOLD = "unforeseen: ZeroDivisionError: injected; the log of the step has the tra
 def test_the_unforeseen_in_each_step(tmp_path):
     checkout = check_out(tmp_path / "checkout")
     tests = ["good", "bad_record", "bad_fit", "bad_quality"]
-    yaml = CAMPAIGN.replace("truth: truth.json\n", "")
+    yaml = CAMPAIGN
     add_campaign(checkout, "lab", yaml, [(test, "", "squat") for test in tests])
     (checkout / "raw/lab").mkdir(parents=True)
     for seed, test in enumerate(tests):

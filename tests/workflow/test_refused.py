@@ -9,7 +9,6 @@ def lab(tmp_path):
     checkout = check_out(tmp_path / "checkout")
     add_campaign(checkout, "lab", CAMPAIGN, [("one", "", "tall")])
     (checkout / "raw/lab").mkdir(parents=True)
-    (checkout / "raw/lab/truth.json").write_text("{}")
     return checkout
 
 
@@ -39,7 +38,7 @@ REFUSED = {
     no_config: "config/config.yaml: cannot be read (No such file or directory); put it back",
     studies: "config/config.yaml:1: campaigns: 'studies' is a folder of results; rename the campaign",
     no_raw_folder: "raw/lab: there is no such folder; put the record files there",
-    left_to_fill_in: "config/campaigns/lab.yaml:5: blocks.tall.mass_kg: is still to be filled in; "
+    left_to_fill_in: "config/campaigns/lab.yaml:4: blocks.tall.mass_kg: is still to be filled in; "
     "give the mass in kilograms",
 }
 

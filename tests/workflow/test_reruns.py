@@ -16,7 +16,7 @@ from freerock.virtual_lab.write_tdms import write_tdms
 
 REPORT = {"report": 1, "complete": 1}
 PAGES = REPORT | {"quality": 2}
-PRINTED = REPORT | {"printed_tables": 1, "recovered": 1}
+PRINTED = REPORT | {"printed_tables": 1}
 AFTER_TABLES = PRINTED | {"figures": 1}
 AFTER_FITS = PAGES | AFTER_TABLES | {"tables": 1}
 EVERYTHING = AFTER_FITS | {"record": 2, "fit": 2}

@@ -97,8 +97,6 @@ def products(name):
         *rules.report.output,
         *rules.complete.output,
     ]
-    if CAMPAIGNS[name].truth:
-        of_campaign += rules.recovered.output
     return expand(of_record, campaign=name, test=RECORDS[name]) + expand(of_campaign, campaign=name)
 
 
@@ -111,10 +109,6 @@ def printed_table(name, suffix, title):
         subcategory="Tables",
         labels={"table": title, "format": suffix},
     )
-
-
-def recovered_tables(wildcards):
-    return rules.recovered.output if campaign(wildcards).truth else []
 
 
 def desk_log(wildcards):

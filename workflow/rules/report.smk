@@ -10,7 +10,6 @@ rule report:
         tables=csv_tables(*REPORTED),
         other_tables=csv_tables(*sorted({*TIDY} - {*REPORTED})),
         printed=rules.printed_tables.output,
-        recovered=recovered_tables,
         figures=rules.figures.output.png,
         captions=rules.figures.output.captions,
         other_figures=[*rules.figures.output.pdf, *rules.figures.output.data],

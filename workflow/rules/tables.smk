@@ -1,4 +1,4 @@
-"""Tables of a campaign: as numbers, as they are printed, and beside the truth where it is simulated."""
+"""Tables of a campaign: as numbers, and as they are printed."""
 
 TIDY = [
     "runs",
@@ -63,25 +63,3 @@ rule printed_tables:
         "{wildcards.campaign}: tables as Markdown and LaTeX"
     script:
         "../scripts/printed_tables.py"
-
-
-rule recovered:
-    input:
-        parameters="results/{campaign}/tables/parameters.csv",
-        truth=lambda w: f"{campaign(w).raw}/{campaign(w).truth}",
-    output:
-        csv="results/{campaign}/tables/recovered.csv",
-        md=printed_table("recovered", "md", "Recovered against truth"),
-        tex="results/{campaign}/tables/recovered.tex",
-    log:
-        "results/{campaign}/logs/recovered.log",
-    benchmark:
-        "results/{campaign}/benchmarks/recovered.tsv"
-    conda:
-        "../envs/freerock.yaml"
-    params:
-        code=code("recovered"),
-    message:
-        "{wildcards.campaign}: identified against true values"
-    script:
-        "../scripts/recovered.py"

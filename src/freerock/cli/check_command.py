@@ -24,7 +24,6 @@ from freerock.errors import FreerockError, attempt
 from freerock.files import check_manifest, listed_checksums, sha256
 from freerock.models.block import density_if_square
 from freerock.units import in_base_units
-from freerock.virtual_lab.truth import read_truth
 
 if TYPE_CHECKING:
     from freerock.arrays import Floats
@@ -113,11 +112,6 @@ def check_files(source: Source) -> Iterator[FreerockError]:
                 yield _at(source.where("lasers", name, "calibration"), table)
             else:
                 tables[name] = table
-    if source.campaign and source.campaign.truth:
-        truth = attempt(read_truth, Path(source.raw, source.campaign.truth))
-        if isinstance(truth, FreerockError):
-            unread.add(source.campaign.truth)
-            yield _at(source.where("truth"), truth)
     csv = source.path.with_suffix(".csv")
     contents: dict[Path, Contents] = {}
     for line, record in source.records:

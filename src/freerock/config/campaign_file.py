@@ -108,7 +108,6 @@ class CampaignFile(Section):
     license: Text = key("the licence of the records", "")
     references: Text = key("publications, as doi:10.…/…", "")
     raw: Folder = key("the folder of the record files; by default raw/<name of the campaign>", "")
-    truth: str = key("the file of true values in the raw folder, of a simulated campaign", "")
     blocks: dict[Name, BlockSection] = key("one or more blocks, each by its name", min_length=1)
     foundations: dict[Name, FoundationSection] = key(
         "one or more foundations, each by its name", min_length=1
@@ -133,13 +132,6 @@ class CampaignFile(Section):
                 what = f"{other!r} and {name!r} are both printed as {section.label or name!r}"
                 raise Invalid(what, "give each its own label")
         return {name: s if s.label else s.model_copy(update={"label": name}) for name, s in sections.items()}
-
-    @field_validator("truth")
-    @classmethod
-    def _truth_is_simulated(cls, truth: Any, info: ValidationInfo) -> Any:
-        if truth and info.data.get("origin") == "measured":
-            raise Invalid("a measured campaign has no known truth", "remove the key or set origin: simulated")
-        return values.check_inside(truth) if truth else truth
 
     @field_validator("published")
     @classmethod

@@ -5,11 +5,10 @@ from pathlib import Path
 
 from freerock.figures.declared import declared
 from freerock.files import write_text
-from freerock.tables.csvfile import read_csv, write_csv
+from freerock.tables.csvfile import read_csv
 from freerock.tables.latex import latex, numbers_tex, paper_tex
 from freerock.tables.markdown import markdown
-from freerock.tables.paper import recovered_table
-from freerock.tables.printed import Printed, printed_recovered, printed_tables
+from freerock.tables.printed import Printed, printed_tables
 
 OF_PAPER = ("foundation_effect", "comparison")  # figures 2 and 3 of Spanos et al. 2017
 
@@ -43,25 +42,6 @@ def print_tables(
         for name, each in told.items()
     }
     write_text(Path(folder, "spanos2017.tex"), paper_tex(captions, ["table1", "table2", "table3"]))
-
-
-def print_recovered(
-    parameters: str | Path, truth: Mapping[tuple[str, int, str, str], float], stem: str | Path
-) -> None:
-    """Write the identified values of a simulated campaign beside the true ones: `stem`.csv, .md and .tex.
-
-    Parameters
-    ----------
-    parameters : path
-        CSV file of the tidy table.
-    truth : mapping of (str, int, str, str) to float
-        True value by test, run, model and parameter [SI].
-    stem : path
-        Path without suffix.
-    """
-    frame = recovered_table(read_csv(parameters), truth).assign(origin="simulated")
-    write_csv(frame, f"{stem}.csv")
-    _write(Path(stem), printed_recovered(frame))
 
 
 def _write(stem: Path, table: Printed) -> None:

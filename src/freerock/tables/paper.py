@@ -9,7 +9,6 @@ import pandas as pd
 import xarray as xr
 
 from freerock.columns import columns_of
-from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.block import Block
 from freerock.models.laws import LAWS, PAPER_MODELS, law_of
 from freerock.products.groups import usable_runs
@@ -207,34 +206,6 @@ def _mean(populations: pd.DataFrame) -> dict[str, float]:
     over = populations[populations["level"] == "foundation"]
     own = over if len(over) else populations[populations["level"] == "record"]
     return {name: float(own[name].median()) if len(own) else math.nan for name in ("mean", "u_total")}
-
-
-def recovered_table(
-    parameters: pd.DataFrame, truth: Mapping[tuple[str, int, str, str], float]
-) -> pd.DataFrame:
-    """Values identified in a simulated campaign beside those it was simulated with.
-
-    Parameters
-    ----------
-    parameters : pandas.DataFrame
-        Tidy table.
-    truth : mapping of (str, int, str, str) to float
-        True value by test, run, model and parameter, SI units; other models are left out.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Columns of recovered.csv but origin.
-    """
-    keys = parameters[["test", "run", "model", "parameter"]].astype(str).itertuples(index=False, name=None)
-    known = {(test, str(run), model, name): value for (test, run, model, name), value in truth.items()}
-    true = pd.Series([known.get(key, math.nan) for key in keys], parameters.index, float)
-    frame = parameters[true.notna()].assign(
-        truth=true,
-        error_percent=100 * (parameters["value"] / true - 1),
-        inside=(parameters["value"] - true).abs() <= NORMAL_95 * parameters["u_total"],
-    )
-    return frame[[name for name in columns_of("recovered") if name != "origin"]].reset_index(drop=True)
 
 
 def _published(

@@ -8,7 +8,7 @@ import pandas as pd
 
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import MODEL_LABELS, PAPER_MODELS
-from freerock.tables.number_text import SIMULATED_NOTE, fixed, percent, quantity, unit_text, with_unit
+from freerock.tables.number_text import SIMULATED_NOTE, fixed, percent, quantity, unit_text
 
 Labels = Mapping[str, str]
 PROCEDURE = "by the paper's own procedure: one motion over the whole run, no input or impact free"
@@ -160,25 +160,6 @@ def _restitution(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> P
     about = f"r of impacts from the peaks before and after. Laws {PROCEDURE}."
     caption = "Restitution of each impact, experiment and laws"
     return Printed(pd.DataFrame(lines, columns=heads), caption, [about, *notes])
-
-
-def printed_recovered(frame: pd.DataFrame) -> Printed:
-    """Cells of `paper.recovered_table`, with caption and notes."""
-    rows = [
-        {
-            "Record": row.test,
-            "Run": str(row.run),
-            "Parameter": with_unit(SYMBOLS[row.parameter], row.unit),
-            "Truth": quantity(row.truth, digits=5),
-            "Identified": quantity(row.value, row.u_total),
-            "Error / %": fixed(row.error_percent, 3),
-            "In 1.96 u": "yes" if row.inside else "no",
-        }
-        for row in frame.itertuples()
-    ]
-    inside = f"±: total standard uncertainty u. {frame['inside'].sum()} of {len(frame)} inside 1.96 u."
-    caption = "Identified values and those the records were simulated with"
-    return Printed(pd.DataFrame(rows), caption, [inside, SIMULATED_NOTE])
 
 
 def identified(mean: float, u: float) -> str:

@@ -1,12 +1,13 @@
 """Records of the virtual laboratory as National Instruments' TDMS files, with their truth and checksums."""
 
-from collections.abc import Iterable
+import json
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from freerock.files import atomic, write_manifest
-from freerock.virtual_lab.truth import write_truth
+from freerock.files import atomic, write_manifest, write_text
 from freerock.virtual_lab.virtual_record import VirtualRecord
 
 GROUP, CHANNEL = "rocking", "laser"
@@ -64,3 +65,8 @@ def write_records(folder: str | Path, records: Iterable[tuple[str, VirtualRecord
         truth[test] = record.truth
     write_truth(folder, truth)
     write_manifest(folder, [*(f"{test}.tdms" for test in truth), "truth.json"])
+
+
+def write_truth(folder: str | Path, truth: Mapping[str, Any]) -> None:
+    """Write truth.json into the folder of the records: what is true of each, by test."""
+    write_text(Path(folder, "truth.json"), json.dumps(truth, indent=1, ensure_ascii=False) + "\n")
