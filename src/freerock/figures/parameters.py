@@ -12,8 +12,8 @@ from freerock.arrays import Floats
 from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, styled
 from freerock.identification.significance_levels import NORMAL_95
-from freerock.models.laws import CANDIDATES, MODEL_LABELS, MODELS, law_of
-from freerock.tables.choices import named_by
+from freerock.models.laws import MODEL_LABELS, MODELS
+from freerock.tables.choices import laws_of_foundations, named_by
 from freerock.tables.number_text import quantity
 
 MOST_RECORDS = 12  # of a foundation: with more, as many of them evenly, without rows of their runs
@@ -56,9 +56,10 @@ def draw(
     figure, data : Figure, pandas.DataFrame
         Columns `COLUMNS`; SI units, u the total standard uncertainty, correlation with the first parameter.
     """
-    laws = _laws(parameters, choice)
+    fitted = set(parameters[parameters["success"].astype(bool)]["foundation"])
+    laws = {base: law for base, law in laws_of_foundations(choice).items() if law and base in fitted}
     if not laws:
-        return style.nothing_drawn("no run has a fit that may be used", origin), pd.DataFrame(columns=COLUMNS)
+        return style.nothing_drawn("no law is selected for any run", origin), pd.DataFrame(columns=COLUMNS)
     data = _data(parameters, populations, choice, laws)
     names = {base: [n for n in MODELS[law] if n in set(data["parameter"])] for base, law in laws.items()}
     beside = max(len(own) + (len(own) > 1) for own in names.values())
@@ -86,7 +87,7 @@ def draw(
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """Of which laws the parameters are, and how many runs and records are drawn."""
     if data.empty:
-        return "No run has a fit that may be used."
+        return "No law is selected for any run."
     known, told = labels or {}, list[str]()
     for (model, named), own in data.groupby(["model", "named_by"], sort=False):
         on = ", ".join(known.get(each, each) for each in own["foundation"].unique())
@@ -94,21 +95,6 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
         told.append(f"{MODEL_LABELS[model]}{f' ({on})' * several}, selected for {named}")
     drawn = style.number_of(data["test"].replace("", pd.NA).nunique(), "record")
     return f"Law{'s' * (len(told) > 1)}: {'; '.join(told)}. {drawn.capitalize()}."
-
-
-def _laws(parameters: pd.DataFrame, choice: pd.DataFrame) -> dict[str, str]:
-    """By foundation the law that most of its runs name; else one of a foundation that was fitted."""
-    found = {}
-    for foundation, own in parameters[parameters["success"].astype(bool)].groupby("foundation", sort=False):
-        here = choice[(choice["foundation"] == foundation) & (choice["status"] == "selected")]
-        named = here["model"].value_counts()
-        ranks = {
-            model: (-named.get(model, 0), not law_of(model).is_foundation)
-            for model in CANDIDATES
-            if model in set(own["model"])
-        }
-        found[str(foundation)] = min(ranks, key=ranks.__getitem__)
-    return found
 
 
 def _data(

@@ -12,17 +12,6 @@ from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, styled
 from freerock.models.block import Block
 
-COLUMNS = [
-    "block",
-    "height_m",
-    "width_m",
-    "R_m",
-    "theta_cr_deg",
-    "laser",
-    "beam",
-    "position_m",
-    "foundations",
-]
 BEAM: Style = {"color": "#b34700", "arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0}
 MOST_BESIDE, NARROWEST_IN = 4, 1.7  # panels, and each of them
 
@@ -44,7 +33,7 @@ def draw(
     Returns
     -------
     figure, data : Figure, pandas.DataFrame
-        Columns `COLUMNS`, a row per block and laser.
+        A row per block and laser: sizes, R, θ_cr, beam and its place, foundations.
     """
     rows = -(-len(set_ups) // style.fit_beside(min(len(set_ups), MOST_BESIDE), NARROWEST_IN))
     beside = -(-len(set_ups) // rows)
@@ -64,7 +53,7 @@ def draw(
     for ax in axes.ravel():
         ax.set_axis_off()
     style.footer(figure, origin)
-    return figure, pd.DataFrame(_rows(shown, set_ups), columns=COLUMNS)
+    return figure, pd.DataFrame(_rows(shown, set_ups))
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:

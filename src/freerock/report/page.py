@@ -26,7 +26,6 @@ from freerock.report.runs import (
     printed_runs,
     printed_tests,
 )
-from freerock.report.settings import settings
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.choices import laws_of_foundations
 from freerock.tables.number_text import SIMULATED_NOTE
@@ -128,7 +127,6 @@ def _content(
         "records": printed_records(tables["populations"], laws, labels),
         "by_hand": by_hand(changes, config),
         "looked": changes_seen(changes, runs),
-        "settings": settings(config),
     }
 
 
