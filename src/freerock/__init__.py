@@ -14,10 +14,9 @@ if TYPE_CHECKING:
     from freerock.config.processing import RotationOptions as RotationOptions
     from freerock.config.processing import RunLimits as RunLimits
     from freerock.errors import FreerockError as FreerockError
-    from freerock.identification.epsilon_theta import epsilon_theta as epsilon_theta
-    from freerock.identification.fit import Fit as Fit
     from freerock.identification.fit import fit_record as fit_record
     from freerock.identification.fit import fit_run as fit_run
+    from freerock.identification.fitted import Fit as Fit
     from freerock.identification.lmfit_models import HousnerModel as HousnerModel
     from freerock.identification.lmfit_models import HuntCrossleyModel as HuntCrossleyModel
     from freerock.identification.lmfit_models import WinklerModel as WinklerModel
@@ -55,8 +54,8 @@ _ROOMS = {  # module: the public names it holds
     "config.fit_settings": ("FitSettings",),
     "config.processing": ("ImpactLimits", "RotationOptions", "RunLimits"),
     "errors": ("FreerockError",),
-    "identification.epsilon_theta": ("epsilon_theta",),
-    "identification.fit": ("Fit", "fit_record", "fit_run"),
+    "identification.fit": ("fit_record", "fit_run"),
+    "identification.fitted": ("Fit",),
     "identification.lmfit_models": ("HousnerModel", "HuntCrossleyModel", "WinklerModel"),
     "loaded_record": ("LoadedRecord", "LoadedRun", "load"),
     "models.block": ("Block",),

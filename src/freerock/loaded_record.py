@@ -12,7 +12,8 @@ from freerock.config.mistakes import refuse, validate
 from freerock.config.processing import RotationOptions
 from freerock.config.uncertainty import inputs_of
 from freerock.errors import FreerockError
-from freerock.identification.fit import Fit, fit_record
+from freerock.identification.fit import fit_record
+from freerock.identification.fitted import Fit
 from freerock.models.block import Block
 from freerock.rotation.laboratory import UNITS, Input, Laboratory
 from freerock.rotation.of_record import rotation_in
@@ -41,7 +42,11 @@ class LoadedRun:
     found: Run
     impacts: Impacts
     motion: Motion
-    record: "LoadedRecord" = field(repr=False)
+    record: "LoadedRecord"
+
+    def __repr__(self) -> str:
+        run, level = self.found, self.found.verdict.level
+        return f"run {run.number}, released at {run.release_s:.3f} s: {level}, {run.n_impacts} impacts"
 
     def fit(self, law: str, settings: FitSettings = FIT_SETTINGS) -> Fit:
         """The fit of a law to this run, as the workflow has it: beside the other runs of its record.
@@ -75,9 +80,12 @@ class LoadedRecord:
 
     data: xr.Dataset
     block: Block
-    motions: Mapping[int, Motion] = field(repr=False)
-    found: Measured = field(repr=False)
-    _fits: dict[str, dict[int, Fit]] = field(default_factory=dict, init=False, repr=False)
+    motions: Mapping[int, Motion]
+    found: Measured
+    _fits: dict[str, dict[int, Fit]] = field(default_factory=dict, init=False)
+
+    def __repr__(self) -> str:
+        return "\n".join(map(str, self.runs))
 
     @property
     def theta(self) -> xr.DataArray:
@@ -128,6 +136,17 @@ def load(
     FreerockError
         The file can't be read, holds several channels of which none is named, or shows no rest; an
         uncertainty of nothing that is known.
+
+    Examples
+    --------
+    >>> import freerock
+    >>> block = freerock.Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
+    >>> laser = freerock.Laser(beam="horizontal", position_m=0.20, range_m=0.1)
+    >>> record = freerock.load("raw/palermo_virtual/config2_marble.tdms", block, laser)
+    >>> record
+    run 1, released at 5.830 s: ok, 46 impacts
+    run 2, released at 19.529 s: ok, 46 impacts
+    run 3, released at 34.480 s: ok, 44 impacts
     """
     lasers = (laser,) if isinstance(laser, Laser) else tuple(laser)
     names = (channel,) if isinstance(channel, str) else tuple(channel)

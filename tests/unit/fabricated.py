@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from freerock.errors import FreerockError
-from freerock.identification.fit import Curve, Evidence, Fit, ImpactScatter, Uncertainty
+from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, Uncertainty
 from freerock.identification.paper_fit import PaperFit
 from freerock.identification.scatter import Scatter
 from freerock.models.given import legal

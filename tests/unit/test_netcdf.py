@@ -15,7 +15,7 @@ import xarray as xr
 
 from freerock.errors import FreerockError
 from freerock.files import sha256
-from freerock.identification.fit import Curve, Evidence, Fit, ImpactScatter, Uncertainty
+from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, Uncertainty
 from freerock.identification.paper_fit import PaperFit
 from freerock.identification.scatter import Scatter
 from freerock.models.given import legal

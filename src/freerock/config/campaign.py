@@ -64,6 +64,12 @@ def load_config(
     ------
     ConfigError
         All problems of all files.
+
+    Examples
+    --------
+    >>> campaign = load_config("config/config.yaml", ["palermo_virtual"]).campaigns["palermo_virtual"]
+    >>> len(campaign.records), [*campaign.blocks]
+    (6, ['config1', 'config2', 'config3'])
     """
     problems: list[FreerockError] = []
     sources = [read_campaign(each) for each in campaign_paths(path, campaigns, problems)]
@@ -85,6 +91,11 @@ def load_campaign(path: str | Path, table: bytes | None = None) -> Campaign:
     ------
     ConfigError
         All problems of both files.
+
+    Examples
+    --------
+    >>> load_campaign("config/campaigns/palermo_virtual.yaml").origin
+    'simulated'
     """
     source = read_campaign(path, table)
     if source.campaign is None:

@@ -1,12 +1,13 @@
 """One candidate on the runs of a record: model of a run, start, least squares by lmfit, scatter of impacts.
 
 A fit goes `settings` → `run_model` → `start` → `posed` (the least squares) → `scatter` → `goodness` →
-`posterior` → `fit`; `paper_fit` is the paper's own.
+`posterior` → `fit`, which gives `fitted.Fit`; `paper_fit` is the paper's own.
 """
 
 __all__ = [
     "epsilon_theta",
     "fit",
+    "fitted",
     "goodness",
     "lmfit_models",
     "paper_fit",

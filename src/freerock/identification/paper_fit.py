@@ -14,7 +14,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.config.fit_settings import FitSettings
 from freerock.identification.epsilon_theta import epsilon_theta
-from freerock.identification.fit import Curve
+from freerock.identification.fitted import Curve
 from freerock.identification.posed import Ended, Posed, minimised
 from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel
 from freerock.identification.start import scan, scan_whole

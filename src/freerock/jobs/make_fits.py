@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import lmfit
 
 from freerock.config.processing import ImpactLimits
-from freerock.identification.fit import Fit
+from freerock.identification.fitted import Fit
 from freerock.identification.paper_fit import PaperFit
 from freerock.models.block import Block
 from freerock.models.laws import MODELS

@@ -82,6 +82,12 @@ def accelerogram(
     ------
     FreerockError
         Times that do not increase, samples that are not finite or of another length.
+
+    Examples
+    --------
+    >>> motion = accelerogram([0.0, 0.1, 0.2], x=[0.0, 2.0, 0.0])
+    >>> motion([0.05, 0.15, 0.3])[0].round(3).tolist()
+    [1.0, 1.0, 0.0]
     """
     time = np.array(time_s, dtype=float)
     if time.ndim != 1 or time.size < 2 or not np.all(np.diff(time) > 0):

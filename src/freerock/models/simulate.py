@@ -116,6 +116,14 @@ def simulate(
     ------
     FreerockError
         Unknown model, missing or negative parameter, time not increasing, and the like.
+
+    Examples
+    --------
+    >>> import freerock
+    >>> block = freerock.Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
+    >>> bed, time = {"k": 6.77e6, "c": 2.17e4}, [0.0, 0.1, 0.2, 0.3]
+    >>> freerock.simulate("winkler", block, bed, time, theta0=0.17).theta.round(4).tolist()
+    [0.17, 0.1552, 0.1037, -0.0066]
     """
     start = theta0 if isinstance(theta0, State) else State(0.0, 0.0, theta0, 0.0)
     instants = check_scene(model, block, parameters, time, start, base_excitation, rules, solver.rtol)

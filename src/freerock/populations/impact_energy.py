@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from freerock.arrays import Floats
 from freerock.config.processing import RUN_LIMITS
-from freerock.identification.fit import Fit
+from freerock.identification.fitted import Fit
 from freerock.models.block import Block
 from freerock.models.contact import Foundation, energy
 from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, law_of

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.fit import Fit
+from freerock.identification.fitted import Fit
 from freerock.models.block import Block
 from freerock.populations.impact_energy import ImpactEnergy
 from freerock.runs.impacts import Impacts

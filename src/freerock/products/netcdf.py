@@ -32,7 +32,7 @@ INPUTS_GROUP, PAPER_GROUP = "inputs", "paper_{}"  # in that of a fit; of a law, 
 if TYPE_CHECKING:
     import lmfit
 
-    from freerock.identification.fit import Fit
+    from freerock.identification.fitted import Fit
     from freerock.identification.paper_fit import PaperFit
     from freerock.noise.spectrum import Noise
     from freerock.populations.impact_energy import ImpactEnergy

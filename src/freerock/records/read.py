@@ -67,6 +67,12 @@ def read_record(
         A missing, truncated, empty or unreadable file; an unknown format; a missing channel; several time
         bases; no sampling rate, or a unit of time that is not understood; time stamps that no even grid fits.
         Nothing else leaves this function.
+
+    Examples
+    --------
+    >>> record = read_record("raw/palermo_virtual/config2_marble.tdms")
+    >>> print(*record.data_vars, record.attrs["sampling_rate_hz"])
+    laser 2000.0
     """
     path = Path(path)
     with _opened(path) as contents:
@@ -104,6 +110,11 @@ def list_channels(path: str | Path) -> Named:
     ------
     FreerockError
         As of `read_record`, as far as the samples need not be read.
+
+    Examples
+    --------
+    >>> print(*list_channels("raw/palermo_virtual/config2_marble.tdms"))
+    laser
     """
     path = Path(path)
     with _opened(path) as contents:

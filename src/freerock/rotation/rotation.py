@@ -90,6 +90,16 @@ def find_rotation(
     FreerockError
         Uneven time, or samples further apart than `SLOWEST_S`; no unit or a contradiction; no valid sample; a
         constant signal; an AC-coupled channel; no rest phase; two lasers that don't fit together.
+
+    Examples
+    --------
+    >>> import freerock
+    >>> block = freerock.Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
+    >>> laser = freerock.Laser(beam="horizontal", position_m=0.20, range_m=0.1)
+    >>> volts = freerock.read_record("raw/palermo_virtual/config2_marble.tdms")["laser"]
+    >>> data = freerock.find_rotation(volts["time"], volts, laser, block, volts.units)
+    >>> print(f"{data['theta'].max().item():.3f} rad, {data.attrs['noise_v']:.4f} V")
+    0.181 rad, 0.0020 V
     """
     lasers = (laser,) if isinstance(laser, Laser) else tuple(laser)
     time_s, signals = numbers("time", time_s), _channels(signal, lasers)

@@ -101,7 +101,17 @@ class View:
 
 
 def view_of(lasers: Sequence[Laser], block: Block) -> View | None:
-    """How one or two lasers show the rotation; None if the channel is the rotation itself."""
+    """How one or two lasers show the rotation; None if the channel is the rotation itself.
+
+    Examples
+    --------
+    >>> import freerock
+    >>> block = freerock.Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
+    >>> laser = freerock.Laser(beam="horizontal", position_m=0.20, range_m=0.1)
+    >>> view = freerock.view_of([laser], block)
+    >>> freerock.WinklerModel(block, view=view).param_names
+    ['k', 'c', 'theta0', 't0']
+    """
     first = lasers[0]
     own = {key: getattr(first, key) for key in KEYS}
     if len(lasers) > 1 or first.beam is None:

@@ -109,6 +109,16 @@ def find_impacts(
     -------
     Impacts
         Empty arrays where no impact stands out.
+
+    Examples
+    --------
+    >>> import freerock
+    >>> block = freerock.Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
+    >>> time = [0.001 * i for i in range(2000)]
+    >>> theta = freerock.simulate("housner", block, {"r": 0.93}, time, theta0=0.17).theta
+    >>> impacts = freerock.find_impacts(time, theta, 0.0, block, theta0=0.17)
+    >>> impacts.restitution[:3].round(4).tolist()
+    [0.93, 0.93, 0.93]
     """
     motion = _motion(time_s, theta, sigma_theta)
     swings = _swings(motion, limits)

@@ -128,6 +128,17 @@ def find_runs(
     ------
     FreerockError
         No release found, and none set by hand.
+
+    Examples
+    --------
+    >>> import freerock
+    >>> block = freerock.Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
+    >>> laser = freerock.Laser(beam="horizontal", position_m=0.20, range_m=0.1)
+    >>> volts = freerock.read_record("raw/palermo_virtual/config2_marble.tdms")["laser"]
+    >>> data = freerock.find_rotation(volts["time"], volts, laser, block, volts.units)
+    >>> signal = (data[name] for name in ("time", "theta", "sigma_theta", "flags"))
+    >>> [round(run.release_s, 2) for run in freerock.find_runs(*signal, block)]
+    [5.83, 19.53, 34.48]
     """
     signal = signal_of(time_s, theta, sigma_theta, flags, quality.converter_step)
     own = still or at_rest(signal.t, signal.theta, signal.sigma, signal.converter_step, limits.window_s)

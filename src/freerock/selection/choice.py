@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from freerock.identification.fit import Fit
+from freerock.identification.fitted import Fit
 from freerock.identification.goodness import louder
 from freerock.identification.significance_levels import TELLS
 from freerock.models.laws import MODEL_LABELS

@@ -4,7 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from freerock.errors import FreerockError
-from freerock.identification.fit import Fit, Followers, finished, settled
+from freerock.identification.fit import Followers, finished, settled
+from freerock.identification.fitted import Fit
 from freerock.identification.paper_fit import PaperFit, paper_fit
 from freerock.identification.significance_levels import REJECTS
 from freerock.models.block import Block

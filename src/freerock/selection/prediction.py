@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import stdtr
 
 from freerock.arrays import Floats
-from freerock.identification.fit import Fit
+from freerock.identification.fitted import Fit
 from freerock.identification.posed import Posed, minimised
 from freerock.identification.run_model import Point, RunModel
 from freerock.identification.start import START, crossings_s, horizons_s

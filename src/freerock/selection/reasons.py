@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import ndtr, stdtr
 
 from freerock.arrays import Floats
-from freerock.identification.fit import Fit
+from freerock.identification.fitted import Fit
 from freerock.identification.scatter import Told, find_scatter
 from freerock.identification.significance_levels import PULLED, WARNS
 from freerock.identification.start import crossings_s
