@@ -13,7 +13,6 @@ from freerock.records.read import read_record
 N = 200
 VOLTS = np.linspace(1, 2, N)
 REMEDY = "; correct the one that is wrong, or "
-TWO = "gives 2000 Hz and {} gives 1000 Hz" + REMEDY + "leave it out"
 
 
 def text(path, *above, step=None):
