@@ -4,6 +4,7 @@
 # make slurm         what jobs on a Slurm cluster need besides
 # make peers         the engines of other fields that docs/validation.md compares, in an environment of their own
 # make dist          wheel and sdist, in dist
+# make evidence      studies whose tables are older than the code they judge, then the numbers of the documentation
 # make docs          set up, then build the site in site/
 # make test-cluster  tests on a real Slurm, where its programs are installed
 # make lock          renew the pinned versions
@@ -27,7 +28,7 @@ UV := uv pip install --python $(VENV) --quiet --no-cache --require-hashes --no-d
 PIP := python -m pip install --quiet --no-compile --require-hashes --no-deps
 COMPILE := uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-annotate --no-header
 
-.PHONY: all setup warm slurm peers lint quick test tests docs test-cluster dist lock clean
+.PHONY: all setup warm slurm peers lint quick test tests evidence docs test-cluster dist lock clean
 
 all: setup
 	snakemake
@@ -96,7 +97,12 @@ test: setup $(DEVELOPMENT)
 tests: setup $(DEVELOPMENT)
 	$(TESTS)
 
+evidence: setup peers $(DEVELOPMENT)
+	python -m freerock_bench.evidence
+
+# Each table of the studies says whether the code that it judges is newer.
 docs: setup $(DEVELOPMENT)
+	python -m freerock_bench.evidence none
 	python -m freerock_bench.site
 
 test-cluster: setup $(DEVELOPMENT) $(SLURM)

@@ -3,8 +3,6 @@
 record file → record → fit → quality, tables, figure → report → complete
 """
 
-from importlib.util import find_spec
-
 from snakemake.utils import min_version
 
 min_version("9.27")
@@ -15,11 +13,6 @@ include: "workflow/rules/records.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
-
-
-if find_spec("freerock_bench"):  # a wheel holds no studies
-
-    include: "workflow/rules/studies.smk"
 
 
 rule all:

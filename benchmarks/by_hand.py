@@ -1,7 +1,7 @@
 """A fit as a laboratory would write it: lmfit around SciPy's solve_ivp, and the paper's objective ε_θ.
 
-    python -m freerock_bench.scattered FOLDER 12 0 0.01     # records with θ(t) and their truth
-    python benchmarks/by_hand.py FOLDER/*.npz > by_hand.csv
+    python -m freerock_bench.evidence by_hand                                     # this beside freerock
+    python benchmarks/by_hand.py results/studies/by_hand/*/records/*.npz          # on the same records, alone
 
 Block, angle and instant of the release are taken as measured; k and c or λ are fitted to the whole first run
 of each record, from the values of table 2. It imports nothing of freerock.

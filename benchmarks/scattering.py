@@ -2,7 +2,7 @@
 
 python benchmarks/scattering.py FOLDER, then snakemake --directory FOLDER
 
-writes records in volts of the second simulator (`freerock_bench.rocking`), and their configuration.
+writes records in volts of the second simulator (`freerock_bench.springs`), and their configuration.
 """
 
 import sys

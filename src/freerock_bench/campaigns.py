@@ -6,49 +6,112 @@ uncertainty; what is true. It stands on a foundation of its own, so that nothing
 
 import json
 import math
-import subprocess
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import chdir
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from freerock.config import step_settings as settings
+from freerock.config.campaign import load_config
 from freerock.identification.significance_levels import NORMAL_95
+from freerock.jobs.descriptions import described
+from freerock.jobs.make_fits import make_fits
+from freerock.jobs.make_record import make_record
+from freerock.jobs.make_tables import make_tables
 from freerock.models.laws import Candidate
-from freerock.tables.csvfile import read_csv, write_csv
-from freerock_bench.document import in_markdown, renew
+from freerock.tables.csvfile import read_csv
+from freerock_bench.document import in_markdown
 
 ROOT = Path(__file__).parents[2]
-TABLES = ("runs", "reasons", "choice", "parameters", "restitution", "populations", "predictions", "epsilon")
+TABLES = (
+    "runs",
+    "reasons",
+    "choice",
+    "parameters",
+    "restitution",
+    "populations",
+    "predictions",
+    "epsilon",
+    "paper",
+)
 SAME_RUN_S, SAME_IMPACT_S = 0.5, 0.02
-COLUMNS = ["case", "parameter", "truth", "value", "stderr", "u", "inside", "test", "run", "law", "kinematics"]
-COLUMNS += ["block", "foundation", "note"]
+EVIDENCE = "−2 ln evidence"  # of a candidate over the selected one, which is `inside`
+COLUMNS = ["case", "parameter", "truth", "value", "stderr", "u", "inside", "test", "run", "scene", "note"]
 """A row per case and number: truth, value, stderr (of the noise), u (with all else that is known) [SI];
-whether the 95 % interval holds the truth. Of a question with yes and no, `inside` is the answer."""
+whether the 95 % interval holds the truth. Of a question with yes and no, `inside` is the answer. The scene is
+law, kinematics, block and foundation."""
+SCENE = ("law", "kinematics", "block_name", "foundation")
 Row = dict[str, Any]
 Tables = Mapping[str, pd.DataFrame]
 
 
-def analysed(folder: Path, records: Mapping[str, Path], cores: int = 1) -> Tables:
-    """Tables of a campaign of records, by its workflow in a folder of its own; what is there is kept.
+def study(
+    folder: Path,
+    make: Callable[[Path, Any], Path],
+    cases: Sequence[Any],
+    case_of: Callable[[Any], str],
+    cores: int = 1,
+) -> pd.DataFrame:
+    """The long table of a study: records of cases, made where they are not there, analysed, graded.
 
     Parameters
     ----------
     folder : Path
-    records : mapping of str to Path
-        By the name of the test.
+        Of records and results; what is there is kept.
+    make : callable
+        Of a folder and a case: writes its record, and returns the path.
+    cases : sequence
+    case_of : callable
+        Of a record: its case in the table.
     cores : int
     """
+    with ProcessPoolExecutor(cores) as pool:
+        paths = [*pool.map(make, [folder / "records"] * len(cases), cases)]
+    records = {path.stem: path for path in paths}
     _write(folder, records)
-    targets = [f"results/bench/tables/{name}.csv" for name in TABLES]
-    command = [sys.executable, "-m", "snakemake", "--snakefile", ROOT / "Snakefile", "--directory", folder]
-    command += ["--profile", ROOT / "profiles/default", "--cores", str(cores), *targets]
-    done = subprocess.run([*map(str, command)], cwd=folder, capture_output=True, text=True)
-    if done.returncode:
-        raise SystemExit(done.stdout[-3000:] + done.stderr[-3000:])
-    return {name: read_csv(folder / target) for name, target in zip(TABLES, targets, strict=True)}
+    return graded(analysed(folder, "bench", cores), records, case_of)
+
+
+def analysed(folder: Path, campaign: str, cores: int = 1) -> Tables:
+    """Tables of the campaign of a folder, by the jobs of the workflow; products that are there are kept."""
+    with chdir(folder):
+        section = load_config("config/config.yaml", [campaign]).campaigns[campaign]
+        told, out = {campaign: settings.descriptions(section)}, Path("results", campaign)
+        of_records = [
+            (
+                each.test,
+                described(settings.record_settings(section, each, ""), told),
+                described(settings.fit_settings(section, each), told),
+            )
+            for each in section.records
+        ]
+        for kind in ("records", "fits"):
+            (out / kind).mkdir(parents=True, exist_ok=True)
+        with ProcessPoolExecutor(cores) as pool:
+            done = [pool.submit(_analyse, out, *each) for each in of_records]
+            for each in done:
+                each.result()
+        of_tables: dict[str, Any] = {"blocks": settings.geometries(section), "published": None}
+        of_tables |= {"release_angles_deg": settings.release_angles(section)}
+        of_tables |= {"debonding": section.fits.debonding}
+        records, fits = (
+            [out / kind / f"{test}.nc" for test, *_ in of_records] for kind in ("records", "fits")
+        )
+        make_tables(of_tables, records, fits, out / "tables")
+        return {name: read_csv(out / f"tables/{name}.csv") for name in TABLES}
+
+
+def _analyse(out: Path, test: str, record_settings: Any, fit_settings: Any) -> None:
+    """Write the dataset of a record and its fits."""
+    record, fits = (out / kind / f"{test}.nc" for kind in ("records", "fits"))
+    if not record.exists():
+        make_record(record_settings, record)
+    if not fits.exists():
+        make_fits(fit_settings, record, fits)
 
 
 def _write(folder: Path, records: Mapping[str, Path]) -> None:
@@ -88,39 +151,45 @@ def graded(tables: Tables, records: Mapping[str, Path], case_of: Callable[[Any],
     rows = []
     for test, path in records.items():
         truth = np.load(path)
-        own = {name: table[table["test"] == test] for name, table in tables.items() if "test" in table}
-        scene = {name: str(truth[f"true_{name}"]) for name in ("law", "foundation")} | {
-            "case": case_of(truth)
-        }
-        scene |= {"test": test, "block": str(truth["true_block_name"])}
-        scene["kinematics"] = str(truth["true_kinematics"]) if "true_kinematics" in truth else ""
-        law, kinematics = scene["law"], scene["kinematics"]
-        right = [Candidate(law, kinematics).name] if kinematics else []
-        rows += [scene | row for row in rows_of_record(own, truth, right)]
+        law, kinematics, *where = (str(truth[f"true_{name}"]) for name in SCENE)
+        of = {"case": case_of(truth), "test": test, "scene": " ".join([law, kinematics, *where])}
+        right = [Candidate(law, kinematics, width).name for width in (False, True)] if kinematics else []
+        rows += [of | row for row in rows_of_record(of_test(tables, test), truth, right)]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
+def of_test(tables: Tables, test: str) -> Tables:
+    """The rows of a record."""
+    return {name: table[table["test"] == test] for name, table in tables.items()}
+
+
 def rows_of_record(own: Tables, truth: Mapping[str, Any], right: Sequence[str]) -> Iterator[Row]:
-    """Rows of a record; candidates that are right, none where no law is true."""
+    """Rows of a record; candidates that are right, with the width freed or not, none where no law is true."""
     found = {}
     for j, begins in enumerate(truth["begins_s"]):
         near = own["runs"][(own["runs"]["release_s"] - begins).abs() < SAME_RUN_S]
         level = str(near["verdict"].iloc[0]) if len(near) else "missed"
-        note = str(near["reasons"].iloc[0]) if len(near) else ""
-        for each in ("ok", "warn", "fail", "missed"):
-            yield {"parameter": f"verdict {each}", "inside": level == each, "run": j + 1, "note": note}
+        own_reasons = own["reasons"][own["reasons"]["run"].isin(near["run"])]["reason"].unique()
+        note = " ".join([level, *own_reasons])
+        yield {"parameter": "verdict ok", "inside": level == "ok", "run": j + 1, "note": note}
+        yield {"parameter": "run is used", "inside": level in ("ok", "warn"), "run": j + 1}
         if len(near) and level != "fail":
             found[str(near["run"].iloc[0])] = j
     selected = [*own["choice"].loc[own["choice"]["status"] == "selected", "model"]]
-    fitted = {*own["parameters"]["model"]}
-    model = next(
-        (name for name in (*(each for each in selected if each in right), *right) if name in fitted), ""
-    )
+    model = (selected or [*right] or [""])[0]
+    for row in own["choice"].drop_duplicates("model").dropna(subset="minus_two_log").itertuples():
+        named = {"inside": row.status == "selected", "note": row.model}
+        yield {"parameter": EVIDENCE, "value": row.minus_two_log} | named
     if right:
         yield from _choice(own["choice"], right)
     else:
-        model = selected[0] if selected else ""
+        yield {"parameter": "law selected", "note": model}
     yield from _parameters(own["parameters"][own["parameters"]["model"] == model], truth, found)
+    for row in own["paper"][own["paper"]["model"] == model].itertuples():
+        key = f"run{found.get(str(row.run), -1)}_{row.parameter}"
+        if key in truth:
+            numbers = {"truth": float(truth[key]), "value": row.value, "run": row.run}
+            yield {"parameter": f"{row.parameter} by the paper's objective"} | numbers
     if "true_sigma_r" in truth:
         true = float(truth["true_sigma_r"])
         for row in own["epsilon"][own["epsilon"]["model"] == model].head(1).itertuples():
@@ -143,14 +212,15 @@ def _choice(choice: pd.DataFrame, right: Sequence[str]) -> Iterator[Row]:
         answers = {
             "true law first": bool({*selected} & {*right}),
             "true law in the set": bool(among & {*right}),
+            "named alone, wrongly": not among & {*right} and bool(explained),
         }
-        answers |= {"named alone, wrongly": not among & {*right} and bool(explained)}
         for parameter, answer in answers.items():
-            yield {"parameter": parameter, "inside": answer, "run": run, "note": " ".join(selected)}
+            note = {"note": " ".join(selected)} if parameter == "true law first" else {}
+            yield {"parameter": parameter, "inside": answer, "run": run} | note
 
 
 def _parameters(fits: pd.DataFrame, truth: Any, runs: Mapping[str, int]) -> Iterator[Row]:
-    """Numbers of the fits of the true law."""
+    """Numbers of the fits of the law that is selected."""
     fits = fits[fits["success"].astype(str) == "True"]
     for row in fits.itertuples():
         if row.parameter in ("theta0", "t0"):
@@ -168,9 +238,9 @@ def _restitution(
     """r by energy of each impact, against the ratio of true energies."""
     release = {str(row.run): row.release_s for row in runs.itertuples()}
     for row in table[table["source"] == "experiment"].itertuples():
-        if str(row.run) not in known or not math.isfinite(row.r_energy):
+        j = known.get(str(row.run), -1)
+        if f"run{j}_volts_r_energy" not in truth or not math.isfinite(row.r_energy):
             continue
-        j = known[str(row.run)]
         apart = np.abs(truth[f"run{j}_volts_impacts_s"] - release[str(row.run)] - row.time_s)
         at = int(np.argmin(apart))
         if apart[at] < SAME_IMPACT_S:
@@ -202,83 +272,30 @@ def _means(table: pd.DataFrame, truth: Any, model: str) -> Iterator[Row]:
 def number_row(parameter: str, truth: float, value: float, stderr: float, u: float) -> Row:
     """A number against its truth."""
     inside = abs(value - truth) <= NORMAL_95 * u if math.isfinite(u) else math.nan
-    return {
-        "parameter": parameter,
-        "truth": truth,
-        "value": value,
-        "stderr": stderr,
-        "u": u,
-        "inside": inside,
-    }
+    known = {"truth": truth, "value": value, "stderr": stderr, "u": u, "inside": inside}
+    return {"parameter": parameter} | known
 
 
 def summary(frame: pd.DataFrame) -> pd.DataFrame:
     """Of each case and parameter: n, percent inside, medians of |error| and u in per cent of the truth."""
-    known = frame[frame["inside"].notna()].copy()
+    counts = (frame["inside"].notna() | frame["value"].notna()) & (frame["parameter"] != EVIDENCE)
+    known = frame[counts].copy()
     percent = 100 / known["truth"].astype(float).abs()
     known["error_percent"] = (known["value"] - known["truth"]).abs() * percent
     known["u_percent"] = known["u"] * percent
     known["inside_percent"] = 100 * known["inside"].astype(float)
     groups = known.groupby(["case", "parameter"], sort=False)
-    return groups.agg(
-        n=("inside", "size"),
-        inside_percent=("inside_percent", "mean"),
-        error_percent=("error_percent", "median"),
-        u_percent=("u_percent", "median"),
-    ).reset_index()
+    medians = {name: (name, "median") for name in ("error_percent", "u_percent")}
+    return groups.agg(n=("test", "size"), inside_percent=("inside_percent", "mean"), **medians).reset_index()
 
 
 def markdown(frame: pd.DataFrame) -> str:
     """A row per parameter, a column per case: share inside, number, median error."""
     cases, cells = list(frame["case"].unique()), {}
     for row in summary(frame).itertuples():
+        share = f"{row.inside_percent:.0f} % of " if math.isfinite(row.inside_percent) else ""
         error = f", {row.error_percent:.2g} %" if math.isfinite(row.error_percent) else ""
-        cells[row.parameter, row.case] = f"{row.inside_percent:.0f} % of {row.n}{error}"
-    rows = [[name, *(cells.get((name, each), "") for each in cases)] for name in frame["parameter"].unique()]
-    return in_markdown(["share, number, median error", *cases], rows)
-
-
-def finish(frame: pd.DataFrame, name: str, document: str = "") -> None:
-    """Write the long table and its summary, print, and renew the table of a document where one is named."""
-    write_csv(frame, Path("results/studies", f"{name}.csv"))
-    print(markdown(frame))
-    if document:
-        write_csv(summary(frame), ROOT / "docs/evidence" / f"{name}.csv")
-        renew(document, name, markdown(frame))
-
-
-def worst(frame: pd.DataFrame, n: int = 10) -> str:
-    """The numbers farthest from their truth, in u."""
-    off = ((frame["value"] - frame["truth"]) / frame["u"]).astype(float).abs()
-    rows = frame.assign(z=off).nlargest(n, "z")
-    shown = ["z", "case", "test", "run", "law", "kinematics", "block", "foundation", "parameter"]
-    return str(rows[shown].to_string())
-
-
-def made(maker: Callable[[Any], Path], cases: Sequence[Any]) -> dict[str, Path]:
-    """Records of cases by the names of their tests."""
-    paths = [maker(case) for case in cases]
-    return {path.stem: path for path in paths}
-
-
-def listed(tables: Tables, records: Mapping[str, Path]) -> str:
-    """Of each record where no law is true: the law selected and why, its reasons, k over the edge's."""
-    lines = []
-    for test, path in records.items():
-        truth, own = np.load(path), {name: table[table["test"] == test] for name, table in tables.items()}
-        chosen = own["choice"][own["choice"]["status"] == "selected"]
-        fits = own["parameters"][own["parameters"]["parameter"] == "k"]
-        lines.append(
-            f"{test}: {', '.join(own['runs']['verdict'])}; {' '.join(sorted({*own['reasons']['reason']}))}"
-        )
-        lines += [
-            f"    {model}: {why}" for model, why in {*zip(chosen["model"], chosen["reason"], strict=True)}
-        ]
-        for model, rows in fits.groupby("model"):
-            over = rows["value"] / float(truth["edge_k"])
-            known = ", ".join(
-                f"{a:.3f} ± {b:.3f}"
-                for a, b in zip(over, over * rows["u_total"] / rows["value"], strict=True)
-            )
-            lines.append(f"    {model}: k over the edge's {known}")
-    return "\n".join(lines)
+        cells[row.parameter, row.case] = f"{share}{row.n}{error}"
+    names = [each for each in frame["parameter"].unique() if any((each, case) in cells for case in cases)]
+    rows = [[name, *(cells.get((name, each), "") for each in cases)] for name in names]
+    return in_markdown(["share inside, number, median error", *cases], rows)

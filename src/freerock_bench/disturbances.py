@@ -8,48 +8,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from freerock.arrays import Floats
 from freerock.virtual_lab.added_noise import Disturbance
-
-
-def error_level(at_s: float, lasts_s: float, *, level_v: float = 10.2) -> Disturbance:
-    """No target for a while."""
-    return lambda time_s, volts, _: np.where(_within(time_s, at_s, lasts_s), level_v, volts)
-
-
-def frozen(at_s: float, lasts_s: float) -> Disturbance:
-    """The converter repeats its last value for a while."""
-
-    def spoil(time_s: Floats, volts: Floats, _: Any) -> Floats:
-        gone = _within(time_s, at_s, lasts_s)
-        return np.where(gone, volts[max(int(np.argmax(gone)) - 1, 0)], volts)
-
-    return spoil
-
-
-def disconnected(at_s: float, lasts_s: float, *, noise_v: float = 2e-4) -> Disturbance:
-    """The cable is off for a while: zero volts, and the converter's noise."""
-
-    def spoil(time_s: Floats, volts: Floats, generator: Any) -> Floats:
-        return np.where(
-            _within(time_s, at_s, lasts_s), noise_v * generator.standard_normal(volts.size), volts
-        )
-
-    return spoil
-
-
-def spike(at_s: float, height_v: float) -> Disturbance:
-    """One sample that is off."""
-
-    def spoil(time_s: Floats, volts: Floats, _: Any) -> Floats:
-        spoilt = volts.copy()
-        spoilt[np.searchsorted(time_s, at_s)] += height_v
-        return spoilt
-
-    return spoil
 
 
 def saturated(share: float) -> Disturbance:
@@ -63,16 +25,6 @@ def saturated(share: float) -> Disturbance:
     return spoil
 
 
-def target_lost(share: float, *, level_v: float = 10.2) -> Disturbance:
-    """The sensor sees no target beyond a share of the largest reading, counted from that at rest."""
-
-    def spoil(time_s: Floats, volts: Floats, _: Any) -> Floats:
-        rest, far = _rest_and_farthest(volts)
-        return np.where((volts - rest) / (far - rest) > share, level_v, volts)
-
-    return spoil
-
-
 def ac_coupled(cutoff_hz: float) -> Disturbance:
     """A first-order high pass, settled at the start."""
 
@@ -82,11 +34,6 @@ def ac_coupled(cutoff_hz: float) -> Disturbance:
         return np.asarray(lfilter([keep, -keep], [1, -keep], volts - volts[0]))
 
     return spoil
-
-
-def drift(range_v: float) -> Disturbance:
-    """The sensor warms up: its zero moves by so much over the record."""
-    return lambda time_s, volts, _: volts + range_v * (time_s - time_s[0]) / (time_s[-1] - time_s[0])
 
 
 def tone(frequency_hz: float, amplitude_v: float) -> Disturbance:
@@ -110,15 +57,6 @@ def averaged(window_s: float) -> Disturbance:
         return np.asarray(uniform_filter1d(volts, n, mode="nearest", origin=(n - 1) // 2))
 
     return spoil
-
-
-def slid(at_s: float, by_v: float) -> Disturbance:
-    """The block has slid or twisted: another reading from an instant on."""
-    return lambda time_s, volts, _: np.where(time_s >= at_s, volts + by_v, volts)
-
-
-def _within(time_s: Floats, at_s: float, lasts_s: float) -> NDArray[np.bool_]:
-    return (time_s >= at_s) & (time_s < at_s + lasts_s)
 
 
 def _rest_and_farthest(volts: Floats) -> tuple[float, float]:

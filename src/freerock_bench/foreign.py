@@ -1,14 +1,10 @@
 """What an analysis says of records of foreign physics, against what is true of them.
 
-    snakemake --config campaigns=foreign
-    python -m freerock_bench.foreign results/foreign docs/evidence.md
-
-reads the tables of the campaign `foreign` and the truths that lie apart from its records, writes
-results/studies/foreign.csv and renews the table in the documentation, where it is named.
+The records are those of raw/foreign; their truths lie apart. Each record is a case.
 """
 
 import json
-import sys
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -16,41 +12,44 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from freerock.errors import FreerockError, exit_code
-from freerock.tables.csvfile import read_csv, write_csv
-from freerock_bench.campaigns import COLUMNS, TABLES, Row, Tables, rows_of_record
-from freerock_bench.document import in_markdown, renew
+from freerock_bench.campaigns import COLUMNS, ROOT, Row, Tables, analysed, of_test, rows_of_record
+from freerock_bench.document import in_markdown
 
-TRUTHS = Path("benchmarks/foreign/truths.json")
+SEED = 0
+TRUTHS = ROOT / "benchmarks/foreign/truths.json"
 SURE = 3.0  # u; a number farther from the truth is wrong
+SMALL = ("rigid_by_side",)
 
 
-def score(folder: Path, truths: Mapping[str, Any]) -> pd.DataFrame:
-    """The long table of a campaign's results folder.
+def run(size: str, folder: Path, cores: int) -> pd.DataFrame:
+    """The long table."""
+    shutil.copytree(ROOT / "raw/foreign", folder / "raw/foreign", dirs_exist_ok=True)
+    (folder / "config/campaigns").mkdir(parents=True, exist_ok=True)
+    shutil.copy(ROOT / "config/campaigns/foreign.yaml", folder / "config/campaigns")
+    known = {name: each for name, each in truths().items() if size == "full" or name in SMALL}
+    head, *lines = (ROOT / "config/campaigns/foreign.csv").read_text(encoding="utf-8").splitlines()
+    kept = "\n".join([head, *(line for line in lines if line.split(",")[0] in known)])
+    (folder / "config/campaigns/foreign.csv").write_text(kept + "\n", encoding="utf-8")
+    (folder / "config/config.yaml").write_text("campaigns: [foreign]\n", encoding="utf-8")
+    return grade(analysed(folder, "foreign", cores), known)
 
-    Raises
-    ------
-    FreerockError
-        A table is missing, or can't be read.
-    """
-    paths = {name: folder / "tables" / f"{name}.csv" for name in TABLES}
-    for path in paths.values():
-        if not path.is_file():
-            remedy = "run `snakemake --config campaigns=foreign`, or name the folder of its results"
-            raise FreerockError(path, "there is no such file", remedy)
-    return grade({name: read_csv(path) for name, path in paths.items()}, truths)
+
+def truths() -> dict[str, Any]:
+    """What is true of the records."""
+    found: dict[str, Any] = json.loads(TRUTHS.read_text(encoding="utf-8"))
+    return found
 
 
 def grade(tables: Tables, truths: Mapping[str, Any]) -> pd.DataFrame:
     """Rows as of `campaigns.graded`, one case per record.
 
-    Of each run there is a row `rightly warned` (a reason is one that is right) where it is not ok, and a row
-    `ok, wrong` (an ok stands over a number more than three u off, or over a law that is not right).
+    Of each run there is a row `ok, wrong`: whether an ok stands over a number more than three u off, or over
+    a law that is not right.
     """
     rows: list[Row] = []
     for test, truth in truths.items():
-        own = {name: table[table["test"] == test] for name, table in tables.items() if "test" in table}
-        found = [*rows_of_record(own, _as_record(truth), truth["right_choices"])]
+        own, right = of_test(tables, test), truth["right_choices"]
+        found = [*rows_of_record(own, _as_record(truth), right)]
         found += [*_of_runs(found, truth)]
         rows += [{"case": test, "test": test} | row for row in found]
     return pd.DataFrame(rows, columns=COLUMNS)
@@ -81,37 +80,16 @@ def _of_runs(rows: list[Row], truth: Mapping[str, Any]) -> list[Row]:
         alone = bool(says.get("named alone, wrongly", {}).get("inside", False))
         note = " ".join([*(str(row["parameter"]) for row in off), *["law"] * alone])
         found.append({"parameter": "ok, wrong", "run": run, "inside": is_ok and bool(note), "note": note})
-        if not is_ok:
-            told = {*says["verdict ok"]["note"].replace(";", " ").replace(",", " ").split()}
-            right = bool(told & {*truth["right_names"]})
-            found.append({"parameter": "rightly warned", "run": run, "inside": right, "note": " ".join(told)})
     return found
 
 
-def table(frame: pd.DataFrame, truths: Mapping[str, Any]) -> str:
+def markdown(frame: pd.DataFrame) -> str:
     """A row per record, and one of all."""
-    asked = ["verdict ok", "rightly warned", "true law in the set", "named alone, wrongly", "ok, wrong"]
+    asked = ["verdict ok", "true law in the set", "named alone, wrongly", "ok, wrong"]
     asked += ["k", "lambda", "r of an impact"]
-    lines = []
+    lines, about = [], {name: each["about"] for name, each in truths().items()}
     for test, own in [*frame.groupby("case", sort=False), ("**all**", frame)]:
         known = own[own["inside"].notna()].groupby("parameter")["inside"]
         counts = {name: f"{int(each.astype(bool).sum())} of {len(each)}" for name, each in known}
-        about = truths[str(test)]["about"] if str(test) in truths else ""
-        lines.append([test, about, *(counts.get(name, "") for name in asked)])
+        lines.append([test, about.get(str(test), ""), *(counts.get(name, "") for name in asked)])
     return in_markdown(["record", "what it is", *asked], lines)
-
-
-def main(results: str = "results/foreign", document: str = "") -> None:
-    """Grade, write, print, and renew the table of a document."""
-    if not TRUTHS.is_file():
-        raise FreerockError(TRUTHS, "there is no such file", "run it in the checkout of freerock")
-    truths = json.loads(TRUTHS.read_text(encoding="utf-8"))
-    frame = score(Path(results), truths)
-    write_csv(frame, Path("results/studies/foreign.csv"))
-    print(table(frame, truths))
-    if document:
-        renew(document, "foreign", table(frame, truths))
-
-
-if __name__ == "__main__":
-    sys.exit(exit_code(lambda: main(*sys.argv[1:])))

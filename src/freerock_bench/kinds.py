@@ -2,22 +2,19 @@
 
 Each record is one run made by `springs`, whose method and code are apart from the laws that are fitted. Its
 inputs are off by normal draws of what is stated of them. Releases, fingers, noise and soil scatter.
-
-    python -m freerock_bench.kinds --per-kind 1 --sigma 0.01
-
-makes the records of `kinds.yaml`, analyses them by the workflow, and prints a row for each number: of clean
-kinds, of the others, and of each kind.
+`kinds.yaml` states the kinds; each is a case with each σ_r.
 """
 
-import argparse
 import math
 import zlib
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from ruamel.yaml import YAML
 
 from freerock.arrays import Floats
@@ -26,10 +23,12 @@ from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock.virtual_lab.added_noise import Disturbance
 from freerock_bench import campaigns, scattered
 from freerock_bench import disturbances as faults
+from freerock_bench.document import in_markdown
 from freerock_bench.scattered import NOISE_V, Truth, written
 from freerock_bench.springs import Motion, Scene, read
 
 RATE_HZ, REST_S = 1000.0, 2.0
+SEED, SIGMAS = 0, (0.0, 0.01)
 SCATTER, ANGLES = 0.1, (0.6, 1.0)
 # Blocks of other sizes: depth in widths, stiffness of the bed over that of table 2 under the same pressure,
 # largest angle over the critical one.
@@ -158,10 +157,11 @@ def table_2(law: str, foundation: str) -> dict[str, float]:
     return {"k": published["hunt_crossley"]["k"], "c": both[0], "lambda": both[1]}
 
 
-def make(folder: Path, name: str, i: int, sigma_r: float) -> Path:
-    """Make the i-th record of a kind, unless it is there."""
-    number = zlib.crc32(name.encode())
-    path = folder / f"{number:08x}_{i:02d}_{1e4 * sigma_r:03.0f}.npz"
+def make(folder: Path, case: tuple[str, float]) -> Path:
+    """Make the record of a kind and a σ_r, unless it is there."""
+    name, sigma_r = case
+    number, i = zlib.crc32(name.encode()), SEED
+    path = folder / f"{number:08x}_{1e4 * sigma_r:03.0f}.npz"
     if path.exists():
         return path
     kind, draw, turn = KINDS[name], np.random.default_rng([2017, 38, number, i]), i + number
@@ -208,15 +208,18 @@ def _save(
     impacts = np.column_stack([1 + truth.sigma_r * draw.standard_normal(400), np.ones((400, 2))])
     release = {"fade_s": draw.uniform(5e-3, 20e-3), "impacts": impacts} | differs
     scene = Scene(truth.block, truth.parameters, truth.kinematics == "pivoting", angle, **release)
-    volts, begins = _measured(scene, truth, own, draw)
-    more |= {f"run0_{key}": value for key, value in truth.parameters.items()}
+    motion = Motion(scene, RATE_HZ / truth.clock)
+    volts, begins = _measured(motion, truth, own, draw)
+    known: dict[str, Any] = dict(truth.parameters)
+    if not scene.known["top"] and not scene.known["relaxing"]:  # energies that `springs.energy` lacks
+        known |= scattered.impacts_in_volts(motion, begins / RATE_HZ, truth.clock)
+    more |= {f"run0_{key}": value for key, value in known.items()}
     scattered.write(path, truth, volts, [begins / RATE_HZ], RATE_HZ, more)
 
 
-def _measured(scene: Scene, truth: Truth, own: dict[str, Any], draw: Draw) -> tuple[Floats, int]:
+def _measured(motion: Motion, truth: Truth, own: dict[str, Any], draw: Draw) -> tuple[Floats, int]:
     """Volts: rest, tilt, hold, run, rest; the sample at which the hand begins to leave."""
-    rate_hz = RATE_HZ / truth.clock
-    motion = Motion(scene, rate_hz)
+    rate_hz, scene = motion.rate_hz, motion.scene
     still = REST_S, draw.uniform(1.5, 2.5), draw.uniform(1.5, 2.5)
     states, begins = motion.record(*(int(each * rate_hz) for each in still))
     way = read(states, scene, truth.position_m, own.get("incline", 0.0))
@@ -233,30 +236,23 @@ def _measured(scene: Scene, truth: Truth, own: dict[str, Any], draw: Draw) -> tu
     return written(volts, draw, NOISE_V * noise, own.get("bits", 24)), begins
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Make, analyse, grade, print."""
-    parser = argparse.ArgumentParser(prog="python -m freerock_bench.kinds")
-    parser.add_argument("--per-kind", type=int, default=1)
-    parser.add_argument("--sigma", type=float, default=0.0, help="scatter of the impacts")
-    parser.add_argument("--kinds", nargs="+", default=[*KINDS], help="names in kinds.yaml; all by default")
-    parser.add_argument("--cores", type=int, default=1)
-    parser.add_argument("--folder", type=Path, default=Path("results/studies/kinds"))
-    parser.add_argument("--document", default="")
-    given = parser.parse_args(arguments)
-    cases = [(name, i) for i in range(given.per_kind) for name in given.kinds]
-    records = campaigns.made(
-        lambda case: make(given.folder / "records", case[0], case[1], given.sigma), cases
-    )
-    tables = campaigns.analysed(given.folder.resolve(), records, given.cores)
-    by_kind = campaigns.graded(tables, records, lambda truth: str(truth["kind"]))
-    campaigns.finish(
-        campaigns.graded(tables, records, lambda truth: "clean" if truth["clean"] else "others"),
-        "kinds",
-        given.document,
-    )
-    print(campaigns.summary(by_kind[by_kind["parameter"].isin(("k", "verdict ok"))]).to_string())
-    print(campaigns.worst(by_kind))
+def run(size: str, folder: Path, cores: int) -> pd.DataFrame:
+    """The long table."""
+    names = [*KINDS] if size == "full" else [*KINDS][:2]
+    return campaigns.study(folder, make, [*product(names, SIGMAS)], _case, cores)
 
 
-if __name__ == "__main__":
-    main()
+def _case(truth: Any) -> str:
+    return f"{truth['kind']}; σ_r {100 * float(truth['true_sigma_r']):g} %"
+
+
+def markdown(frame: pd.DataFrame) -> str:
+    """A column for clean kinds and one for others of each σ_r; then a row for each kind."""
+    of = dict(zip(("kind", "sigma"), zip(*frame["case"].str.split("; "), strict=True), strict=True))
+    rows = frame.assign(**of, z=(frame["value"] - frame["truth"]) / frame["u"])
+    clean = rows["kind"].str.startswith("clean").map({True: "clean, ", False: "others, "})
+    said = rows[rows["parameter"] == "verdict ok"].groupby(["kind", "sigma"], sort=False)["note"].first()
+    off = rows[rows["parameter"].isin(("k", "r"))].groupby(["kind", "sigma"])["z"].first()
+    cells = (said + off.reindex(said.index).map("; {:+.1f} u".format)).unstack(sort=False)
+    by_kind = in_markdown(["kind", *cells], [[kind, *row] for kind, *row in cells.itertuples()])
+    return f"{campaigns.markdown(frame.assign(case=clean + rows['sigma']))}\n\n{by_kind}"

@@ -4,69 +4,50 @@ Campaigns are drawn as their fits tell them: of each run a value, the standard e
 shift of the value by each input. The inputs are off by normal draws, and so are runs and records.
 """
 
-import sys
 from itertools import product
-from typing import Any, NamedTuple
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from freerock.populations.means import Mean, Shifts, over_records, over_runs
 from freerock.rotation.u_total import OF_LAW
+from freerock_bench.campaigns import COLUMNS, Row
 from freerock_bench.document import in_markdown
 
-DRAWS = {"full": 60, "small": 4}  # campaigns of each kind
+SEED, DRAWS = 37, {"full": 20, "small": 1}  # campaigns of each kind
 N_RECORDS = (2, 3, 6)
 SCATTERS = (0.0, 0.01, 0.05)  # between records, of the logarithm
 INPUTS = {"equal": (0.02,), "unequal": (0.01, 0.03, 0.09)}  # by the input of each block, of the logarithm
 SHARING = ("blocks of their own", "one laser", "two records of a block", "misfit of one law")
 LASER = 0.02
 N_RUNS, BETWEEN_RUNS, NOISE = 3, 0.015, 0.002
-COLUMNS = ["n_records", "scatter", "inputs", "sharing", "error", "u", "half95", "tau"]
-SHARES = ["mean_inside", "next_inside", "tau_is_none"]
 
 
-class Kind(NamedTuple):
-    """How many records, their scatter, a key of `INPUTS`, and what they share."""
-
-    n_records: int
-    scatter: float
-    inputs: str
-    sharing: str
+Kind = tuple[int, float, str, str]  # how many records, their scatter, a key of `INPUTS`, what they share
+KINDS = [*product(N_RECORDS, SCATTERS, INPUTS, SHARING)]
 
 
-KINDS = [Kind(*each) for each in product(N_RECORDS, SCATTERS, INPUTS, SHARING)]
+def run(size: str, folder: Path, cores: int) -> pd.DataFrame:
+    """The long table of campaigns, of the logarithm: the mean's truth is 0, the next record's its mean."""
+    every = [(kind, i) for kind in KINDS for i in range(DRAWS[size])]
+    return pd.DataFrame([row for each in every for row in _rows(*each)], columns=COLUMNS)
 
 
-def cases(size: str) -> list[tuple[Kind, int]]:
-    """Campaigns of every kind."""
-    return [(kind, i) for kind in KINDS for i in range(DRAWS[size])]
-
-
-def row_of(case: tuple[Kind, int]) -> dict[str, Any]:
-    """The row of one campaign, whose truth is 0. All is of the logarithm.
-
-    n_records, scatter, inputs, sharing; error of the mean, u, half95 (half its total 95 % interval), tau;
-    mean_inside, next_inside (the intervals hold the truth and the mean of the next record), tau_is_none.
-    """
-    kind, number = case
-    generator = np.random.default_rng([2017, 37, KINDS.index(kind), number])
+def _rows(kind: Kind, number: int) -> list[Row]:
+    """The rows of one campaign."""
+    n, scatter, inputs, sharing = kind
+    generator = np.random.default_rng([2017, SEED, KINDS.index(kind), number])
     drawn: dict[tuple[str, str], float] = {}
-    every = [_record(kind, i, drawn, generator) for i in range(kind.n_records + 1)]
-    records, following = every[:-1], every[-1].found.mean
-    whole = over_records(records)
-    mean = whole.found
-    row = {
-        **kind._asdict(),
-        "error": mean.mean,
-        "u": mean.u,
-        "half95": mean.total_high - mean.mean,
-        "tau": mean.tau,
-        "mean_inside": mean.total_low <= 0 <= mean.total_high,
-        "next_inside": mean.next_low <= following <= mean.next_high,
-        "tau_is_none": mean.tau == 0,
-    }
-    return row
+    every = [_record(kind, i, drawn, generator) for i in range(n + 1)]
+    mean, following = over_records(every[:-1]).found, every[-1].found.mean
+    of = {"case": f"{n} records, scatter {100 * scatter:g} %, {inputs} u", "scene": sharing, "test": number}
+    of |= {"value": mean.mean}
+    holds = mean.total_low <= 0 <= mean.total_high, mean.next_low <= following <= mean.next_high
+    return [
+        of | {"parameter": "mean", "truth": 0.0, "u": mean.u, "inside": holds[0]},
+        of | {"parameter": "next record", "truth": following, "inside": holds[1]},
+    ]
 
 
 def _record(
@@ -77,7 +58,7 @@ def _record(
     for key in shifts:
         drawn.setdefault(key, float(generator.standard_normal()))
     centre = sum(shift * drawn[key] for key, shift in shifts.items())
-    centre += kind.scatter * generator.standard_normal()
+    centre += kind[1] * generator.standard_normal()
     errors = NOISE * np.exp(0.5 * generator.standard_normal(N_RUNS))
     values = centre + np.hypot(BETWEEN_RUNS, errors) * generator.standard_normal(N_RUNS)
     return over_runs(values, errors, [shifts] * N_RUNS)
@@ -85,40 +66,28 @@ def _record(
 
 def _shifts(kind: Kind, number: int) -> Shifts:
     """What a record owes to its inputs; the next one is of another block, with a misfit of its own."""
-    sizes = INPUTS[kind.inputs]
-    size, is_next = sizes[number % len(sizes)], number == kind.n_records
+    n, _, inputs, sharing = kind
+    sizes = INPUTS[inputs]
+    size, is_next = sizes[number % len(sizes)], number == n
     if is_next:  # of a size as the others'
-        size = float(np.median([sizes[i % len(sizes)] for i in range(kind.n_records)]))
-    if kind.sharing == "misfit of one law":
+        size = float(np.median([sizes[i % len(sizes)] for i in range(n)]))
+    if sharing == "misfit of one law":
         return {("next" if is_next else "hunt_crossley", OF_LAW): size}
-    of_a_block = 2 if kind.sharing == "two records of a block" else 1
+    of_a_block = 2 if sharing == "two records of a block" else 1
     block = "next" if is_next else f"block {number // of_a_block}"
     if of_a_block == 2 and not is_next:
         size = sizes[number // 2 % len(sizes)]
     own = {(block, "width_m"): size}
-    return own | {("laser", "scale_fraction"): LASER} if kind.sharing == "one laser" else own
+    return own | {("laser", "scale_fraction"): LASER} if sharing == "one laser" else own
 
 
 def markdown(frame: pd.DataFrame) -> str:
     """A row per number of records, scatter and inputs, one per way of sharing, and one of all campaigns."""
-    heads = ["campaigns", "drawn", "mean inside its 95 %", "next record inside", "no τ is seen"]
-
-    def line(name: str, rows: pd.DataFrame) -> list[object]:
-        shares = [f"{100 * rows[share].mean():.1f} %" for share in SHARES]
-        return [name, len(rows), *shares]
-
-    lines = [
-        line(f"{n} records, scatter {100 * scatter:g} %, {inputs} u", rows)
-        for (n, scatter, inputs), rows in frame.groupby(["n_records", "scatter", "inputs"], sort=False)
-    ]
-    lines += [line(str(sharing), rows) for sharing, rows in frame.groupby("sharing", sort=False)]
-    return in_markdown(heads, [*lines, line("**all**", frame)])
-
-
-def run(size: str = "full") -> pd.DataFrame:
-    """The long table of all campaigns."""
-    return pd.DataFrame([row_of(case) for case in cases(size)], columns=[*COLUMNS, *SHARES])
-
-
-if __name__ == "__main__":
-    print(markdown(run(*sys.argv[1:])))
+    of_all = frame.assign(all="**all**")
+    lines = []
+    for by in ("case", "scene", "all"):
+        for name, rows in of_all.groupby(by, sort=False):
+            shares = rows.groupby("parameter")["inside"].mean()
+            percent = [f"{100 * shares[each]:.1f} %" for each in ("mean", "next record")]
+            lines.append([name, len(rows) // 2, *percent])
+    return in_markdown(["campaigns", "drawn", "mean inside its 95 %", "next record inside"], lines)

@@ -1,18 +1,16 @@
 """Are the numbers of a run as certain as stated, whatever the noise and the converter?
 
-    python -m freerock_bench.noises --per-noise 6 --seed 1
-
-takes records of `scattered` whose inputs are exact and whose impacts do not scatter, puts ten noises and
-four converters to their volts, analyses them by the workflow and prints a column for each.
+Ten noises and four converters are put to the volts of records of `scattered` whose inputs are exact and whose
+impacts do not scatter; each is a case.
 """
 
-import argparse
 import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from freerock.arrays import Floats
 from freerock_bench import campaigns, scattered
@@ -20,6 +18,8 @@ from freerock_bench.disturbances import correlated
 from freerock_bench.scattered import NOISE_V, RATE_HZ, Truth, runs_of, volts_of
 
 Kind = Callable[[int, Any], Floats]
+SEED = 1
+RECORDS = {"full": 6, "small": 1}  # of each noise; thirty make a round
 
 
 def _pink(n: int, draw: Any) -> Floats:
@@ -55,41 +55,28 @@ NOISES: dict[str, Kind] = {  # of so many samples, in standard deviations
 CONVERTERS = {f"12 bits, {mv} mV": (12, 1e-3 * mv) for mv in (1, 2, 3)} | {"14 bits, 2 mV": (14, 2e-3)}
 
 
-def make(folder: Path, name: str, i: int, seed: int) -> Path:
-    """Make the i-th record of a noise or converter, unless it is there."""
+def make(folder: Path, case: tuple[str, int]) -> Path:
+    """Make the record of a noise or converter and a number, unless it is there."""
+    name, i = case
     bits, sigma_v = CONVERTERS.get(name, (24, NOISE_V))
     number = [*NOISES, *CONVERTERS].index(name)
     path = folder / f"noise_{number:02d}_{i:03d}.npz"
     if not path.exists():
-        draw = np.random.default_rng([seed, 35, number, i])
+        draw = np.random.default_rng([SEED, 35, number, i])
         truth = Truth.drawn(i, 0.0, "exact", draw)
         runs = runs_of(truth, draw)[:1]
         volts, begins = volts_of(truth, runs, draw, NOISES.get(name, _white), sigma_v, bits)
-        more: dict[str, Any] = {"noise": name} | {
-            f"run0_{key}": value for key, value in runs[0].parameters.items()
-        }
-        more |= {"run0_volts_impacts_s": begins[0] + runs[0].held.passages_s}
-        more |= {"run0_volts_r_energy": runs[0].held.restitution}
+        known = runs[0].parameters | scattered.impacts_in_volts(runs[0].motion, begins[0], truth.clock)
+        more: dict[str, Any] = {"noise": name} | {f"run0_{key}": value for key, value in known.items()}
         scattered.write(path, truth, volts, begins, RATE_HZ, more)
     return path
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Make, analyse, grade, print."""
-    parser = argparse.ArgumentParser(prog="python -m freerock_bench.noises")
-    parser.add_argument("--per-noise", type=int, default=6, help="records of each; thirty make a round")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--cores", type=int, default=1)
-    parser.add_argument("--folder", type=Path, default=Path("results/studies/noises"))
-    parser.add_argument("--document", default="")
-    given = parser.parse_args(arguments)
-    cases = [(name, i) for i in range(given.per_noise) for name in (*NOISES, *CONVERTERS)]
-    records = campaigns.made(lambda case: make(given.folder / "records", case[0], case[1], given.seed), cases)
-    tables = campaigns.analysed(given.folder.resolve(), records, given.cores)
-    frame = campaigns.graded(tables, records, lambda truth: str(truth["noise"]))
-    campaigns.finish(frame, "noises", given.document)
-    print(campaigns.worst(frame))
+def run(size: str, folder: Path, cores: int) -> pd.DataFrame:
+    """The long table."""
+    names = [*NOISES, *CONVERTERS] if size == "full" else ["white", "12 bits, 2 mV"]
+    cases = [(name, i) for i in range(RECORDS[size]) for name in names]
+    return campaigns.study(folder, make, cases, lambda truth: str(truth["noise"]), cores)
 
 
-if __name__ == "__main__":
-    main()
+markdown = campaigns.markdown

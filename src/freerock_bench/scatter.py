@@ -1,41 +1,41 @@
 """Impacts that scatter: law, numbers, σ_r, restitution, means and the next run, from volts, against truth.
 
-    python -m freerock_bench.scatter --per-cell 30 --sigma 0 0.003 0.01 0.03 --seed 1
-
-makes records of `scattered`, three runs each, analyses them by the workflow, prints a column for each σ_r and
-the numbers farthest from their truth; results/studies/scatter.csv has a row for each, and two charts.
+Records of `scattered`, three runs each; a case is a σ_r.
 """
 
-import argparse
 from pathlib import Path
 
-from freerock.figures.style import save
-from freerock_bench import campaigns
-from freerock_bench.figures import coverage, parsimony
-from freerock_bench.scattered import make
+import pandas as pd
+
+from freerock_bench import campaigns, scattered
+from freerock_bench.document import in_markdown
+
+SEED = 11
+SIGMAS = (0.0, 0.003, 0.01, 0.03)
+RECORDS = {"full": 34, "small": 1}  # of each σ_r; thirty make a round
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Make, analyse, grade, print."""
-    parser = argparse.ArgumentParser(prog="python -m freerock_bench.scatter")
-    parser.add_argument("--per-cell", type=int, default=30, help="records of each σ_r; thirty make a round")
-    parser.add_argument("--first", type=int, default=0, help="number of the first record")
-    parser.add_argument("--sigma", type=float, nargs="+", default=[0.0, 0.003, 0.01, 0.03])
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--cores", type=int, default=1)
-    parser.add_argument("--folder", type=Path, default=Path("results/studies/scatter"))
-    parser.add_argument("--document", default="")
-    given = parser.parse_args(arguments)
-    numbers = range(given.first, given.first + given.per_cell)
-    cases = [(sigma, i) for sigma in given.sigma for i in numbers]
-    records = campaigns.made(lambda case: make(given.folder / "records", case[0], case[1], given.seed), cases)
-    tables = campaigns.analysed(given.folder.resolve(), records, given.cores)
-    frame = campaigns.graded(tables, records, lambda truth: f"σ_r {100 * float(truth['true_sigma_r']):g} %")
-    campaigns.finish(frame, "scatter", given.document)
-    print(campaigns.worst(frame))
-    for figure, drawn in ("coverage", coverage.draw(frame)), ("parsimony", parsimony.draw(tables["choice"])):
-        save(*drawn, Path("results/studies/figures", figure))
+def make(folder: Path, case: tuple[float, int]) -> Path:
+    """Make a record, unless it is there."""
+    return scattered.make(folder, *case, SEED)
 
 
-if __name__ == "__main__":
-    main()
+def run(size: str, folder: Path, cores: int) -> pd.DataFrame:
+    """The long table."""
+    sigmas = SIGMAS if size == "full" else SIGMAS[::2]
+    cases = [(sigma, i) for sigma in sigmas for i in range(RECORDS[size])]
+    return campaigns.study(folder, make, cases, _case, cores)
+
+
+def _case(truth: dict[str, float]) -> str:
+    return f"σ_r {100 * float(truth['true_sigma_r']):g} %"
+
+
+def markdown(frame: pd.DataFrame) -> str:
+    """A column for each σ_r; k on each foundation; then which law was named for which."""
+    of_k = "k, " + frame["scene"].str.split().str[-1]
+    numbers = frame.assign(parameter=frame["parameter"].mask(frame["parameter"] == "k", of_k))
+    first = frame[frame["parameter"] == "true law first"]
+    named = pd.crosstab(first["scene"].str.rsplit(n=2).str[0], first["note"].fillna("none"))
+    confused = in_markdown(["true law", *named], [[name, *row] for name, *row in named.itertuples()])
+    return f"{campaigns.markdown(numbers)}\n\n{confused}"

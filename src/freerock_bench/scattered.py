@@ -1,12 +1,9 @@
-"""Records of blocks whose impacts scatter, with their truth, by `rocking`: as volts and as θ(t).
+"""Records of blocks whose impacts scatter, with their truth, by `springs`: as volts and as θ(t).
 
 Block, foundation, law and kinematics come in turn, thirty make a round. Inputs are off by normal draws of
 what is stated of them, by callipers or by a rule. A record has three runs, and the numbers of the next one.
-
-    python -m freerock_bench.scattered FOLDER 30 0 0.01    # 30 records of each σ_r, as .npz
 """
 
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,13 +14,13 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
-from freerock_bench.rocking import Rocking, rock, way_to_face
+from freerock_bench.springs import Motion, Scene, read, restitution_of
 
 RATE_HZ, RUNS = 2000.0, 3
 SIGMA_RAD = np.radians(0.006)  # of the noise of θ(t)
 NOISE_V, ZERO_V = 2e-3, 5.0
 T0_STDERR_S = 2e-4  # of θ(t)
-TILT_S, REST_S = 1.2, 2.0
+FADES_S, AT_ONCE_S, REST_S = (3e-3, 12e-3), (1e-7, 1e-7), 2.0
 BEAMS_M = {"config1": 0.22, "config2": 0.20, "config3": 0.10}
 CASES = [("hunt_crossley", "guided"), ("hunt_crossley", "pivoting"), ("winkler", "guided")]
 CASES += [("winkler", "pivoting"), ("housner", "pivoting")]
@@ -112,31 +109,27 @@ class Run:
     Parameters
     ----------
     parameters : dict of str to float
-    theta0 : float
-    fade_s : float
-        Time over which the hand leaves, in the volts; none in θ(t).
-    free, held : Rocking
-        Let go at once, and by the hand; of the same δ.
+    deltas : ndarray, shape (n_impact,)
+        δ of the impacts in turn.
+    motion : Motion
+        Since the hand begins to leave.
     """
 
     parameters: dict[str, float]
-    theta0: float
-    fade_s: float
-    free: Rocking
-    held: Rocking
+    deltas: Floats
+    motion: Motion
 
 
-def runs_of(truth: Truth, draw: np.random.Generator) -> list[Run]:
-    """The runs of a record."""
+def runs_of(truth: Truth, draw: np.random.Generator, fades_s: tuple[float, float] = FADES_S) -> list[Run]:
+    """The runs of a record, whose hands leave over times between two."""
     angle, sign = RELEASE_ANGLES[truth.block_name] * draw.uniform(0.6, 1.0), draw.choice([-1.0, 1.0])
-    pivoting, rate_hz = truth.kinematics == "pivoting", RATE_HZ / truth.clock
     found = []
     for _ in range(RUNS):
         law, deltas = truth.of_run(draw), truth.sigma_r * draw.standard_normal(400)
         theta0 = float(sign * (angle + np.radians(draw.uniform(-0.3, 0.3))))
-        fade_s, given = draw.uniform(3e-3, 12e-3), (truth.block, law, theta0, deltas)
-        free, held = (rock(*given, pivoting=pivoting, fade_s=each, rate_hz=rate_hz) for each in (0.0, fade_s))
-        found.append(Run(law, theta0, fade_s, free, held))
+        impacts = np.column_stack([1 + deltas, np.ones((400, 2))])
+        given = truth.block, law, truth.kinematics == "pivoting", theta0, draw.uniform(*fades_s)
+        found.append(Run(law, deltas, Motion(Scene(*given, impacts=impacts), RATE_HZ / truth.clock)))
     return found
 
 
@@ -163,18 +156,13 @@ def volts_of(
     bits : int
         Of a converter of ±10 V.
     """
-    n = [int(each * RATE_HZ) for each in (REST_S, TILT_S)]
-    share = np.linspace(0, 1, n[1])
-    share = share**3 * (10 - 15 * share + 6 * share**2)
-    rest = np.array([runs[0].held.z[-1], 0.0]) if truth.law != "housner" else np.zeros(2)
-    parts, begins = [np.tile(rest, (n[0], 1))], []
+    parts, begins, rest = list[Floats](), list[float](), int(REST_S * RATE_HZ)
     for run in runs:
-        motion = np.column_stack([run.held.z, run.held.theta])
-        hold, after = (int(each * RATE_HZ) for each in draw.uniform(1.5, 2.5, 2))
-        parts += [rest + share[:, None] * (motion[0] - rest), np.tile(motion[0], (hold, 1))]
-        begins.append(sum(map(len, parts)) / RATE_HZ)
-        parts += [motion, np.tile(rest, (after, 1))]
-    way = way_to_face(np.vstack(parts).T, truth.block, truth.position_m)
+        states, at = run.motion.record(rest, *(int(each * RATE_HZ) for each in draw.uniform(1.5, 2.5, 2)))
+        begins.append((sum(part.size for part in parts) + at) / RATE_HZ)
+        parts.append(read(states, run.motion.scene, truth.position_m))
+        rest = 0
+    way = np.concatenate(parts)
     added = noise(len(way), draw) if noise else draw.standard_normal(len(way))
     return written(10 / truth.range_m * (way - way[0]) / truth.scale, draw, sigma_v * added, bits), begins
 
@@ -214,37 +202,30 @@ def write(
 
 def _of_run(truth: Truth, run: Run, begins_s: float, draw: np.random.Generator) -> dict[str, Any]:
     """Arrays of a run: of θ(t), whose clock begins a little beside the release, and of the volts."""
-    off_s, free = T0_STDERR_S * draw.standard_normal(), run.free
-    noise = SIGMA_RAD * draw.standard_normal(len(free.theta) + 1)
+    off_s, motion = T0_STDERR_S * draw.standard_normal(), run.motion
+    noise = SIGMA_RAD * draw.standard_normal(motion.theta.size + 1)
     return run.parameters | {
-        "time": free.time_s / truth.clock - off_s,
-        "theta": free.theta + noise[1:],
-        "theta_exact": free.theta,
-        "t0": -off_s,
-        "theta0": run.theta0,
-        "theta0_measured": run.theta0 + noise[0] / 50,
-        "fade_s": run.fade_s,
-        "impacts_s": free.passages_s / truth.clock - off_s,
-        "delta": free.deltas,
-        "r_energy": free.restitution,
-        "volts_impacts_s": begins_s + run.held.passages_s / truth.clock,
-        "volts_r_energy": run.held.restitution,
+        "time": np.arange(motion.theta.size) / RATE_HZ - off_s,
+        "theta": motion.theta + noise[1:],
+        "theta0": motion.scene.theta0,
+        "theta0_measured": motion.scene.theta0 + noise[0] / 50,
+        "delta": run.deltas[: len(motion.passages_s)],
+        **impacts_in_volts(run.motion, begins_s, truth.clock),
     }
 
 
-def make(folder: Path, sigma_r: float, i: int, seed: int, known: str | None = None) -> Path:
-    """Make the i-th record of a cell, unless it is there."""
+def impacts_in_volts(motion: Motion, begins_s: float, clock: float) -> dict[str, Floats]:
+    """Instants of the impacts by the stated clock [s], and √(energy after / before) of each."""
+    passages_s, restitution = restitution_of(motion)
+    return {"volts_impacts_s": begins_s + passages_s / clock, "volts_r_energy": restitution}
+
+
+def make(folder: Path, sigma_r: float, i: int, seed: int, known: str = "", at_once: bool = False) -> Path:
+    """Make the i-th record of a cell, unless it is there; of a hand that leaves at once, for θ(t)."""
     path = folder / f"sigma_{1e4 * sigma_r:03.0f}_{i:03d}.npz"
     if not path.exists():
         draw = np.random.default_rng([seed, round(1e6 * sigma_r), i])
         known = known or ("callipers", "rule")[int(draw.integers(2))]
         truth = Truth.drawn(i, sigma_r, known, draw)
-        save(path, truth, runs_of(truth, draw), draw)
+        save(path, truth, runs_of(truth, draw, AT_ONCE_S if at_once else FADES_S), draw)
     return path
-
-
-if __name__ == "__main__":
-    given, number, *sigmas = sys.argv[1:]
-    for each in sigmas:
-        for n in range(int(number)):
-            make(Path(given), float(each), n, seed=1)

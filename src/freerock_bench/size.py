@@ -50,7 +50,12 @@ def rooms(package: Path = PACKAGE) -> pd.DataFrame:
 
 
 def code_lines(path: Path) -> int:
-    """Lines of a file that hold code."""
+    """How many lines of a file hold code."""
+    return len(lines_of_code(path))
+
+
+def lines_of_code(path: Path) -> set[int]:
+    """Numbers of the lines of a file that hold code."""
     texts = set[int]()
     for node in ast.walk(_tree(path)):
         if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
@@ -60,7 +65,7 @@ def code_lines(path: Path) -> int:
         for token in tokenize.generate_tokens(file.readline):
             if token.type not in NO_CODE and token.string:
                 lines.update(range(token.start[0], token.end[0] + 1))
-    return len(lines - texts)
+    return lines - texts
 
 
 def constants(path: Path) -> int:

@@ -7,7 +7,6 @@ rule only, with that. A laser gives the scale: σ_θ = 0.01°, 2 kHz. Engines of
 """
 
 import math
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
@@ -23,15 +22,15 @@ from freerock.arrays import Floats
 from freerock.models.laws import LAWS, MODEL_LABELS, MODELS, Rules
 from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
 from freerock.models.simulate import Solver, simulate_theta
-from freerock.tables.csvfile import read_csv
 from freerock_bench import peers
-from freerock_bench.document import in_markdown, renew
+from freerock_bench.document import in_markdown
 from freerock_bench.golden.files import read_golden
 from freerock_bench.methods.by_name import METHODS
 from freerock_bench.methods.housner import housner_eventless
 from freerock_bench.methods.problem import NOISE_RAD, SAMPLING_HZ, Problem, Solution, errors, solution
 from freerock_bench.timing import interleaved
 
+SEED = 0
 EVERY_S = 0.01  # between the instants compared
 SPAN_S = {"full": 3.0, "small": 0.6}
 ROUNDS = {"full": 5, "small": 1}
@@ -53,7 +52,7 @@ def problem_of(model: str, debonding: str) -> Problem:
     return Problem(model, block, law, RELEASE_ANGLES[PUBLISHED_BLOCK], debonding or "geometric")
 
 
-def run(size: str = "full") -> pd.DataFrame:
+def run(size: str, folder: Path, cores: int) -> pd.DataFrame:
     """Time and error of every tool.
 
     Returns
@@ -193,7 +192,7 @@ def _row(scale: Scale, name: str, kind: str, setting: str, note: str, found: Sol
     }
 
 
-def table(frame: pd.DataFrame) -> str:
+def markdown(frame: pd.DataFrame) -> str:
     """Rows of Markdown: of every tool its cheapest setting that errs less than a laser, else its best."""
     lines = []
     by_law = frame.sort_values("model", key=lambda model: model.map([*LAWS].index), kind="stable")
@@ -221,12 +220,3 @@ def table(frame: pd.DataFrame) -> str:
 def _seconds(value: float) -> str:
     size, unit = next((each for each in UNITS if value >= each[0]), UNITS[-1])
     return f"{value / size:.{0 if value >= 10 * size else 1}f} {unit}"
-
-
-def main(product: str = "results/studies/speed_accuracy.csv", document: str = "docs/evidence.md") -> None:
-    """Put the table of a product into the document."""
-    renew(document, "engines", table(read_csv(product)))
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])

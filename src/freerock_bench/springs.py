@@ -10,6 +10,7 @@ own loss, stiffness and damping. Of freerock it takes the constants of a block a
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -236,6 +237,22 @@ def energy(states: Floats, scene: Scene, stiffness: float | Floats = 1.0) -> Flo
         if hz:
             moving += known["table_kg"] * ((2 * math.pi * hz * states[i]) ** 2 + states[i + 6] ** 2)
     return np.asarray(moving / 2 + m * GRAVITY * states[1] + scene.law.get("k", 0.0) * stiffness * bed)
+
+
+def restitution_of(motion: Motion) -> tuple[Floats, Floats]:
+    """Instants of the impacts [s] and √(energy after / before) of each, at the tops of the swings between."""
+    scene, last = motion.scene, motion.theta.size
+    passed = np.ceil(motion.passages_s * motion.rate_hz).astype(int)
+    ends = [*passed[passed < last].tolist(), last]
+    tops = [i + int(np.argmax(np.abs(motion.theta[i:j]))) for i, j in pairwise(ends) if j > i]
+    n, (rate, k, _) = len(tops), np.ones((3, len(tops)))
+    rate[: len(scene.impacts)], k[: len(scene.impacts)] = scene.impacts[:n, :2].T
+    if "r" in scene.law:
+        return motion.passages_s[:n], scene.law["r"] * rate
+    places = [math.ceil(scene.fade_s * motion.rate_hz), *tops]
+    energies = energy(motion.states[:, places], scene, np.concatenate([[1.0], k]))
+    energies -= energy(motion.stands[:N, None], scene)
+    return motion.passages_s[:n], np.sqrt(np.maximum(energies[1:], 0) / np.maximum(energies[:-1], 1e-12))
 
 
 def _state(scene: Scene, depth: float, theta: float) -> Floats:

@@ -7,6 +7,7 @@ limited by counts of steps and evaluations, never by a clock, so that the atlas 
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,10 +19,12 @@ from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import DEBONDING, LAWS
 from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
+from freerock_bench.document import in_markdown
 from freerock_bench.methods.by_name import METHODS, Method, freerock
 from freerock_bench.methods.housner import housner_events, housner_linearised
 from freerock_bench.methods.problem import Problem, Solution
 
+SEED = 0
 STATES = ("converged", "inaccurate", "unstable", "too_slow", "refused")
 CONVERGED = 1e-6  # largest ε_θ against the reference
 AGREED = 1e-8  # largest ε_θ between two methods that make a reference
@@ -57,7 +60,7 @@ class Cell(NamedTuple):
     y: tuple[str, float]
 
 
-def run(size: str = "full") -> pd.DataFrame:
+def run(size: str, folder: Path, cores: int) -> pd.DataFrame:
     """All maps of the atlas, one row per cell and method.
 
     In its small size a few cells of each map, without CyRK.
@@ -77,7 +80,7 @@ def stiffness_map(size: str) -> Iterator[Row]:
     """Stiffness k against damping ratio, both laws, both debonding rules, all methods; 2 s of motion."""
     span = 2.0 if size == "full" else 0.5
     time = sampled(span)
-    ks = np.geomspace(1e3, 1e13, 21) if size == "full" else [1e5, 1e8]
+    ks = np.geomspace(1e3, 1e13, 11) if size == "full" else [1e5, 1e8]
     ratios = {"winkler": np.geomspace(1e-6, 1e1, 8), "hunt_crossley": np.geomspace(1e-3, 1e5, 9)}
     if size == "small":
         ratios = {model: np.array([ratio]) for model, ratio in RATIO.items()}
@@ -257,3 +260,11 @@ def from_a_wrong_angle(problem: Problem, time: Floats, rtol: float, limit: float
     """The exact motion from a release angle that is off by a laser's error."""
     theta0 = problem.theta0 + math.radians(RELEASE_ERROR_DEG)
     return freerock(replace(problem, theta0=theta0), time, rtol, limit)
+
+
+def markdown(frame: pd.DataFrame) -> str:
+    """A row per map, law and method: how many cells have each state."""
+    counts = pd.crosstab([frame["map"], frame["model"], frame["method"]], frame["state"])
+    shown = counts.reindex(columns=STATES, fill_value=0)
+    rows = [[*key, *cells] for key, cells in zip(shown.index, shown.to_numpy().tolist(), strict=True)]
+    return in_markdown(["map", "law", "method", *(state.replace("_", " ") for state in STATES)], rows)

@@ -1,44 +1,24 @@
 """Records of foreign physics go through the workflow, and what is true of them stays apart."""
 
-import json
-import shutil
 import subprocess
 import sys
 
 import pytest
-from small_campaign import ROOT, check_out
+from small_campaign import ROOT
 
-from freerock.tables.csvfile import read_csv
 from freerock_bench import foreign
 
 pytestmark = pytest.mark.slow
-TESTS = ("rigid_by_side",)  # of a .mat file, and soon fitted
 
 
 def test_foreign_records_are_analysed_without_their_truths(tmp_path):
-    checkout = check_out(tmp_path)
-    for part in ("config/campaigns/foreign.yaml", "config/campaigns/foreign.csv"):
-        shutil.copy2(ROOT / part, checkout / part)
-    shutil.copytree(ROOT / "raw/foreign", checkout / "raw/foreign")
-    lines = (checkout / "config/campaigns/foreign.csv").read_text().splitlines()
-    kept = [lines[0], *(line for line in lines if line.startswith(TESTS))]
-    (checkout / "config/campaigns/foreign.csv").write_text("\n".join(kept) + "\n")
-    (checkout / "config/config.yaml").write_text("campaigns: [foreign]\n")
-    text = (checkout / "config/campaigns/foreign.yaml").read_text()
-    (checkout / "config/campaigns/foreign.yaml").write_text(
-        text + "\nfits: {models: [housner], paper_mode: true}\n"
-    )
-
-    done = checkout.snakemake(*(f"results/foreign/tables/{name}.csv" for name in foreign.TABLES))
-    assert done.returncode == 0, done.stderr
-    assert not (checkout / "benchmarks").exists()  # nothing of the truths was there to be read
-
-    truths = json.loads((ROOT / foreign.TRUTHS).read_text())
-    graded = foreign.score(checkout / "results/foreign", {name: truths[name] for name in TESTS})
-    assert set(graded["case"]) == {*TESTS}
-    missed = graded.loc[graded["parameter"] == "verdict missed", "inside"]
-    assert len(missed) == sum(len(truths[name]["runs"]) for name in TESTS) and not missed.any()
-    assert set(read_csv(checkout / "results/foreign/tables/runs.csv")["origin"]) == {"simulated"}
+    graded = foreign.run("small", tmp_path, 1)
+    assert not (tmp_path / "benchmarks").exists()  # nothing of the truths was there to be read
+    truths = foreign.truths()
+    assert set(graded["case"]) == {*foreign.SMALL}
+    used = graded.loc[graded["parameter"] == "run is used", "inside"]
+    assert len(used) == sum(len(truths[name]["runs"]) for name in foreign.SMALL) and used.all()
+    assert "| **all** |" in foreign.markdown(graded)
 
 
 def test_no_generator_imports_freerock():
@@ -49,10 +29,10 @@ def test_no_generator_imports_freerock():
 def test_records_are_as_listed():
     listed = (ROOT / "raw/foreign/manifest.csv").read_text().splitlines()[1:]
     files = {line.split(",")[0] for line in listed}
-    truths = json.loads((ROOT / foreign.TRUTHS).read_text())
+    truths = foreign.truths()
     assert {name.split(".")[0] for name in files} == set(truths)
     golden = ROOT / "src/freerock_bench/golden/solutions"
-    package = [*golden.iterdir(), *(ROOT / "raw/foreign").iterdir(), ROOT / foreign.TRUTHS]
+    package = [*golden.iterdir(), *(ROOT / "raw/foreign").iterdir(), foreign.TRUTHS]
     assert sum(path.stat().st_size for path in package) <= 12e6
 
 

@@ -10,7 +10,7 @@ from freerock_bench import peers, speed_accuracy
 from freerock_bench.document import BEGIN, END, renew
 from freerock_bench.methods.by_name import METHODS, freerock
 from freerock_bench.methods.housner import housner_eventless
-from freerock_bench.speed_accuracy import Scale, problem_of, table
+from freerock_bench.speed_accuracy import Scale, markdown, problem_of
 
 pytestmark = pytest.mark.slow
 
@@ -32,7 +32,7 @@ answer(prepare)
 def own():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(peers, "installed", lambda: False)
-        return speed_accuracy.run("small")
+        return speed_accuracy.run("small", None, 1)
 
 
 @pytest.fixture
@@ -74,12 +74,12 @@ def test_an_error_is_the_shift_that_it_makes_in_a_fit(model):
 
 
 def test_the_table_has_a_row_for_every_tool(own, tmp_path):
-    lines = table(own).splitlines()
+    lines = markdown(own).splitlines()
     assert len(lines) == 2 + own.groupby(["model", "method"]).ngroups
     path = tmp_path / "benchmark.md"
     begin, end = BEGIN.format("engines"), END.format("engines")
     path.write_text(f"before {begin}old{end} after")
-    renew(path, "engines", table(own))
+    renew(path, "engines", markdown(own))
     assert path.read_text().startswith(f"before {begin}| law | tool |")
     assert path.read_text().endswith(f"{end} after")
 

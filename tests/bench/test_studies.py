@@ -10,7 +10,8 @@ import pytest
 
 from freerock.figures.declared import declared
 from freerock.figures.style import save
-from freerock_bench import figures, stability
+from freerock_bench import evidence, figures, stability
+from freerock_bench.campaigns import EVIDENCE
 from freerock_bench.methods.problem import Solution
 from freerock_bench.stability import COLUMNS, STATES, judge
 from freerock_bench.timing import interleaved
@@ -21,10 +22,12 @@ for name in figures.__all__:
     import_module(f"freerock_bench.figures.{name}")
 
 
-@pytest.mark.parametrize("name", ["speed_accuracy", "stability"])
-def test_a_study_is_one_module_with_one_function(name):
-    run = inspect.signature(import_module(f"freerock_bench.{name}").run)
-    assert [(each.name, each.default) for each in run.parameters.values()] == [("size", "full")]
+@pytest.mark.parametrize("name", evidence.STUDIES)
+def test_a_study_is_one_module_with_its_seed_run_and_table(name):
+    study = import_module(f"freerock_bench.{name}")
+    assert isinstance(study.SEED, int)
+    assert [*inspect.signature(study.run).parameters] == ["size", "folder", "cores"]
+    assert [*inspect.signature(study.markdown).parameters] == ["frame"]
 
 
 @pytest.mark.parametrize("name", figures.__all__)
@@ -45,7 +48,7 @@ def test_interleaved_times_every_call_and_keeps_the_results():
 
 @pytest.fixture(scope="module")
 def cells():
-    return stability.run("small")
+    return stability.run("small", None, 1)
 
 
 def test_atlas(cells):
@@ -53,6 +56,7 @@ def test_atlas(cells):
     assert set(cells["state"]) <= set(STATES)
     assert set(cells["map"]) == {"stiffness", "step", "release"}
     assert (cells.loc[cells["method"] == "freerock", "state"] == "converged").all()
+    assert stability.markdown(cells).count("\n") > 3
     failed = cells[~cells["state"].isin(["converged"])]
     assert (failed["cause"] != "").all()
     assert {"unstable", "inaccurate"} <= set(failed["state"])
@@ -86,16 +90,9 @@ def test_right_intervals_lie_on_the_diagonal_and_the_selected_candidate_is_ringe
     figure, data = figures.coverage.draw(pd.DataFrame(rows | {"u": 0.1}))
     central = data[data["normal"].abs() < 2]
     np.testing.assert_allclose(central["error_over_u"], central["normal"], atol=0.15)
-    choice = pd.DataFrame(
-        {
-            "campaign": "c",
-            "test": "a",
-            "model": ["housner", "winkler", "hunt_crossley"],
-            "n_parameters": [1, 2, 2],
-            "minus_two_log": [100.0, 5.0, 0.0],
-            "status": ["rejected", "rejected", "selected"],
-        }
-    )
-    figure, data = figures.parsimony.draw(choice)
+    of = {"parameter": EVIDENCE, "test": "a"}
+    fits = [(100.0, False, "housner"), (5.0, False, "winkler"), (0.0, True, "hunt_crossley")]
+    choice = [of | {"value": value, "inside": named, "note": model} for value, named, model in fits]
+    figure, data = figures.parsimony.draw(pd.DataFrame(choice))
     ring = next(line for line in figure.axes[0].lines if line.get_label() == "selected")
     assert (list(ring.get_xdata()), list(ring.get_ydata())) == ([2], [0.0])

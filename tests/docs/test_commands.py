@@ -1,6 +1,5 @@
 """The tutorial, from record files to parameters, as its text says; commands of other pages exist."""
 
-import csv
 import doctest
 import os
 import re
@@ -78,17 +77,6 @@ def test_commands_and_links_of_a_page_are_there(page):
         assert path.with_suffix(".py").is_file() or (path / "__init__.py").is_file(), module
     for link in re.findall(r"\]\(((?!https?:|#)[^)\s#]+)", text):
         assert (page.parent / link).exists(), link
-
-
-def test_numbers_are_those_of_the_studies():
-    with open(ROOT / "docs/evidence/numbers.csv", encoding="utf-8", newline="") as file:
-        numbers = {row["name"]: row["printed"] for row in csv.DictReader(file)}
-    cited = set()
-    for page in (*PAGES, ROOT / "paper.md"):
-        for name, text in re.findall(r"<!--(\w+)-->([^<]*)<!--/-->", page.read_text(encoding="utf-8")):
-            assert text == numbers[name], f"{page}: {name} is {numbers[name]}"
-            cited.add(name)
-    assert cited == set(numbers)
 
 
 def test_files_to_change_are_there():

@@ -6,6 +6,7 @@ All problems of all files are reported at once, one line each: file and line, ke
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from freerock.config import values
 from freerock.config.campaign_file import CampaignFile
@@ -16,7 +17,7 @@ from freerock.config.values import Name, Section, key
 from freerock.config.yaml_lines import Lines, place, read_yaml
 from freerock.errors import FreerockError
 
-OPTIONS = ("campaigns", "studies")  # of snakemake --config
+OPTIONS = ("campaigns",)  # of snakemake --config
 RESERVED = ("studies", "inspect")  # folders of results that are no campaign's
 
 
@@ -45,7 +46,7 @@ class ConfigFile(Section):
 
 def load_config(
     path: str | Path = "config/config.yaml", campaigns: str | Sequence[str] | None = None
-) -> dict[str, Campaign]:
+) -> "Config":
     """Read and check config.yaml and the campaigns it names.
 
     Parameters
@@ -57,8 +58,7 @@ def load_config(
 
     Returns
     -------
-    dict of str to Campaign
-        By name, in their order.
+    Config
 
     Raises
     ------
@@ -67,14 +67,14 @@ def load_config(
 
     Examples
     --------
-    >>> campaign = load_config("config/config.yaml", ["palermo_virtual"])["palermo_virtual"]
+    >>> campaign = load_config("config/config.yaml", ["palermo_virtual"]).campaigns["palermo_virtual"]
     >>> len(campaign.records), [*campaign.blocks]
     (6, ['config1', 'config2', 'config3'])
     """
     problems: list[FreerockError] = []
     sources = [read_campaign(each) for each in campaign_paths(path, campaigns, problems)]
     refuse([*problems, *(problem for source in sources for problem in source.problems)])
-    return {source.path.stem: source.campaign for source in sources if source.campaign}
+    return Config({source.path.stem: source.campaign for source in sources if source.campaign})
 
 
 def load_campaign(path: str | Path, table: bytes | None = None) -> Campaign:
@@ -177,6 +177,12 @@ class Source:
     def where(self, *key: str) -> str:
         """file:line: key of the YAML file."""
         return place(self.path, self.lines, key)
+
+
+class Config(NamedTuple):
+    """The configuration as loaded: the campaigns by their names."""
+
+    campaigns: dict[str, Campaign]
 
 
 def read_campaign(path: str | Path, table: bytes | None = None) -> Source:

@@ -26,7 +26,10 @@ def contents(path: Path) -> Iterator[Contents]:
     saved. A channel is named "channel" or "sheet/channel"; columns may end in empty cells.
     """
     state = path.stat()
-    channels, notes, above, faults = list[Channel](), list[str](), list[str](), list[FreerockError]()
+    channels: list[Channel] = []
+    notes: list[str] = []
+    above: list[str] = []
+    faults: list[FreerockError] = []
     for title, table in _tables(path, state.st_ino, state.st_size, state.st_mtime_ns).items():
         if table is None:
             notes.append(f"sheet {title!r} holds no table of numbers")
@@ -40,8 +43,8 @@ def contents(path: Path) -> Iterator[Contents]:
         channels += found
         above += [f"sheet {title!r}, {line}" for line in lines]
     if not channels:
-        none = FreerockError(path, "no sheet holds a table of numbers", "export columns of numbers")
-        raise faults[0] if faults else none
+        remedy = "export columns of numbers under headings, the time in seconds among them"
+        raise faults[0] if faults else FreerockError(path, "no sheet holds a table of numbers", remedy)
     yield Contents(channels, "Excel", notes, above=above)
 
 

@@ -73,7 +73,8 @@ def seconds_in(where: object, unit: str) -> float:
     """
     plain = unit.casefold().split(" since ")[0].strip(" .")
     if plain not in SECOND_UNITS:
-        raise FreerockError(where, f"the time is in {unit[:40]!r}", "give it in s, ms, us or min")
+        remedy = "give it in s, ms, us or min, or give time_unit"
+        raise FreerockError(where, f"the time is in {unit[:40]!r}", remedy)
     return SECOND_UNITS[plain]
 
 

@@ -1,6 +1,6 @@
 """A simulated stand-in for a public workbook of rotations θ(t), in its layout.
 
-    python -m freerock_bench.workbook raw/wooden_blocks
+    python benchmarks/wooden_blocks.py raw/wooden_blocks
 
 The University of Catania published the rotations of nine wooden blocks in free rocking (Zenodo record
 6670588) as an Excel workbook: on its second sheet, below three rows of headings, a pair of columns (time

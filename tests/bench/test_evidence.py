@@ -1,0 +1,83 @@
+"""Tables of the studies, and the numbers that texts take from them."""
+
+import re
+
+import pandas as pd
+import pytest
+
+from freerock.errors import FreerockError
+from freerock_bench import evidence
+from freerock_bench.campaigns import COLUMNS
+from freerock_bench.document import BEGIN, END
+
+ROWS = pd.DataFrame(
+    [
+        {"case": "one", "parameter": "k", "truth": 2.0, "value": 2.02, "u": 0.02, "inside": True},
+        {"case": "one", "parameter": "k", "truth": 2.0, "value": 1.92, "u": 0.02, "inside": False},
+        {"case": "other", "parameter": "k", "truth": 2.0, "value": 2.6, "u": 0.3, "inside": True},
+    ],
+    columns=COLUMNS,
+)
+
+
+@pytest.fixture
+def written(tmp_path):
+    evidence.write("minimum", ROWS, 7, tmp_path)
+    return tmp_path
+
+
+def test_a_table_states_version_seed_and_code(written):
+    stated = evidence.heading("minimum", written)
+    assert stated.seed == "7" and re.fullmatch(r"\d+\.\d+.*", stated.version)
+    assert evidence.table("minimum", written)["value"].tolist() == ROWS["value"].tolist()
+    assert not evidence.is_older("minimum", written) and evidence.is_older("means", written)
+
+
+def test_a_table_is_older_once_the_code_that_it_judges_is_another(written, monkeypatch):
+    monkeypatch.setitem(evidence.STUDIES, "minimum", ("freerock.models.block",))
+    assert evidence.is_older("minimum", written)
+
+
+def test_a_cell_changed_by_hand_is_seen(written):
+    path = written / "minimum.csv"
+    path.write_text(path.read_text().replace("1.92", "1.99"))
+    with pytest.raises(FreerockError, match=r"a cell was changed by hand.*evidence minimum"):
+        evidence.table("minimum", written)
+
+
+def test_numbers_are_made_of_rows():
+    of = {name: statistic(ROWS) for name, statistic in evidence.STATISTICS.items()}
+    assert of["inside"] == "2 of 3" and of["percent"] == "67 %" and of["rows"] == "3"
+    assert of["error"] == "4 %" and of["least"] == "1.92"
+    assert of["times"] == "12"  # 30 % over 2.5 %
+
+
+def test_every_number_of_the_documentation_is_that_of_its_study():
+    texts = {number["name"]: evidence.printed(number) for number in evidence.numbers()}
+    for page in evidence.pages():
+        for name, text in evidence.cited(page):
+            assert text == texts[name], f"{page.name}: {name} is {texts[name]}"
+    assert {name for page in evidence.pages() for name, _ in evidence.cited(page)} == set(texts)
+
+
+def test_every_table_of_the_documentation_is_that_of_its_study():
+    document = evidence.DOCUMENT.read_text(encoding="utf-8")
+    for name, text in evidence.sections():
+        shown = document.split(BEGIN.format(name))[1].split(END.format(name))[0]
+        assert shown.splitlines()[1:] == text.splitlines()[1:], (
+            f"run python -m freerock_bench.evidence {name}"
+        )
+
+
+@pytest.mark.slow
+def test_studies_in_their_small_size(tmp_path, monkeypatch):
+    """Of each way of making a table one, from records to rows."""
+    monkeypatch.chdir(tmp_path)
+    names = "minimum", "means", "by_hand", "scatter", "noises", "kinds"
+    evidence.main(*names, size="small", cores=2)
+    found = {name: evidence.table(name, tmp_path / "results/evidence") for name in names}
+    assert found["minimum"]["inside"].all()
+    named = found["scatter"].query("parameter == 'true law in the set'")["inside"]
+    assert len(named) == 6 and named.mean() > 0.8
+    assert found["kinds"].query("parameter == 'r of an impact'")["inside"].mean() > 0.8
+    assert set(found["by_hand"]["parameter"]) == {"k", "lambda", "ε_θ", "processor time"}
