@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 import xarray as xr
+from matplotlib.ticker import NullLocator
 from scipy.special import chdtri
 
 from freerock.arrays import Floats
@@ -68,7 +69,9 @@ def _panel(ax: Axes, own: pd.DataFrame) -> None:
             ax.plot(*drawn, **look | {"marker": ".", "markersize": 4})
     ax.axhline(1.0, color="0.55", linewidth=1.2, zorder=1, label="noise at rest")
     ax.set(xscale="log", yscale="log", ylim=ends, xmargin=0.03)
-    style.whole_decades(ax.yaxis)
+    for axis in (ax.xaxis, ax.yaxis):  # plain numbers at powers of ten: formulas and small ticks take time
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_locator(NullLocator())
 
 
 def _of_record(record: xr.DataTree, fits: xr.DataTree) -> pd.DataFrame:

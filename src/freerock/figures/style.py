@@ -17,7 +17,6 @@ from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -285,13 +284,6 @@ def finish(figure: Figure, origin: str, handles: Sequence[Artist] = ()) -> None:
     if known:
         figure.legend(handles=[*known.values()], loc="outside upper right", ncols=legend_columns([*known]))
     footer(figure, origin)
-
-
-def whole_decades(axis: Any) -> None:
-    """A logarithmic axis has at least one decade, and numbers at powers of ten only."""
-    low, high = axis.get_view_interval()
-    axis.set_view_interval(min(low, 10 ** np.floor(np.log10(high))), high, ignore=True)
-    axis.set_minor_formatter(NullFormatter())
 
 
 def scale_by_noise(residual: Axes, furthest: float) -> None:
