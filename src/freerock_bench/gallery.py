@@ -16,32 +16,25 @@ ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "results/palermo_virtual/figures"
 IMAGES = ROOT / "docs/images"
 COLOURS = 32
-OPENED = '{0} = [freerock.open_{1}(f"{{folder}}/{0}/config2_{{each}}.nc") for each in ("marble", "aerstop")]'
-MADE = {"records": OPENED.format("records", "record"), "fits": OPENED.format("fits", "fits")}
-MADE["blocks"] = (
-    "blocks = {name: freerock.Block(**each) for name, each in settings.geometries(campaign).items()}"
-)
-MADE["set_ups"] = "set_ups = settings.set_ups(campaign)"
+OF_SCENES = '{0} = [results.{0}[f"config2_{{each}}"] for each in ("marble", "aerstop")]'
+BLOCKS = "blocks = {name: freerock.Block(**each) for name, each in settings.geometries(campaign).items()}"
+MADE = {each: OF_SCENES.format(each) for each in ("records", "fits")}
+MADE |= {"blocks": BLOCKS, "set_ups": "set_ups = settings.set_ups(campaign)"}
 
 
 def program(name: str) -> str:
     """Python that draws a figure from the folder of results of a campaign."""
     reads = declared(f"freerock.figures.{name}")["reads"]
-    tables, made = [each for each in reads if each not in MADE], [each for each in reads if each in MADE]
-    lines = ["import pandas as pd"] * bool(tables) + ["import freerock"] * bool(made)
-    if configured := {"blocks", "set_ups"} & {*reads}:
-        lines.append("from freerock.config import step_settings as settings")
-    lines += [f"from freerock.figures.{name} import draw", "", 'folder = "results/palermo_virtual"']
-    if configured:
-        lines.append('campaign = freerock.load_campaign("config/campaigns/palermo_virtual.yaml")')
-    lines += [MADE[each] for each in made]
-    if tables:
-        read = 'pd.read_csv(f"{folder}/tables/{name}.csv", dtype={"run": str})'
-        lines.append(f"tables = [{read} for name in {tables}]")
-    given = dict.fromkeys("*tables" if each in tables else each for each in reads)
-    return "\n".join(
-        [*lines, f'figure, numbers = draw({", ".join(given)}, "simulated")', f'figure.savefig("{name}.png")']
-    )
+    given = [each if each in MADE else f'tables["{each}"]' for each in reads]
+    lines, configured = ["import freerock"], bool({"blocks", "set_ups"} & {*reads})
+    lines += ["from freerock.config import step_settings as settings"] * configured
+    lines += [f"from freerock.figures.{name} import draw", ""]
+    lines += ['results = freerock.open_results("results/palermo_virtual")'] * (name != "set_up")
+    lines += ["tables = results.tables"] * (given != reads)
+    lines += ['campaign = freerock.load_campaign("config/campaigns/palermo_virtual.yaml")'] * configured
+    lines += [MADE[each] for each in reads if each in MADE]
+    lines += [f'figure, numbers = draw({", ".join(given)}, "simulated")', f'figure.savefig("{name}.png")']
+    return "\n".join(lines)
 
 
 def in_few_colours(file: Path, target: Path) -> None:

@@ -9,6 +9,7 @@ from freerock.models.housner import housner_swings
 from freerock.models.simulate import simulate_theta
 from freerock.populations.band import bands, swings_of
 from freerock.populations.estimate import Estimate
+from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
 
 BLOCK, TIME = Block(0.28, 0.07, 5.84), np.arange(0, 2.5, 4e-3)
@@ -53,6 +54,23 @@ def test_runs_that_differ_widen_the_band_and_a_stranger_lies_outside():
     assert not odd[odd["run"] == 5]["inside"].any()
     late = odd[(odd["run"] == 5) & (odd["peak"] > 1)]
     assert not late["impact_inside"].any()
+
+
+def test_the_band_is_read_with_the_inputs_that_the_fit_moved():
+    """A scale that is 1 % off, of a run whose peaks are 1 % lower as stated."""
+    scale = Input("laser", "scale_fraction", 0.01, True)
+    swings = housner_swings(BLOCK, 0.9, 0.17, max_impacts=7)
+    for by, inside in ((0.0, False), (1.0, True)):
+        estimates, motions, peaks = [], {}, {}
+        for run in (1, 2):
+            names = "made_up", "a_marble", run, "a", "marble", "housner"
+            values = {"r": 0.9, "theta0": 0.17 / 1.01}
+            moved = {scale: by} if by else {}
+            estimates.append(Estimate(*names, values, np.array([[1e-8]]), moved=moved))
+            motions[run] = Motion(TIME, np.zeros(TIME.size), sigma_theta=1e-5, theta0=0.17 / 1.01)
+            peaks["a_marble", run] = np.degrees(swings.peak[1:6]) / 1.01, swings.impact_time[:5]
+        table = bands(estimates, lambda test, own=motions: own, {"a": BLOCK}, peaks)
+        assert table["impact_inside"][table["peak"] > 1].all() == inside
 
 
 def test_a_run_alone_is_not_foretold():

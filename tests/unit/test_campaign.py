@@ -25,8 +25,8 @@ def test_campaigns_named_by_the_caller_replace_those_of_the_file(campaign):
     campaign(csv_change=("near", "far"))
     Path("config/campaigns/lab.csv").write_text(CSV)
     Path("config/config.yaml").write_text("campaigns: [nowhere]\n")
-    assert list(load_config("config/config.yaml", campaigns=["lab"]).campaigns) == ["lab"]
-    assert list(load_config("config/config.yaml", campaigns="lab").campaigns) == ["lab"]
+    assert list(load_config("config/config.yaml", campaigns=["lab"])) == ["lab"]
+    assert list(load_config("config/config.yaml", campaigns="lab")) == ["lab"]
 
 
 def test_accepted_campaign(campaign):
@@ -59,7 +59,7 @@ def test_palermo_campaign():
         assert palermo.blocks[record.block].block == block
         assert Laser(**palermo.lasers[record.laser].model_dump(exclude={"uncertainty"})) == laser
     assert palermo.origin == "simulated"
-    assert list(load_config(ROOT / "config/config.yaml").campaigns) == ["palermo_virtual"]
+    assert list(load_config(ROOT / "config/config.yaml")) == ["palermo_virtual"]
 
 
 def test_two_lasers_and_their_channels():

@@ -9,6 +9,9 @@ from fabricated import fits, record
 from freerock.models.block import Block
 from freerock.models.laws import PAPER_MODELS
 from freerock.products.estimates import estimates_in, estimates_of
+from freerock.rotation.laboratory import Input
+from freerock.rotation.sensor import Laser
+from freerock.rotation.view import View
 
 
 def test_every_usable_fit_is_an_estimate():
@@ -26,15 +29,19 @@ def test_every_usable_fit_is_an_estimate():
         np.testing.assert_array_equal(each.covariance, group["covariance"].values[:n, :n])
 
 
-def test_a_block_has_the_dimensions_that_belong_to_its_parameters():
-    """A centre of mass and an inertia that are not given are moved from those of a uniform block."""
-    block = Block(1.0, 0.25, 500.0)
-    own = next(iter(estimates_in(fits(record("b1_marble")))))
-    moved = replace(own, moved={"height_m": 0.01, "com_height_m": 2e-3, "inertia_kg_m2": 0.5}).block_of(block)
-    taller = Block(1.01, 0.25, 500.0)
-    assert (moved.height_m, moved.width_m) == (1.01, 0.25)
-    assert moved.h == pytest.approx(0.507) and moved.inertia_cm == pytest.approx(taller.inertia_cm + 0.5)
-    assert replace(own, moved={}).block_of(block) == block
+def test_the_laboratory_has_the_inputs_that_the_fit_moved():
+    """Two standard uncertainties of the height, one of the scale of the one laser."""
+    block, own = Block(1.0, 0.25, 500.0), next(iter(estimates_in(fits(record("b1_marble")))))
+    height, scale = Input("b1", "height_m", 5e-3, True), Input("laser", "scale_fraction", 1e-3, True)
+    view = View(block, Laser("horizontal", 0.4, 0.1))
+    known = replace(own, moved={height: 2.0, scale: 1.0}).laboratory(block, view)
+    moved = known.at(known.inputs, np.array([2.0, 1.0]))
+    assert moved.block == Block(1.01, 0.25, 500.0) and moved.scales[0] == pytest.approx(1.001)
+    other = Input("second", "scale_fraction", 1e-3, True)
+    assert replace(own, moved={height: 2.0, scale: 1.0, other: 1.0}).laboratory(block, view).inputs == (
+        height,
+    )
+    assert replace(own, moved={}).laboratory(block, None).inputs == ()
 
 
 def test_failed_fits_are_no_estimates():

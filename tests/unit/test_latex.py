@@ -43,16 +43,6 @@ def test_latex_sets_symbols_in_italics_and_numbers_by_siunitx():
     assert text.index(r"\caption") < text.index(r"\label{tab:x}") < text.index(r"\begin{tabular}")
 
 
-def test_latex_continues_a_table_that_is_higher_than_a_page():
-    rows = [[f"block {i // 9}", ""] if i % 9 == 0 else [str(i), "x"] for i in range(95)]
-    text = latex(pd.DataFrame(rows, columns=["a", "b"]), "Long", ["A note."], "tab:long")
-    parts = text.split(r"\begin{table}")[1:]
-    assert [part.count(r" & x \\") + part.count(r"\multicolumn") for part in parts] == [36, 36, 23]
-    assert all(re.search(r"\\midrule\n\\multicolumn\{2\}", part) for part in parts)
-    assert [part.count(r"\addtocounter{table}{-1}") for part in parts] == [0, 1, 1]
-    assert text.count(r"\label{tab:long}") == 1 and text.count("A note.") == 1 and "A note." in parts[-1]
-
-
 def test_numbers_are_macros_of_letters_alone(datasets):
     tidy = tidy_tables(*datasets)
     tidy["parameters"].loc[tidy["parameters"]["test"] == "b2_mat", "success"] = False
@@ -89,10 +79,6 @@ def test_tables_fit_the_columns_of_a_journal(tmp_path, datasets, name):
     wide = frames | {"table1": table1(datasets[0], shapes)}
     tables = {each: table.text for each, table in printed.items()} | {
         "blocks": printed_tables(wide, "simulated", labels=labels)["table1"].text,
-        "long": pd.DataFrame(
-            [[f"block {i // 9}", *[""] * 3] if i % 9 == 0 else ["3.14"] * 4 for i in range(95)]
-        ),
-        "plain": pd.DataFrame([["3.14"] * 4] * 41),
     }
     for stem, text in tables.items():
         written = latex(text, "Of θ₀ ± 5 %", ["A note."], f"tab:{stem}")

@@ -24,7 +24,7 @@ def record():
 
 
 def test_runs_impacts_and_numbers_are_those_of_the_workflow_to_the_last_digit(record, tmp_path):
-    campaign = load_config(ROOT / "config/config.yaml", ["palermo_virtual"]).campaigns["palermo_virtual"]
+    campaign = load_config(ROOT / "config/config.yaml", ["palermo_virtual"])["palermo_virtual"]
     (own,) = (each for each in campaign.records if each.test == "config2_marble")
     settings = record_settings(campaign, own, "")
     files = tmp_path / "records/config2_marble.nc", tmp_path / "fits/config2_marble.nc"

@@ -81,7 +81,7 @@ def test_inspect_tells_what_the_reader_found_out_and_what_can_not_be_read(folder
 def test_inspect_of_what_can_not_be_read_fails_and_draws_nothing(folder, capsys):
     Path("bad.csv").write_text("time [s],laser [V]\n" + "0.1,1\n" * 120 + "0.2,abc\n" + "0.3,1\n" * 5)
     assert cli.main(["inspect", "bad.csv"]) == 1
-    told = "line 122, column 2: 'abc' is not a number; correct the line, or export the file again"
+    told = "laser: line 122, column 2: 'abc' is not a number; correct the line, or export the file again"
     assert capsys.readouterr().err == f"bad.csv: {told}\n"
     assert not Path("results").exists()
 
@@ -143,7 +143,7 @@ def test_nothing_is_overwritten(folder, existing, capsys):
         ("my lab", "stick/day 1", "NAME: 'my lab' is not a name; use letters, digits and _ only"),
         ("studies", "stick/day 1", "studies: is a folder of results; choose another name"),
         ("lab", "nowhere", "nowhere: is no folder; name the folder of the record files"),
-        ("lab", "stick", "stick: holds no record that can be read; put files of .tdms, .lvm, .mat, .csv, "),
+        ("lab", "stick", "stick: holds no record that can be read; put files of .tdms, .lvm, .csv, .tsv, "),
     ],
 )
 def test_what_can_not_begin_a_campaign(folder, name, source, line, capsys):

@@ -124,7 +124,7 @@ READ = {
 REFUSED = {
     "no unit of time": (
         "time,laser\n" + rows(plain),
-        "the time states no unit; write it behind its name",
+        "the time states no unit; write it as time [ms]",
     ),
     "unknown unit of time": (
         "Time [x],laser\n" + rows(lambda i, t, v: f"{t:.4f},{v:.2f}"),

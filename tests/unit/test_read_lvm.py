@@ -100,5 +100,5 @@ def test_truncated(tmp_path, lines, message):
 
 def test_another_file(tmp_path):
     (tmp_path / "a.lvm").write_text("time;volts\n0;1\n")
-    what = "not an LVM file: its first line is not 'LabVIEW Measurement'"
-    assert refusal(tmp_path / "a.lvm") == f"{what}; correct the ending of its name, or copy it again"
+    what = "its first line is not 'LabVIEW Measurement'"
+    assert refusal(tmp_path / "a.lvm") == f"{what}; correct the ending of its name"

@@ -58,7 +58,8 @@ def test_truncated(tmp_path):
     path = save(tmp_path / "a.mat", {"t": TIME, "laser": VOLTS}, "5")
     path.write_bytes(path.read_bytes()[:-8])
     assert refusal(path) == (
-        "not a readable .mat file (OSError: could not read bytes); copy it again from the acquisition computer"
+        "not a readable .mat file (OSError: could not read bytes); "
+        "copy it again from the acquisition computer"
     )
 
 

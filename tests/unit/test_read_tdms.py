@@ -82,7 +82,7 @@ def test_time_channel_beside_the_signal(tmp_path):
     np.testing.assert_allclose(dataset["time"], np.arange(1000) / 2000, atol=1e-12)
     assert refusal(
         write(tmp_path / "c.tdms", ("g", "Time", time, {"unit_string": "V"}), ("g", "laser", VOLTS, {}))
-    ) == ("'Time': the time is in 'V'; give it in s, ms, us or min, or give time_unit")
+    ) == ("'Time': the time is in 'V'; give it in s, ms, us or min")
 
 
 def test_data_acquisition_scaling(tmp_path):

@@ -35,7 +35,7 @@ def test_mild_jitter_gives_an_even_grid():
 def test_strong_jitter_is_refused():
     random = np.random.default_rng(1)
     message = refusal(np.sort(TIME + random.uniform(-0.6, 0.6, TIME.size) / RATE))
-    assert message.startswith("the time stamps leave an even grid of 0.0004")
+    assert message.startswith("the stamps leave an even grid of 0.0004")
     assert message.endswith("sampling intervals; export with the logger's own clock, or resample it evenly")
 
 

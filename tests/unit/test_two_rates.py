@@ -13,7 +13,6 @@ from freerock.records.read import read_record
 N = 200
 VOLTS = np.linspace(1, 2, N)
 REMEDY = "; correct the one that is wrong, or "
-TWO = "gives 2000 Hz and {} gives 1000 Hz" + REMEDY + "leave it out"
 
 
 def text(path, *above, step=None):
@@ -53,7 +52,7 @@ def tdms(path, step, unit, stamps):
 
 def test_two_statements_of_a_text(tmp_path):
     path = text(tmp_path / "a.csv", "fs = 2000 Hz", "dt = 0.001 s")
-    assert refusal(path) == f"fs {TWO.format('dt')}"
+    assert refusal(path).startswith("fs and dt give 2000 and 1000 Hz; correct the one that is wrong")
     path = text(tmp_path / "a.csv", "fs = 2000 Hz", "dt = 0.0005 s")
     assert read_record(path, "column 1").attrs["sampling_rate_hz"] == 2000
 

@@ -31,8 +31,8 @@ BAD = {
     "channel to DC coupling and record again",
     "nan": f"laser signal: no sample is a number; {CHECK}",
     "constant": f"laser signal: constant at 4.6 V; {CHECK}",
-    "no_rate": "channel 'laser' gives no sampling rate (wf_increment is absent); log it as a waveform, set "
-    "wf_increment to the interval in seconds, or give sampling_rate_hz",
+    "no_rate": "'laser' gives no sampling rate (wf_increment is absent); head the time as Time [s], state "
+    "the rate in the file as fs in Hz, or give sampling_rate_hz",
     "saturated": f"laser signal: no sample within -0.1 to 10.1 V (100% error_level); {CHECK}",
     "overturned": "record: no release found: held at 29.09°, beyond the block's critical angle 26.57°, it "
     "overturns; check the block's height and width and the laser's position",

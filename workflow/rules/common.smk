@@ -20,7 +20,7 @@ if not os.access(PACKAGE, os.W_OK):  # no room for the compiled integrator besid
 try:
     check_options(config)
     # Campaigns given by --config or by the workflow that uses this one as a module replace those of config.yaml.
-    CAMPAIGNS = load_config("config/config.yaml", config.get("campaigns")).campaigns
+    CAMPAIGNS = load_config("config/config.yaml", config.get("campaigns"))
     CHECKSUMS = {name: listed_checksums(section.raw) for name, section in CAMPAIGNS.items()}
     for section in CAMPAIGNS.values():
         if not os.path.isdir(section.raw):  # a share away, a renamed folder: no records that failed

@@ -26,7 +26,7 @@ def add_arguments(add: Callable[..., object]) -> None:
 def run(chosen: Namespace) -> None:
     """Print what differs, and how many files do not; raise when there is anything."""
     n_differing = 0
-    for name in load_config(campaigns=chosen.campaign or None).campaigns:
+    for name in load_config(campaigns=chosen.campaign or None):
         listed = listed_files(name)
         told = {path: state_of(path, checksum) for path, checksum in listed.items()}
         differing = [f"{state}: {path}" for path, state in told.items() if state]

@@ -6,7 +6,6 @@ All problems of all files are reported at once, one line each: file and line, ke
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 from freerock.config import values
 from freerock.config.campaign_file import CampaignFile
@@ -46,7 +45,7 @@ class ConfigFile(Section):
 
 def load_config(
     path: str | Path = "config/config.yaml", campaigns: str | Sequence[str] | None = None
-) -> "Config":
+) -> dict[str, Campaign]:
     """Read and check config.yaml and the campaigns it names.
 
     Parameters
@@ -58,7 +57,8 @@ def load_config(
 
     Returns
     -------
-    Config
+    dict of str to Campaign
+        By name, in their order.
 
     Raises
     ------
@@ -67,14 +67,14 @@ def load_config(
 
     Examples
     --------
-    >>> campaign = load_config("config/config.yaml", ["palermo_virtual"]).campaigns["palermo_virtual"]
+    >>> campaign = load_config("config/config.yaml", ["palermo_virtual"])["palermo_virtual"]
     >>> len(campaign.records), [*campaign.blocks]
     (6, ['config1', 'config2', 'config3'])
     """
     problems: list[FreerockError] = []
     sources = [read_campaign(each) for each in campaign_paths(path, campaigns, problems)]
     refuse([*problems, *(problem for source in sources for problem in source.problems)])
-    return Config({source.path.stem: source.campaign for source in sources if source.campaign})
+    return {source.path.stem: source.campaign for source in sources if source.campaign}
 
 
 def load_campaign(path: str | Path, table: bytes | None = None) -> Campaign:
@@ -177,12 +177,6 @@ class Source:
     def where(self, *key: str) -> str:
         """file:line: key of the YAML file."""
         return place(self.path, self.lines, key)
-
-
-class Config(NamedTuple):
-    """The configuration as loaded: the campaigns by their names."""
-
-    campaigns: dict[str, Campaign]
 
 
 def read_campaign(path: str | Path, table: bytes | None = None) -> Source:

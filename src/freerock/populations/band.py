@@ -2,6 +2,7 @@
 
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import groupby
 from operator import attrgetter
 
@@ -10,10 +11,10 @@ import pandas as pd
 
 from freerock.arrays import Floats
 from freerock.columns import columns_of
+from freerock.config.fit_settings import FitSettings
+from freerock.identification.run_model import Point, RunModel
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES
 from freerock.populations.estimate import Estimate
-from freerock.rotation.as_measured import as_measured
 from freerock.runs.motion import Motion
 
 DRAWS = 200  # motions of a band
@@ -82,7 +83,7 @@ def bands(
 
 def foretold(
     own: Estimate,
-    drawn: Iterable[tuple[Mapping[str, float], float]],
+    drawn: Iterable[tuple[dict[str, float], float]],
     motion: Motion,
     block: Block,
     debonding: str,
@@ -92,20 +93,14 @@ def foretold(
 
     Shape (2, n_peaks) each.
     """
-    rng, candidate, drawn_swings = np.random.default_rng(_seed(own) + 1), CANDIDATES[own.model], []
+    rng, drawn_swings = np.random.default_rng(_seed(own) + 1), []
     time_s = np.arange(0.0, motion.time_s[-1], 1 / RATE_HZ)
+    read = replace(motion, laboratory=own.laboratory(block, motion.view))
+    model = RunModel(own.model, block, read, FitSettings(debonding=debonding))
+    inputs = np.array([own.moved[source] for source in model.inputs])
     for law, sigma_r in drawn:
-        values: dict[str, object] = {**law, **_released(own, motion, rng)}
-        if sigma_r > 0:
-            values["impacts"] = rng.normal(0.0, sigma_r, 4 * MOST_PEAKS)
-        theta = as_measured(
-            candidate.law,
-            own.block_of(block),
-            values,  # type: ignore[arg-type]
-            time_s,
-            own.view_of(motion.view, block),
-            rules=candidate.rules(debonding),
-        )
+        impacts = rng.normal(0.0, sigma_r, 4 * MOST_PEAKS) if sigma_r > 0 else np.zeros(0)
+        theta = model.curve(Point(law | _released(own, motion, rng), inputs, impacts), time_s)
         found = swings_of(time_s, theta)[:, :n_peaks]
         rests = np.array([[0.0], [motion.time_s[-1]]])  # no peak, and no impact within the run
         drawn_swings.append(np.hstack([found, np.tile(rests, n_peaks - found.shape[1])]))

@@ -1,7 +1,7 @@
 """What a fit found, in the few plain values that later steps take of it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -9,8 +9,11 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.free_parameters import COMMON_NUISANCES
 from freerock.models.laws import MODELS
-from freerock.rotation.laboratory import OF_BLOCK
+from freerock.rotation.laboratory import OF_BLOCK, Input, Laboratory
+from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View
+
+OF_ALL = {*OF_BLOCK, "levelled_deg", "sampling_rate_fraction"}  # inputs that no single laser has
 
 
 @dataclass(frozen=True)
@@ -32,8 +35,8 @@ class Estimate:
     shifts : mapping of (str, str) to ndarray, shape (n,)
         By owner and name of an input, the relative shift of each of these parameters for one standard
         uncertainty of that input.
-    moved : mapping of str to float
-        By name, how far a fit moved the inputs of block and beam [m, kg].
+    moved : mapping of Input to float
+        By how many of their standard uncertainties a fit moved the inputs of the laboratory.
     sigma_r : float
         Scatter of the rate from impact to impact, as a share.
     """
@@ -47,21 +50,15 @@ class Estimate:
     values: Mapping[str, float]
     covariance: Floats
     shifts: Mapping[tuple[str, str], Floats] = field(default_factory=dict)
-    moved: Mapping[str, float] = field(default_factory=dict)
+    moved: Mapping[Input, float] = field(default_factory=dict)
     sigma_r: float = 0.0
 
-    def block_of(self, block: Block) -> Block:
-        """The block with the dimensions that belong to these parameters."""
-        for name, by in self.moved.items():
-            block = block.moved(name, by) if name in OF_BLOCK and by else block
-        return block
-
-    def view_of(self, view: View | None, block: Block) -> View | None:
-        """The view of a block with the place of the beam that belongs to these parameters."""
-        by = self.moved.get("position_m", 0.0)
-        if view is None or view.laser.beam is None or not (self.moved.keys() & {*OF_BLOCK, "position_m"}):
-            return view
-        return View(self.block_of(block), replace(view.laser, position_m=view.laser.position + by))
+    def laboratory(self, block: Block, view: View | None) -> Laboratory:
+        """The laboratory as stated, with the inputs that the fit moved; of two lasers without their own."""
+        laser = view.laser if view is not None else Laser(units="rad")
+        owners = {source.owner for source in self.moved if source.name not in OF_ALL}
+        inputs = tuple(source for source in self.moved if source.name in OF_ALL or len(owners) == 1)
+        return Laboratory(block, {owners.pop() if len(owners) == 1 else "laser": laser}, inputs)
 
     @property
     def parameters(self) -> dict[str, float]:

@@ -11,6 +11,7 @@ from freerock.models.given import legal
 from freerock.models.laws import MODELS
 from freerock.populations.estimate import Estimate
 from freerock.products.groups import fits_of
+from freerock.rotation.laboratory import Input
 
 if TYPE_CHECKING:
     import lmfit
@@ -76,14 +77,12 @@ def _shifts(fit: xr.Dataset, n: int) -> dict[tuple[str, str], Floats]:
     return dict(zip(names, relative.T, strict=True))
 
 
-def _moved(fit: xr.Dataset) -> dict[str, float]:
-    """How far the fit moved each input of the block, and of the beam where there is one."""
+def _moved(fit: xr.Dataset) -> dict[Input, float]:
+    """By how many of its standard uncertainties the fit moved each input, of those that it moved."""
     if "input_moved" not in fit:
         return {}
-    by = fit["input_moved"].values * fit["input_u"].values
-    names = fit["input"].values.tolist()
-    moved = zip(names, by.tolist(), strict=True)
-    return {name: each for name, each in moved if names.count(name) == 1 and each}
+    columns = (fit[name].values.tolist() for name in ("input_owner", "input", "input_u", "input_moved"))
+    return {Input(owner, name, u, True): by for owner, name, u, by in zip(*columns, strict=True) if by}
 
 
 def estimates_of(trees: Iterable[xr.DataTree]) -> list[Estimate]:

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Callable, Sequence
 from datetime import date, timedelta
-from math import inf, nan
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?", re.IGNORECASE
 THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:([.,'’ \N{NO-BREAK SPACE}\u202f])\d{3})(?:\1\d{3})*(?:[.,]\d+)?")
 MARKS = {
     sign + mark.replace("_", " "): value
-    for kind, value in {"over": inf, "under": -inf, "missing": nan}.items()
+    for kind, value in {"over": np.inf, "under": -np.inf, "missing": np.nan}.items()
     for mark in WORDS["marks"][kind].split()
     for sign in ("", "+")
 }
@@ -43,25 +42,22 @@ DURATION = re.compile(r"([-+]?[\d.,]+(?:e[-+]?\d+)?) ?([a-zµμ]+(?:\(s\))?)", r
 ORDERS = {"ymd": "year, month, day", "dmy": "day, month, year", "mdy": "month, day, year"}
 NO_DATE = date.max
 EXPORT = "export the times as 2026-11-22T09:30:00.125, or as seconds"
-_HOUR = "is set by an hour, or begins the next one,"
-CLOCK_SET = {-86400.0: "passes midnight", -3600.0: _HOUR, 3600.0: _HOUR}  # by a step [s]
+CLOCK_JUMPS_S = (-86400.0, -3600.0, 3600.0)  # at midnight; at a full hour, or where the clock is set
 
 
 def mark(cell: str) -> float | None:
     """inf or −inf for a mark of a sample out of range, NaN for one of a missing sample, else None."""
     plain = cell.strip().casefold().replace("_", " ")
     blank = plain and plain[0] in "#*-–—_?." and not plain.strip(plain[0])
-    return nan if blank else MARKS.get(plain)
+    return np.nan if blank else MARKS.get(plain)
 
 
 def kind_of(cell: str, decimal: str) -> str:
     """n for a number, m for a mark, c for a time, d for a date alone, t for other text, "" where empty."""
     if not cell:
         return ""
-    if (decimal == "." or "." not in cell) and NUMBER.fullmatch(cell.replace(decimal, ".")):
-        return "n"
-    if NUMBER.fullmatch(cell):
-        return "t"
+    if NUMBER.fullmatch(cell.replace(decimal, ".")):
+        return "t" if decimal == "," and "." in cell else "n"
     if mark(cell) is not None:
         return "m"
     if DATE.fullmatch(cell):
@@ -102,9 +98,8 @@ def numbers(where: object, cells: "pd.Series[Any]", decimal: str, place: Callabl
             what = f"{place(row)}: {why_no_number(cell)}"
             raise FreerockError(where, what, "correct the line, or export the file again")
     values[cells.index.get_indexer(odd.index)] = odd.map(marked).to_numpy(float)
-    return values, [
-        f"{n} cells marked {cell!r} are missing samples" for cell, n in odd.value_counts().items()
-    ]
+    marks = odd.value_counts().items()
+    return values, [f"{n} cells marked {cell!r} are missing samples" for cell, n in marks]
 
 
 def why_no_number(cell: str) -> str:
@@ -138,9 +133,8 @@ def seconds(where: object, column: "pd.Series[str]") -> tuple[Floats, list[str],
         _refuse_others(where, text, sizes)
         return (parts[0].str.replace(",", ".").astype(float) * sizes).to_numpy(float), [], ""
     parts = text.str.extract(rf"^(?:{STAMP.pattern})$", flags=STAMP.flags)
-    _refuse_others(where, text, parts["minute"])
-    for part in ("day", "hour", "half", "zone"):
-        if parts[part].notna().any():
+    for part in ("minute", "day", "hour", "half", "zone"):
+        if part == "minute" or parts[part].notna().any():
             _refuse_others(where, text, parts[part])
     hour = parts["hour"].astype(float).fillna(0.0)
     if parts["half"].notna().any():
@@ -168,12 +162,12 @@ def unwrapped(time_s: Floats) -> tuple[Floats, list[str]]:
     steps = np.diff(time_s)
     usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     notes = []
-    for jump, told in CLOCK_SET.items():
+    for jump in CLOCK_JUMPS_S:
         at = np.flatnonzero(np.abs(steps - jump) <= 3 * usual)
         if at.size == 1 and usual <= abs(jump) / 100:
             time_s = time_s - jump * (np.arange(time_s.size) > at[0])
             steps = np.diff(time_s)
-            notes.append(f"the clock {told} after sample {at[0]}: {-jump:+g} s from there on")
+            notes.append(f"the clock jumps by {jump:+g} s after sample {at[0]}, and runs on here")
     return (np.round(time_s, 9) if notes else time_s), notes
 
 
@@ -182,8 +176,8 @@ def _refuse_others(where: object, text: "pd.Series[str]", found: "pd.Series[Any]
     other, alike = text[text.notna() & found.isna()], text[found.notna()]
     if other.size:
         cell = other.iloc[0][:40]
-        otherwise = alike.size and is_clock(cell)
-        written = f"is written otherwise than {alike.iloc[0]!r}" if otherwise else "is no time"
+        like = alike.size and is_clock(cell)
+        written = f"is written otherwise than {alike.iloc[0]!r}" if like else "is no time"
         raise FreerockError(where, f"{cell!r} in row {other.index[0]} {written}", EXPORT)
 
 

@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from math import nan
 from pathlib import Path
 
 import numpy as np
@@ -99,7 +98,7 @@ class Named(dict[str, Channel]):
 
 def unfit(name: str, why: str, group: str = "") -> Channel:
     """A channel that can't be read, and why."""
-    return Channel(name, "", lambda: np.empty(0), Even(nan), group, fault=why)
+    return Channel(name, "", lambda: np.empty(0), Even(np.nan), group, fault=why)
 
 
 def differ(one: float, other: float) -> bool:
@@ -154,6 +153,5 @@ def chosen(path: Path, names: Mapping[str, Channel], channel: str | None) -> dic
         remedy = "correct the channel column of the campaign's CSV"
         raise FreerockError(path, f"no channel {channel!r}; its channels are {names_in_short(names)}", remedy)
     if names[name].fault:
-        what = f"channel {name!r} {names[name].fault}"
-        raise FreerockError(path, what, "name a channel that holds numbers, or export it as numbers")
+        raise FreerockError(path, f"channel {name!r} {names[name].fault}", "name one that holds numbers")
     return {name: names[name]}

@@ -26,10 +26,7 @@ def contents(path: Path) -> Iterator[Contents]:
     saved. A channel is named "channel" or "sheet/channel"; columns may end in empty cells.
     """
     state = path.stat()
-    channels: list[Channel] = []
-    notes: list[str] = []
-    above: list[str] = []
-    faults: list[FreerockError] = []
+    channels, notes, above, faults = list[Channel](), list[str](), list[str](), list[FreerockError]()
     for title, table in _tables(path, state.st_ino, state.st_size, state.st_mtime_ns).items():
         if table is None:
             notes.append(f"sheet {title!r} holds no table of numbers")
@@ -43,8 +40,8 @@ def contents(path: Path) -> Iterator[Contents]:
         channels += found
         above += [f"sheet {title!r}, {line}" for line in lines]
     if not channels:
-        remedy = "export columns of numbers under headings, the time in seconds among them"
-        raise faults[0] if faults else FreerockError(path, "no sheet holds a table of numbers", remedy)
+        none = FreerockError(path, "no sheet holds a table of numbers", "export columns of numbers")
+        raise faults[0] if faults else none
     yield Contents(channels, "Excel", notes, above=above)
 
 

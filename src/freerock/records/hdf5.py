@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,6 @@ from freerock.records.channels import Channel, Contents, Even, Load, Stamps, nam
 from freerock.records.headings import also_stated, is_time, split_unit, stated_rate, states_rate
 
 AS_VECTORS = "save t = seconds(tt.Time) and x = tt.x as vectors"
-CLASSIC = b"CDF"
 LABELS = ("columns", "column_names", "labels", "channel_names", "names", "channels")
 UNITS = ("units", "unit", "Units", "Unit", "unit_string")
 
@@ -47,12 +45,10 @@ def contents(path: Path) -> Iterator[Contents]:
     single number of these groups, states the sampling rate (sampling_rate, fs, dt, …). Packed values
     (scale_factor, add_offset, _FillValue) are unpacked.
     """
-    with open(path, "rb") as start:
-        begins = start.read(len(CLASSIC))
     if h5py.is_hdf5(path):
         with h5py.File(path, locking=False) as file:
             yield of_arrays(path, *arrays_in(file), "MAT v7.3" if path.suffix.lower() == ".mat" else "HDF5")
-    elif begins == CLASSIC:
+    elif path.suffix.lower() == ".nc":
         with netcdf_file(path, mmap=False) as file:
             found = [vectors(name, each.data, each._attributes) for name, each in file.variables.items()]
             arrays = {name: array for each in found for name, array in each.items()}
@@ -102,7 +98,7 @@ def vectors(name: str, data: Any, attributes: Attributes) -> dict[str, Array]:
     shape = tuple(n for n in data.shape if n != 1)
     kind = as_text(attributes.get("MATLAB_class"))
     if "MATLAB_object_decode" in attributes or kind in ("char", "cell", "function_handle"):
-        return {name: Array((), None, f"is a MATLAB {kind}: save its numbers as vectors")}
+        return {name: Array((), None, f"is a MATLAB {kind}: {AS_VECTORS}")}
     if data.dtype.names:
         fields = [field for field in data.dtype.names if data.dtype[field].kind in "iuf"]
         if len(shape) < 2 and fields:
@@ -128,12 +124,11 @@ def _column(data: Any, shape: tuple[int, ...], key: Any) -> Any:
 def of_arrays(path: Path, arrays: Arrays, attributes: Mapping[str, Attributes], kind: str) -> Contents:
     """Channels of the vectors among arrays by path; attributes are of arrays and of groups, "" the file."""
     stated = {name: _stated(each) for name, each in attributes.items()}
-    loads: dict[str, Load] = {}
-    channels: list[Channel] = []
+    loads, left_out = dict[str, Load](), list[Channel]()
     for name, array in sorted(arrays.items(), key=lambda each: each[0].endswith(")")):  # of matrices last
         group, _, last = name.rpartition("/")
         if array.load is None:
-            channels.append(unfit(last, array.unfit, group))
+            left_out.append(unfit(last, array.unfit, group))
         elif array.shape and max(array.shape) > 1:
             loads[name] = partial(_unpacked, array.load, stated.get(name, {}))
         elif not array.shape and states_rate(last):
@@ -152,20 +147,19 @@ def of_arrays(path: Path, arrays: Arrays, attributes: Mapping[str, Attributes], 
         near = next(filter(None, beside), [])
         fit = [each for each in near if arrays[each].shape == arrays[name].shape]
         values = dict(ChainMap(*(stated.get(each, {}) for each in (name, *folders))))
-        clock: Even | Stamps
         if len(fit) == 1:
-            clock = clocks[fit[0]]
-            begun = clock.unit.partition(" since ")[2]
+            clock: Even | Stamps = clocks[fit[0]]
+            begun = units[fit[0]].partition(" since ")[2]
             start = "" if begun.startswith("1970-01-01") else begun or start
         elif near:
             told = names_in_short(f"{time} {arrays[time].shape[0]}" for time in near)
             why = f"has {arrays[name].shape[0]} samples, its time {told}"
-            channels.append(unfit(last, why, group))
+            left_out.append(unfit(last, why, group))
             continue
         else:
-            clock = stated_rate(path, values) or Even(nan, unknown=without)
+            clock = stated_rate(path, values) or Even(np.nan, unknown=without)
         signals.append(Channel(last, units[name], loads[name], clock, group, also_stated(path, values)))
-    return Contents([*signals, *channels], kind, [], start)
+    return Contents([*signals, *left_out], kind, [], start)
 
 
 def _unpacked(load: Load, stated: Mapping[str, float | str]) -> Floats:

@@ -73,8 +73,7 @@ def seconds_in(where: object, unit: str) -> float:
     """
     plain = unit.casefold().split(" since ")[0].strip(" .")
     if plain not in SECOND_UNITS:
-        remedy = "give it in s, ms, us or min, or give time_unit"
-        raise FreerockError(where, f"the time is in {unit[:40]!r}", remedy)
+        raise FreerockError(where, f"the time is in {unit[:40]!r}", "give it in s, ms, us or min")
     return SECOND_UNITS[plain]
 
 

@@ -3,8 +3,6 @@
 The headers are parsed here, the rows of numbers as in any other text.
 """
 
-import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -19,13 +17,13 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.records.cells import NUMBER, numbers
 from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Stamps, unfit
+from freerock.records.table import cells_of
 from freerock.records.text import frame_of, layout_in_words, lines_of
 
 MAGIC = "LabVIEW Measurement"
 X = "X_Value"
 Fields = dict[str, list[str]]  # cells of a header by key
 NO_CHANNELS = (X, "Comment", "")
-COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")  # a number with a decimal comma
 LOOK = 100  # rows in which the decimal comma is looked for
 UNSET = ("1903", "1904")  # years of LabVIEW's epoch
 
@@ -46,7 +44,7 @@ class Segment:
     def value(self, key: str, column: int) -> float:
         """A number of the header, NaN where it gives none."""
         cell = self.cell(key, column).replace(",", ".")
-        return float(cell) if NUMBER.fullmatch(cell) else math.nan
+        return float(cell) if NUMBER.fullmatch(cell) else np.nan
 
     def values(self, path: Path, column: int) -> Floats:
         """A column as numbers."""
@@ -85,8 +83,7 @@ def contents(path: Path) -> Iterator[Contents]:
 def _segments(path: Path, lines: Sequence[str]) -> tuple[list[Segment], str]:
     """The segments of a file, which stand between blank lines, and the delimiter of their columns."""
     if not lines[0].startswith(MAGIC):
-        what = f"not an LVM file: its first line is not {MAGIC!r}"
-        raise FreerockError(path, what, "correct the ending of its name, or copy it again")
+        raise FreerockError(path, f"its first line is not {MAGIC!r}", "correct the ending of its name")
     parts = groupby(enumerate(lines), key=lambda each: bool(each[1].strip()))
     blocks = [dict(part) for filled, part in parts if filled]
     header, _ = _header(path, blocks[0], "\t", "the file")
@@ -94,11 +91,12 @@ def _segments(path: Path, lines: Sequence[str]) -> tuple[list[Segment], str]:
     segments = []
     for n, block in enumerate(blocks[1:], start=1):
         fields, below = _header(path, block, delimiter, f"segment {n}")
-        names, *first = [_cells(line, delimiter) for line in below[: LOOK + 1]] or [[]]
+        names, *first = [cells_of(line, delimiter) for line in below[: LOOK + 1]] or [[]]
         if names[:1] != [X] or not first:
             raise FreerockError(path, f"the file is truncated: segment {n} holds no data", COPY_AGAIN)
         names += [""] * (len(first[0]) - len(names))
-        comma = delimiter != "," and any(COMMA.fullmatch(cell) for row in first for cell in row)
+        found = [cell for row in first for cell in row if delimiter != "," and "," in cell]
+        comma = any(NUMBER.fullmatch(cell.replace(",", ".")) for cell in found)
         layout = delimiter, "," if comma else "."
         at = max(block) + 2 - len(below)
         texts = {i: name in ("Comment", "") for i, name in enumerate(names)}
@@ -115,17 +113,13 @@ def _header(path: Path, block: Mapping[int, str], delimiter: str, where: str) ->
     fields: Fields = {}
     special = False
     for n, line in enumerate(lines, start=1):
-        cells = _cells(line, delimiter)
+        cells = cells_of(line, delimiter)
         if cells[0].startswith("***End_of_Header"):
             return fields, lines[n:]
         special = cells[0] == "***Start_Special***" or (special and cells[0] != "***End_Special***")
         if not special:
             fields[cells[0]] = cells
     raise FreerockError(path, f"the file is truncated: the header of {where} has no end", COPY_AGAIN)
-
-
-def _cells(line: str, delimiter: str) -> list[str]:
-    return [cell.strip() for cell in line.split(delimiter)]
 
 
 def _channel(path: Path, segments: Sequence[Segment], column: int) -> Channel:
@@ -135,12 +129,10 @@ def _channel(path: Path, segments: Sequence[Segment], column: int) -> Channel:
     if not first.rows[column].notna().any():
         return unfit(name, "is empty")
     left = [i for i in range(column) if first.names[i] == X and first.rows[i].notna().any()]
-    clock: Even | Stamps
     if len(segments) > 1 or (left and (left[-1] or step == first.value("Delta_X", 1))):
-        clock = Stamps(X, partial(_time, path, segments, left[-1] if left else column), "s")
+        clock: Even | Stamps = Stamps(X, partial(_time, path, segments, left[-1] if left else column), "s")
     elif not step > 0 or (step == 1 and first.cell("Date", column)[:4] in UNSET):
-        why = f"channel {name!r} gives no {X} and no sampling rate (Delta_X is {step:g})"
-        clock = Even(math.nan, unknown=why)
+        clock = Even(np.nan, unknown=f"{name!r} has no {X} and no sampling rate (Delta_X is {step:g})")
     else:
         clock = Even(step, float(np.nan_to_num(first.value("X0", column))))
     also = (Even(step),) if step > 0 and step != 1 else ()  # LabVIEW writes 1 where it knows none
@@ -169,7 +161,6 @@ def _time(path: Path, segments: Sequence[Segment], column: int) -> Floats:
     if all(after[0] > before[-1] for before, after in pairwise(times)):
         return np.concatenate(times)
     if any(map(pd.isna, starts)):
-        what = f"{X} starts again in its segments, and they give no date"
-        raise FreerockError(path, what, "split it, one file per segment")
+        raise FreerockError(path, f"{X} starts again, and segments give no date", "split it by segments")
     since = [(start - starts[0]) / pd.Timedelta(1, "s") for start in starts]
     return np.concatenate([time + begun for time, begun in zip(times, since, strict=True)])

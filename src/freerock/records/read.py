@@ -82,7 +82,7 @@ def read_record(
             raise FreerockError(path, f"channel {name!r} is empty", COPY_AGAIN)
         clocks = {name: (c.clock, c.also, columns[name].size) for name, c in wanted.items()}
         given = contents.notes, time_unit, rate_hz
-        known = {clock: _grid(path, clock, given) for clock in {*clocks.values()}}
+        known = {clock: _grid(path, clock, given) for clock in dict.fromkeys(clocks.values())}
         grids = {name: known[clock] for name, clock in clocks.items()}
         origins = {clock.origin if isinstance(clock, Even) else "" for clock, *_ in known}
         if len(origins) > 1 or len({*grids.values()}) > 1:
@@ -116,9 +116,8 @@ def list_channels(path: str | Path) -> Named:
     >>> print(*list_channels("raw/palermo_virtual/config2_marble.tdms"))
     laser
     """
-    path = Path(path)
-    with _opened(path) as contents:
-        return channels.by_name(path, contents)
+    with _opened(Path(path)) as contents:
+        return channels.by_name(Path(path), contents)
 
 
 @contextmanager
@@ -167,8 +166,7 @@ def _grid(path: Path, clocks: Clocks, given: tuple[list[str], str, float | None]
     else:
         grid = Grid(clock.start_s, 1 / rate_hz if rate_hz and clock.unknown else clock.step_s, length)
     if not bounds.SHORTEST_STEP_S < grid.step_s < bounds.LONGEST_STEP_S:
-        what = f"the sampling interval is {grid.step_s:g} s"
-        raise FreerockError(path, what, "correct it, or the unit of time, where the file states it")
+        raise FreerockError(path, f"the sampling interval is {grid.step_s:g} s", "correct the unit of time")
     _check_other_clocks(path, also, grid.step_s)
     return grid
 
@@ -194,9 +192,7 @@ def _in_seconds(where: str, clock: Stamps, also: Sequence[Even | Stamps], given:
             return stamps * factor, f"time is in {unit}, by the sampling rate that the file states"
     if clock.default and 0 < step < PLAIN_STEP_S:
         return stamps, "time has no unit and is taken for seconds"
-    raise FreerockError(
-        where, "the time states no unit", "write it behind its name, as time [ms], or give time_unit"
-    )
+    raise FreerockError(where, "the time states no unit", "write it as time [ms], or give time_unit")
 
 
 def _check_other_clocks(path: Path, also: Sequence[Even | Stamps], step_s: float) -> None:
@@ -227,8 +223,7 @@ def _dataset(
         found[name] = ("time", values, {"units": units[name]})
         if over.size:
             found[name][2]["out_of_range"] = over.astype(np.int64)
-            told = f"{over.size} samples of {name} are out of range and missing"
-            notes.append(f"{told}, the first at {over[0]}")
+            notes.append(f"{over.size} samples of {name} are out of range, the first at {over[0]}")
     attrs = {
         "format": contents.format,
         "start_time": origin or contents.start_time,

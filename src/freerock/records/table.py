@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice, pairwise
-from math import nan
 
 import numpy as np
 import pandas as pd
@@ -91,9 +90,8 @@ def _kind(column: Mapping[int, tuple[str, str]]) -> tuple[str, int, int]:
         return usual or "is empty", odd, 0
     row = next(n for n, (_, kind) in column.items() if kind == usual)
     cell = column[row][0]
-    if usual == "d":
-        return f"holds dates ({cell!r},", odd, row
-    return f"holds no numbers ({why_no_number(cell)},", odd + 1, row
+    holds = f"dates ({cell!r}" if usual == "d" else f"no numbers ({why_no_number(cell)}"
+    return f"holds {holds},", odd + (usual != "d"), row
 
 
 def _begins(rows: Sequence[Sequence[str]]) -> bool:
@@ -190,8 +188,7 @@ def _refuse_numbers_above(table: Table, lines: Mapping[int, str]) -> None:
         here = [kind_of(cell, ".") for cell in cells_of(line, table.delimiter)]
         fits = len(here) > max(numeric, default=0) and {here[i] for i in numeric} <= {"n", "m", "c"}
         if len(numeric) > 1 and "n" in here and fits:
-            what = f"line {n + 1} holds numbers, and the table begins below it"
-            raise FreerockError(table.where, what, "export the columns of numbers alone, under one heading")
+            raise FreerockError(table.where, f"line {n + 1} holds numbers above the table", "export it alone")
 
 
 def _fitting(line: str, table: Table, used: int) -> list[str] | None:
@@ -277,7 +274,7 @@ def channels_of(table: Table, notes: list[str], group: str = "") -> tuple[list[C
     if not times:
         left_out = "; ".join(f"{names[i]!r} {kind}" for i, kind in kinds.items() if kind != "n")
         none = f"no column of time and no sampling rate{left_out and f' ({left_out})'}"
-        clocks[-1] = headings.stated_rate(table.where, stated, decimal) or Even(nan, unknown=none)
+        clocks[-1] = headings.stated_rate(table.where, stated, decimal) or Even(np.nan, unknown=none)
     channels = []
     for i in [i for i in kinds if i not in times]:
         clock = clocks[max((at for at in clocks if at < i), default=min(clocks))]

@@ -4,7 +4,6 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
-from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
@@ -65,9 +64,7 @@ def _channels(
     """The channels of a group, each with its clock or why it can't be read; time stamps are none of them."""
     stamps = next((c for c in members if is_time(c.name) and _kind(c) in (*NUMBERS, DATE)), None)
     beside: Stamps | None = None
-    n_stamps = 0
     if stamps is not None and len(members) > 1:
-        n_stamps = len(stamps)
         unit = "s" if _kind(stamps) == DATE else _unit(stamps)
         beside = Stamps(stamps.name, partial(_values, path, stamps), unit, "s")
     for c in members:
@@ -82,7 +79,7 @@ def _channels(
             yield unfit(c.name, why, group)
         else:
             clock = beside if beside and not steps else _even(c)
-            also = (beside,) if beside and steps and n_stamps == len(c) else ()
+            also = (beside,) if beside and steps and stamps is not None and len(stamps) == len(c) else ()
             yield Channel(c.name, _unit(c), partial(_values, path, c), clock, group, also)
 
 
@@ -95,9 +92,9 @@ def _even(channel: TdmsChannel) -> Even:
     step, origin = channel.properties.get("wf_increment", "absent"), channel.properties.get("wf_start_time")
     known = isinstance(step, int | float) and bounds.SHORTEST_STEP_S < step < bounds.LONGEST_STEP_S
     if not known or (step == 1 and isinstance(origin, np.datetime64) and origin < UNSET):
-        return Even(nan, unknown=f"{channel.name!r} gives no sampling rate (wf_increment is {step})")
+        return Even(np.nan, unknown=f"{channel.name!r} gives no sampling rate (wf_increment is {step})")
     start = channel.properties.get("wf_start_offset", 0.0)
-    known = isinstance(start, int | float) and isfinite(start)
+    known = isinstance(start, int | float) and np.isfinite(start)
     return Even(float(step), float(start) if known else 0.0, _started(origin))
 
 

@@ -55,10 +55,9 @@ def lines_of(path: Path) -> tuple[list[str], str]:
     """
     content = path.read_bytes()
     encoding = next((name for mark, name in MARKS.items() if content.startswith(mark)), "utf-8")
-    if program := next((name for magic, name in OTHERS.items() if content.startswith(magic)), ""):
-        raise FreerockError(path, f"the file is of {program}, not a text", "export it as CSV, TDMS or .xlsx")
-    if b"\0" in content and encoding != "utf-16":
-        raise FreerockError(path, "the file is binary, not a text", "export it as CSV, TDMS or .xlsx")
+    binary = "binary" if b"\0" in content and encoding != "utf-16" else ""
+    if kind := next((f"of {name}" for magic, name in OTHERS.items() if content.startswith(magic)), binary):
+        raise FreerockError(path, f"the file is {kind}, not a text", "export it as CSV, TDMS or .xlsx")
     try:
         content.decode(encoding)
     except UnicodeDecodeError:
@@ -113,9 +112,8 @@ def frame_of(
             low_memory=False,
         ).set_index(pd.Index([*numbered]))
     except pd.errors.ParserError as error:
-        if not (told := re.search(r"in line (\d+), saw (\d+)", str(error))):
-            raise
-        what = f"line {[*numbered][int(told[1]) - 1]} has {told[2]} cells instead of {len(texts)}"
+        wide = next((n for n, line in numbered.items() if len(cells_of(line, layout[0])) > len(texts)), 0)
+        what = f"line {wide} has more than {len(texts)} cells" if wide else str(error)
         raise FreerockError(path, what, "correct the line, or export the file again") from None
     if lines[-1] and len(cells) > 1:
         if (cells.iloc[-1].isna() & cells.iloc[-2].notna()).any():

@@ -3,7 +3,6 @@
 A grid is right where the samples were taken evenly and only their stamps are coarse, jittery or missing.
 """
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -104,8 +103,7 @@ def on_grid(where: object, grid: Grid, samples: Floats) -> Floats:
     differ = (samples[repeated] != samples[repeated + 1]) & ~np.isnan(samples[repeated + 1])
     if differ.any():
         n = repeated[differ][0]
-        two = f"{samples[n]:.6g}, {samples[n + 1]:.6g}"
-        what = f"samples {n} and {n + 1} have one time stamp and differ ({two})"
+        what = f"samples {n} and {n + 1} have one time stamp and differ"
         raise FreerockError(where, what, "export the time column with more digits")
     first = np.ones(samples.size, bool)
     first[repeated + 1] = False  # the first of two stays
@@ -120,7 +118,7 @@ def _rounded(time: Floats) -> Grid | None:
     digit = steps[steps > 0].min()
     counts = np.rint(steps / digit)
     often = np.mean(counts > counts.min())
-    decimal = abs(math.log10(digit) - round(math.log10(digit))) < 1e-3
+    decimal = abs(np.log10(digit) - np.rint(np.log10(digit))) < 1e-3
     exact = np.abs(steps - counts * digit).max() <= 1e-3 * digit
     shown = np.count_nonzero(steps) >= ROUNDED_STAMPS and ROUNDED_SHARE <= often <= 1 - ROUNDED_SHARE
     if not (decimal and exact and shown and np.ptp(counts) == 1):
@@ -156,8 +154,7 @@ def _pieces(where: object, time: Floats) -> Grid:
     step, start, off = _line(time, number, piece, typical)
     deviation = off / step
     if not deviation <= MILD_JITTER:
-        far = f"{deviation:.2g} sampling intervals"
-        what = f"the time stamps leave an even grid of {step:.6g} s by up to {far}"
+        what = f"the stamps leave an even grid of {step:.6g} s by up to {deviation:.2g} sampling intervals"
         raise FreerockError(where, what, "export with the logger's own clock, or resample it evenly")
     places = (number + np.rint((start - start[0]) / step)[piece]).astype(np.intp)
     size, taken = int(places[-1]) + 1, int(number[-1]) + 1

@@ -13,11 +13,8 @@ from freerock.errors import FreerockError
 from freerock.records.channels import Channel, Contents, Even, Stamps, unfit
 from freerock.records.headings import seconds_in, split_unit
 
-TIME_RESPONSE, UNEVEN, OF_TIME = (
-    1,
-    0,
-    (0, 17, None),
-)  # func_type, abscissa_spacing, kinds of abscissa of UFF58
+TIME_RESPONSE, UNEVEN = 1, 0  # func_type and abscissa_spacing of UFF58
+OF_TIME = (0, 17, None)  # kinds of abscissa of UFF58
 
 
 @contextmanager
@@ -34,8 +31,7 @@ def _wav(path: Path) -> Contents:
     rate, data = wavfile.read(path)
     columns = np.asarray(data).reshape(len(data), -1).T
     found = [
-        Channel(f"channel {i}", "", partial(_floats, column), Even(1 / rate))
-        for i, column in enumerate(columns, start=1)
+        Channel(f"channel {i + 1}", "", partial(_floats, c), Even(1 / rate)) for i, c in enumerate(columns)
     ]
     return Contents(found, "WAV", [f"samples are {data.dtype} as stored; the file states no unit"])
 
@@ -52,12 +48,11 @@ def _uff(path: Path) -> Contents:
     for each in sets:
         name = _known(each.get("id1")) or _of_node(each)
         unit = _known(each.get("abscissa_axis_units_lab"))
-        clock: Even | Stamps
         if each["func_type"] != TIME_RESPONSE or each.get("abscissa_spec_data_type") not in OF_TIME:
             found.append(unfit(name, f"is no time response (function type {each['func_type']})"))
             continue
         if each.get("abscissa_spacing") == UNEVEN:
-            clock = Stamps(f"abscissa of {name}", partial(_floats, each["x"]), unit or "s")
+            clock: Even | Stamps = Stamps(f"abscissa of {name}", partial(_floats, each["x"]), unit or "s")
         else:
             factor = seconds_in(f"{path}: {name}", unit or "s")
             clock = Even(float(each["abscissa_inc"]) * factor, float(each.get("abscissa_min", 0.0)) * factor)
@@ -86,8 +81,7 @@ def _mdf(path: Path) -> Contents:
     from asammdf import MDF
 
     with MDF(path) as file:
-        signals = cast(Iterator[Any], file.iter_channels())
-        found = [_of_signal(each) for each in signals]
+        found = [_of_signal(each) for each in cast(Any, file).iter_channels()]
         start = file.header.start_time
     return Contents(found, f"MDF {file.version}", [], start.isoformat() if start else "")
 

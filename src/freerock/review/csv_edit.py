@@ -82,7 +82,6 @@ def save_edits(
     path: str | Path,
     known: str,
     edits: Sequence[Edit],
-    back_to: bytes | None = None,
     beside: Callable[[bytes], Mapping[Path, bytes]] = lambda made: {},
 ) -> bytes:
     """Change cells of a CSV file after what is beside it; returns its new content.
@@ -94,8 +93,6 @@ def save_edits(
     known : str
         `digest` of its content as it was read: nobody may have changed it since.
     edits : sequence of Edit
-    back_to : bytes, optional
-        What the file held before: written instead, so that what is undone is as it was, quotes included.
     beside : callable
         Gives what other files will hold, by the new content; what it raises, nothing is written after.
 
@@ -108,7 +105,7 @@ def save_edits(
     with locked(path) as content:
         if digest(content) != known:
             raise FreerockError(path, "was changed by someone else since it was read", READ_AGAIN)
-        made = edited(content, edits, path) if back_to is None else back_to
+        made = edited(content, edits, path)
         for each, new in {**beside(made), path: made}.items():
             write_bytes(each, new)
     return made

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from threading import RLock
-from typing import Any, NamedTuple
+from typing import Any
 
 from freerock.config.campaign import Campaign, load_campaign
 from freerock.config.record import Record
@@ -25,14 +25,6 @@ from freerock.review.signals import Json, Signals, signals_of
 
 OPEN = 3  # records that stay open
 LARGE_BYTES = 100_000_000  # of a record: then it alone
-
-
-class Saved(NamedTuple):
-    """What was kept: the lines of the log, the CSV before, and the digest of the CSV after."""
-
-    lines: list[Change]
-    before: bytes
-    after: str
 
 
 class Desk:
@@ -60,7 +52,7 @@ class Desk:
         self._signals: dict[str, Signals] = {}  # of one record
         self._as_made: set[str] = set()  # records whose products hold
         self._rows: dict[str, list[Json]] = {}
-        self._saved: list[Saved] = []
+        self._saved: list[list[Change]] = []  # lines of the log, of each time
         self._tried: tuple[Any, Any] = None, None  # the last correction whose fits are all known, and these
         self.read()
         self._bench = Bench(listed_checksums(self.campaign.raw))
@@ -233,23 +225,22 @@ class Desk:
                     raise FreerockError(f"{test}: {column}", "is changed without a reason", "say why")
                 lines.append(changed(test, column, getattr(line, column), value, own))
         if lines:
-            before = read_bytes(self.csv)
             self._write(lines, known)
-            self._saved.append(Saved(lines, before, self._digest))
+            self._saved.append(lines)
         return self.listing()
 
     def undo(self) -> Json:
         """Take back what was kept last: the cells hold again what they held before."""
         if not self._saved:
             raise FreerockError("undo", "nothing was saved since the desk was opened", "correct the fields")
-        last, before, after = self._saved[-1]
+        last = self._saved[-1]
         back = [changed(each.test, each.cell, each.after, each.before, "undone") for each in last]
         now = {each.test: each for each in self.campaign.records}
         moved = next((each for each in last if getattr(now[each.test], each.cell) != each.after), None)
         if moved:
             what = f"{moved.cell} of {moved.test} was changed since"
             raise FreerockError("undo", what, "correct the field instead")
-        self._write(back, self._digest, before if self._digest == after else None)
+        self._write(back, self._digest)
         self._saved.pop()
         return self.listing()
 
@@ -267,7 +258,7 @@ class Desk:
             self.changes = changes_in(log)
         return self.listing()
 
-    def _write(self, lines: Sequence[Change], known: str, back_to: bytes | None = None) -> None:
+    def _write(self, lines: Sequence[Change], known: str) -> None:
         """Change the CSV and the log together, if the configuration takes the CSV as it will be."""
         edits = [Edit(each.test, each.cell, each.after) for each in lines]
         campaign, log = self.campaign, b""
@@ -277,7 +268,7 @@ class Desk:
             campaign, log = load_campaign(self.yaml, made), appended(self._log(), lines)
             return {self._files[1]: log}
 
-        made = save_edits(self.csv, known, edits, back_to, beside)
+        made = save_edits(self.csv, known, edits, beside)
         with self._held:
             touched = {each.test for each in lines}
             rows = {test: own for test, own in self._rows.items() if test not in touched}

@@ -5,10 +5,8 @@ What a job would write is written to a folder of its own and read back: what is 
 minutes at 10 kHz would take 200 MB of memory each time.
 """
 
-import ctypes
 import json
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Lock
@@ -28,7 +26,6 @@ from freerock.review.remembered import Remembered
 
 ROTATIONS = 1  # remembered: that of the record on the desk
 FITS = 12  # runs whose fits are remembered: some ten megabytes each
-M_MMAP_THRESHOLD, LARGE_BYTES = -3, 1 << 20  # of mallopt(3)
 SETTINGS_BY_HAND = ("overrides", "exclusions", "stretches", "excluded")
 
 
@@ -56,7 +53,6 @@ class Bench:
         self._checksums = checksums
         self._rotations, self._identified = map(Remembered, (ROTATIONS, FITS))
         self._rotating = Lock()
-        spare_memory()
 
     def settings(self, campaign: Campaign, line: Record) -> tuple[dict[str, Any], dict[str, Any]]:
         """What the jobs of a record get: of its rotation and runs, and of its fits."""
@@ -154,14 +150,12 @@ class Bench:
             if not needed():
                 raise Superseded
             make_fits(of_fits, record_file, fits_file, identify, packed=False)
-            give_back()
             return Analysed(record, open_fits(fits_file))
 
     def _record(self, settings: Mapping[str, Any], file: Path) -> xr.DataTree:
         from freerock.jobs.make_record import make_record
 
         make_record(settings, file, self._rotation, packed=False)
-        give_back()
         return open_record(file, samples=False)
 
     def _rotation(self, settings: Mapping[str, Any]) -> xr.Dataset:
@@ -184,23 +178,3 @@ def as_written(rotation: xr.Dataset) -> xr.Dataset:
     """A rotation with what was recorded in single precision, as products have it."""
     recorded = SINGLE_PRECISION & set(rotation.data_vars) - {"sigma_theta"}
     return rotation.assign({name: rotation[name].astype(np.float32) for name in recorded})
-
-
-def spare_memory() -> None:
-    """Have the C library, if it is GNU's, give every large array back to the system as soon as it is free."""
-    with suppress(OSError, AttributeError):
-        ctypes.CDLL(None).mallopt(M_MMAP_THRESHOLD, LARGE_BYTES)
-
-
-def give_back() -> None:
-    """Give the rest of what is free to the system.
-
-    The C library keeps small pieces; scipy keeps how it transforms the last 16 lengths, of the rests of ten
-    minutes 130 MB.
-    """
-    from scipy.fft import rfft
-
-    for n in range(1, 17):
-        rfft(np.ones(n))
-    with suppress(OSError, AttributeError):
-        ctypes.CDLL(None).malloc_trim(0)

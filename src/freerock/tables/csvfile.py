@@ -8,7 +8,7 @@ import pandas as pd
 from freerock.errors import FreerockError
 from freerock.files import atomic
 
-NAMES = ["campaign", "test", "run", "block", "foundation", "basis", "model"]  # 001 is one too
+NAMES = ["campaign", "test", "run", "block", "foundation", "model"]  # 001 is one too
 NAMES += ["parameter", "unit", "motion"]
 # true or false, which an empty column does not say
 YES_OR_NO = ["success", "excluded", "selected", "explains", "rejected"]

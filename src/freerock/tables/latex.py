@@ -37,7 +37,6 @@ _NORMAL_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅
 
 
 COLUMN_PT, SIZE_PT = 229.5, 9.0  # of `article` in two columns: width of one, and size of \\small
-MOST_ROWS = 40  # of a page, above notes
 WIDE = 0.56  # width of a character over the size of its font, in Computer Modern, at most on the mean
 GAP = 2.5  # on either side of a column [pt]
 _NUMBER = re.compile(  # with a standard error, a power of ten or both; others are set as they are
@@ -50,8 +49,7 @@ _ITALIC = re.compile(r"^(r|k|c|p|R|m|h/b|2h|2b)(?= / |$| \(Housner\)$)|(?<!\w)[r
 def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: str = "") -> str:
     """A printed table as LaTeX; the document needs the packages booktabs, graphicx and siunitx.
 
-    It is as wide as a column where it fits, else as a page in two columns, and shrinks to that. One that is
-    higher than a page continues in further tables of the same number.
+    It is as wide as a column where it fits, else as a page in two columns, and shrinks to that.
 
     Parameters
     ----------
@@ -77,41 +75,25 @@ def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: st
         else " & ".join(map(_cell, row)) + r" \\"
         for row, alone in zip(cells, across, strict=True)
     ]
-    pages = _pages(across[1:])
-    written = []
-    for part in pages:
-        again = part != pages[0]
-        written += [
-            rf"\begin{{{environment}}}",
-            rf"\centering\small\setlength{{\tabcolsep}}{{{GAP}pt}}",
-            r"\sisetup{separate-uncertainty=true, exponent-product=\cdot}",
-            *([r"\addtocounter{table}{-1}"] if again else []),
-            rf"\caption{{{_tex(caption)}{' (continued)' * again}}}",
-            *([rf"\label{{{label}}}"] if label and not again else []),
-            rf"\setbox0=\hbox{{\begin{{tabular}}{{@{{}}{'l' * len(widths)}@{{}}}}",
-            r"\toprule",
-            rows[0],
-            r"\midrule",
-            *rows[1:][part],
-            r"\bottomrule",
-            r"\end{tabular}}",
-            r"\leavevmode\ifdim\wd0>\linewidth\resizebox{\linewidth}{!}{\box0}\else\box0\fi",
-            *(rf"\par\footnotesize {_cell(note)}" for note in notes if part == pages[-1]),
-            rf"\end{{{environment}}}",
-            "",
-        ]
+    written = [
+        rf"\begin{{{environment}}}",
+        rf"\centering\small\setlength{{\tabcolsep}}{{{GAP}pt}}",
+        r"\sisetup{separate-uncertainty=true, exponent-product=\cdot}",
+        rf"\caption{{{_tex(caption)}}}",
+        *([rf"\label{{{label}}}"] if label else []),
+        rf"\setbox0=\hbox{{\begin{{tabular}}{{@{{}}{'l' * len(widths)}@{{}}}}",
+        r"\toprule",
+        rows[0],
+        r"\midrule",
+        *rows[1:],
+        r"\bottomrule",
+        r"\end{tabular}}",
+        r"\leavevmode\ifdim\wd0>\linewidth\resizebox{\linewidth}{!}{\box0}\else\box0\fi",
+        *(rf"\par\footnotesize {_cell(note)}" for note in notes),
+        rf"\end{{{environment}}}",
+        "",
+    ]
     return "\n".join(written)
-
-
-def _pages(across: Sequence[bool]) -> list[slice]:
-    """The rows that stand on a page each, from heading to heading where there are any."""
-    pages, start = list[slice](), 0
-    while len(across) - start > MOST_ROWS:
-        end = start + MOST_ROWS
-        end = next((i for i in range(end, start, -1) if across[i]), end)
-        pages.append(slice(start, end))
-        start = end
-    return [*pages, slice(start, len(across))]
 
 
 def _cell(text: str) -> str:

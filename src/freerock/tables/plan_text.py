@@ -36,20 +36,16 @@ def plan_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> s
     rows = []
     for key, own in printed.groupby(keys, sort=False):
         best = own.sort_values("u_total", kind="stable").iloc[0]
-        case = (
-            f"{best.sensor}, {best.duration_s:g} s, {best.sampling_rate_hz:g} Hz, {best.release_angle_deg:g}°"
-        )
-        first = UNIT.sub("", best.first_input).replace("_", " ")
-        rows.append(
-            dict(zip(keys, key, strict=True))
-            | {
-                "noise / %": _percent(best.stderr, best.value),
-                "total / %": _percent(best.u_total, best.value),
-                "input that matters most": f"{first} of {best.first_owner}" if first else "–",
-                "share of u²": f"{100 * best.first_share:.0f} %" if first else "–",
-                "case": "–" if best.note else case,
-            }
-        )
+        first, case = UNIT.sub("", best.first_input).replace("_", " "), f"{best.duration_s:g} s, "
+        case = f"{best.sensor}, {case}{best.sampling_rate_hz:g} Hz, {best.release_angle_deg:g}°"
+        told = {
+            "noise / %": _percent(best.stderr, best.value),
+            "total / %": _percent(best.u_total, best.value),
+            "input that matters most": f"{first} of {best.first_owner}" if first else "–",
+            "share of u²": f"{100 * best.first_share:.0f} %" if first else "–",
+            "case": "–" if best.note else case,
+        }
+        rows.append(dict(zip(keys, key, strict=True)) | told)
     table = pd.DataFrame(rows).sort_values(keys, key=lambda own: pd.factorize(own)[0]).set_index(keys)
     title = "Standard uncertainty by one run: by noise alone (Cramér–Rao), and total with inputs"
     missing = printed[printed["note"] != ""]

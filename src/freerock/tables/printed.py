@@ -12,7 +12,7 @@ from freerock.tables.number_text import SIMULATED_NOTE, fixed, percent, quantity
 
 Labels = Mapping[str, str]
 PROCEDURE = "by the paper's own procedure: one motion over the whole run, no input or impact free"
-MOST_IMPACTS = 8  # of a run in the table of restitution
+MOST_IMPACTS, MOST_ROWS = 8, 40  # in the table of restitution, of a run and of a page
 LEAST_R = 0.1  # with less a block falls to rest at once
 MOST_BESIDE = 4  # blocks that have a column each
 
@@ -144,7 +144,9 @@ def _restitution(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> P
     """r of the first impacts of the first run of each record, experiment beside the three laws."""
     heads = ["Impact", "|θ| / °", "Experiment", *(MODEL_LABELS[law] for law in PAPER_MODELS)]
     lines: list[list[str]] = []
-    for (block, foundation), scene in frame.groupby(["block", "foundation"], sort=False):
+    scenes = frame.groupby(["block", "foundation"], sort=False)
+    shown = min(MOST_IMPACTS, max(1, MOST_ROWS // max(1, len(scenes)) - 1))
+    for (block, foundation), scene in scenes:
         seen = scene[(scene["source"] == "experiment") & scene["r"].notna()]
         if seen.empty:
             continue
@@ -153,7 +155,7 @@ def _restitution(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> P
         of_law = {(row.source, row.impact): row.r for row in own.itertuples()}
         name = f"{labels.get(str(block), block)}, {labels.get(str(foundation), foundation)}"
         lines.append([f"{name} ({test}, run {run})", *[""] * (len(heads) - 1)])
-        for row in seen[seen["run"].astype(str) == str(run)].head(MOST_IMPACTS).itertuples():
+        for row in seen[seen["run"].astype(str) == str(run)].head(shown).itertuples():
             modelled = [of_law.get((law, row.impact), math.nan) for law in PAPER_MODELS]
             told = [str(row.impact), fixed(row.peak_before_deg, 2), quantity(row.r, row.r_u)]
             lines.append([*told, *(fixed(each, 3) for each in modelled)])
