@@ -150,18 +150,9 @@ def load(
     """
     lasers = (laser,) if isinstance(laser, Laser) else tuple(laser)
     names = (channel,) if isinstance(channel, str) else tuple(channel)
-    given = uncertainty or {}
-    if not isinstance(block, Block) or not all(isinstance(each, Laser) for each in lasers):
-        raise FreerockError(
-            "load", "no Block or no Laser", "give freerock.Block(...) and freerock.Laser(...)"
-        )
-    if unknown := {*given} - {*UNITS}:
-        raise FreerockError("uncertainty", f"unknown key {min(unknown)!r}", f"use {', '.join(UNITS)}")
+    laboratory = _laboratory(block, lasers, uncertainty or {})
     mistakes = list[FreerockError]()
     how = validate(RotationOptions, options, lambda loc: ".".join(map(str, loc)), mistakes)
-    owners = {"laser" if i == 0 else "laser_2": each for i, each in enumerate(lasers)}
-    inputs = inputs_of(("block", block), owners, dict.fromkeys(("block", *owners), given))
-    laboratory = Laboratory(block, owners, tuple(Input(**each) for each in inputs))
     refuse(mistakes)
     data = rotation_in(Path(file), names, lasers, block, how)
     found = measured(data, block)
@@ -169,3 +160,16 @@ def load(
     motions = motions_of(found.runs, samples, view_of(lasers, block), found.noise)
     motions = {number: replace(each, laboratory=laboratory) for number, each in motions.items()}
     return LoadedRecord(data, block, motions, found)
+
+
+def _laboratory(block: Block, lasers: Sequence[Laser], given: Mapping[str, float]) -> Laboratory:
+    """Block and lasers with their uncertainties, as given or by default."""
+    if not isinstance(block, Block) or not all(isinstance(each, Laser) for each in lasers):
+        raise FreerockError(
+            "load", "no Block or no Laser", "give freerock.Block(...) and freerock.Laser(...)"
+        )
+    if unknown := {*given} - {*UNITS}:
+        raise FreerockError("uncertainty", f"unknown key {min(unknown)!r}", f"use {', '.join(UNITS)}")
+    owners = {"laser" if i == 0 else "laser_2": each for i, each in enumerate(lasers)}
+    inputs = inputs_of(("block", block), owners, dict.fromkeys(("block", *owners), given))
+    return Laboratory(block, owners, tuple(Input(**each) for each in inputs))

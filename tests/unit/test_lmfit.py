@@ -223,14 +223,14 @@ def test_a_model_of_lmfit_finds_the_truth_from_its_guess_and_from_afar(model):
 def test_every_way_of_lmfit_gives_one_standard_error(model):
     """Curvature, profiles and the product's own fit, with an offset or without, before and after a pickle."""
     motion, own = released(model.law), model(BLOCK)
-    data = {"time": motion.time_s, "x": motion.time_s, "weights": 1 / SIGMA}
+    data = {"time": motion.time_s, "weights": 1 / SIGMA}
     params = own.guess(motion.theta, time=motion.time_s)
     with_offset = params + lmfit.models.ConstantModel(prefix="off_").make_params(c=0.0)
     fit = fit_run(model.law, BLOCK, motion)
     plain = pickle.loads(pickle.dumps(own.fit(motion.theta, params, **data)))
     sums = own + lmfit.models.ConstantModel(prefix="off_")
     ways = ("leastsq", "least_squares")
-    shifted = [sums.fit(motion.theta, with_offset, method=each, **data) for each in ways]
+    shifted = [sums.fit(motion.theta, with_offset, method=each, x=motion.time_s, **data) for each in ways]
     first = next(iter(own.func.names))
     ((_, low), _, (_, high)) = plain.conf_interval(p_names=[first], sigmas=[1])[first]
     name = own.func.names[first]
