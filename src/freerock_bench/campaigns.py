@@ -79,7 +79,7 @@ def study(
 def analysed(folder: Path, campaign: str, cores: int = 1) -> Tables:
     """Tables of the campaign of a folder, by the jobs of the workflow; products that are there are kept."""
     with chdir(folder):
-        section = load_config("config/config.yaml", [campaign]).campaigns[campaign]
+        section = load_config("config/config.yaml", [campaign])[campaign]
         told, out = {campaign: settings.descriptions(section)}, Path("results", campaign)
         of_records = [
             (
