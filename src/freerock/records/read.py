@@ -1,4 +1,4 @@
-"""The door to record files: `READERS` names the module of each format. A new one begins best from `tdms`."""
+"""The door to record files: a module per format, named in `words.toml`; begin a new one from `tdms`."""
 
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
