@@ -1,6 +1,7 @@
-"""Quantity and unit of a channel."""
+"""Quantity and unit of a channel; `units.csv` has them: their size, and how files spell them."""
 
-import math
+import csv
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from freerock.errors import FreerockError
@@ -10,47 +11,13 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 BASE = {"voltage": "V", "current": "mA", "displacement": "m", "rotation": "rad"}  # units used inside
-CHANNEL_UNITS = {  # what may be declared: its quantity, and its size in the unit used inside
-    "V": ("voltage", 1.0),
-    "mV": ("voltage", 1e-3),
-    "kV": ("voltage", 1e3),
-    "mA": ("current", 1.0),
-    "A": ("current", 1e3),
-    "m": ("displacement", 1.0),
-    "cm": ("displacement", 1e-2),
-    "mm": ("displacement", 1e-3),
-    "um": ("displacement", 1e-6),
-    "rad": ("rotation", 1.0),
-    "mrad": ("rotation", 1e-3),
-    "deg": ("rotation", math.pi / 180),
-}
-SPELLED = {  # what files write besides, in lower case
-    "V": ("volt", "volts"),
-    "mV": ("millivolt", "millivolts"),
-    "kV": ("kilovolt", "kilovolts"),
-    "mA": ("milliampere",),
-    "A": ("ampere", "amperes", "amps"),
-    "m": ("metre", "meter"),
-    "cm": ("centimetre", "centimeter", "centimeters"),
-    "mm": ("millimetre", "millimeter", "millimeters"),
-    "um": ("µm", "μm"),
-    "rad": ("radian", "radians"),
-    "deg": ("°", "degree", "degrees"),
-}
-SPELLINGS = {text: unit for unit, texts in SPELLED.items() for text in texts}
+with open(Path(__file__).with_suffix(".csv"), encoding="utf-8", newline="") as _file:
+    _ROWS = [*csv.DictReader(_file)]
+# What may be declared: its quantity, and its size in the unit used inside.
+CHANNEL_UNITS = {row["unit"]: (row["quantity"], float(row["size"])) for row in _ROWS if row["unit"]}
 # What else files give, in lower case: no sensor of displacement or rotation gives it, or no unit above is it.
-OTHER_UNITS = {
-    "temperature": ("°c", "degc", "deg c", "celsius", "°f", "degf", "k", "kelvin"),
-    "force": ("n", "mn", "kn", "dan", "kgf", "lbf", "nm"),
-    "mass": ("kg",),
-    "stress": ("pa", "hpa", "kpa", "mpa", "bar", "mbar", "psi", "n/mm²", "n/mm2"),
-    "acceleration": ("g", "mg", "m/s²", "m/s2", "m/s^2", "mm/s²", "mm/s2", "mm/s^2"),
-    "rate": ("m/s", "mm/s", "rad/s", "deg/s", "°/s", "1/s", "hz", "khz", "rpm"),
-    "time": ("s", "ms", "us", "µs", "μs", "min", "h"),
-    "strain": ("strain", "µm/m", "μm/m", "um/m", "µε", "με"),
-    "share": ("%", "% rh", "%rh"),
-    "length": ("in", "inch", "ft"),
-}
+OTHER_UNITS = {row["quantity"]: row["spelled"].split("|") for row in _ROWS if not row["unit"]}
+SPELLINGS = {text: row["unit"] for row in _ROWS if row["unit"] for text in row["spelled"].split("|") if text}
 SPELLINGS |= {unit.lower(): unit for unit in CHANNEL_UNITS if unit.lower() not in ("mv", "ma")} | {"v": "V"}
 
 
