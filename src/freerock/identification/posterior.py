@@ -169,7 +169,7 @@ class Posterior:
         for i, name in enumerate(self.posed.model.names):
             if not of_law[i] and not np.isfinite(prior_u[i]):
                 prior_u[i] = WORN_M if PARAMETERS[name].unit == "m" else 0.02
-        density = level_of(noise, self.rows[:n, of_law]) / self.posed.level
+        density = level_of(noise, self.rows[:n, of_law]) / self.posed.level or 1.0  # no number leaves a trace
         own = self.rows[:n, of_law] / density
         others = self.rows[:n, nuisance] * prior_u[nuisance] / density
         alone = without(own, others)
