@@ -31,7 +31,6 @@ from freerock.tables.choices import laws_of_foundations
 from freerock.tables.number_text import SIMULATED_NOTE
 from freerock.tables.printed import printed_tables
 
-MOST_FIGURES = 12  # in the page, about 100 kB each; the others are linked
 INDEXED = re.compile(
     r"(?<![A-Za-z0-9_])(ε|t|θ|σ)_(θ|f|th|ex|cr|r)(?![A-Za-z0-9_])"
 )  # in no name, as mat_foam
@@ -139,10 +138,8 @@ def _indices(text: str) -> Markup:
 def _figure(caption: str, file: Path, folder: Path, n: int) -> dict[str, Any]:
     """A figure with its number, from 1."""
     title, _, text = caption.replace(SIMULATED_NOTE, "").partition("\n")  # the page's head says it of all
-    image = {"caption": f"Figure {n}. {title}", "text": text, "data": ""}
-    image |= {"file": os.path.relpath(file.with_suffix(".pdf"), folder)}
-    if n > MOST_FIGURES:
-        return image
     png = file.read_bytes()
     width, height = struct.unpack(">II", png[16:24])
-    return image | {"width": width, "height": height, "data": base64.b64encode(png).decode()}
+    image = {"width": width, "height": height, "data": base64.b64encode(png).decode()}
+    pdf = os.path.relpath(file.with_suffix(".pdf"), folder)
+    return image | {"caption": f"Figure {n}. {title}", "text": text, "file": pdf}
