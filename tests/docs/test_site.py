@@ -1,7 +1,10 @@
 """The site: built without warnings or the internet."""
 
+import inspect
 import re
 from pathlib import Path
+
+import pytest
 
 import freerock
 from freerock_bench.site import build
@@ -26,3 +29,9 @@ def test_the_python_of_the_readme_is_that_of_the_page_that_runs():
     runs = (ROOT / "docs/how-to/python.md").read_text(encoding="utf-8")
     lines = shown.splitlines()
     assert len(lines) == 8 and all(f">>> {line}\n" in runs for line in lines)
+
+
+@pytest.mark.parametrize("name", freerock.__all__)
+def test_a_public_function_shows_an_example(name):
+    each = getattr(freerock, name)
+    assert inspect.isclass(each) or ">>>" in inspect.getdoc(each)

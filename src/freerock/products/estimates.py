@@ -50,6 +50,11 @@ def parameters_in(fit: xr.Dataset) -> "lmfit.Parameters":
     ----------
     fit : xarray.Dataset
         A model of a run: `open_fits(path)["run_1/winkler"]`.
+
+    Examples
+    --------
+    >>> fits = freerock.open_fits("results/palermo_virtual/fits/config2_marble.nc")  # doctest: +SKIP
+    >>> parameters_in(fits["run_1/winkler"].dataset)["k"].stderr  # doctest: +SKIP
     """
     import lmfit
 

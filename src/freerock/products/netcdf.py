@@ -185,6 +185,11 @@ def open_record(path: str | Path, samples: bool = True, only: Collection[str] = 
     ------
     FreerockError
         No such file, damaged, or not the dataset of a record.
+
+    Examples
+    --------
+    >>> record = open_record("results/palermo_virtual/records/config2_marble.nc")  # doctest: +SKIP
+    >>> record["run_1"]["restitution"].sel(impact=1).item()  # doctest: +SKIP
     """
     return open_product(path, "record", samples, only=only)
 
@@ -196,7 +201,13 @@ def samples_in(path: str | Path, names: Iterable[str]) -> dict[str, Floats]:
 
 
 def open_fits(path: str | Path, samples: bool = True, only: Collection[str] = ()) -> xr.DataTree:
-    """Read the dataset of a record's fits into memory, as `open_record` does."""
+    """Read the dataset of a record's fits into memory, as `open_record` does.
+
+    Examples
+    --------
+    >>> fits = open_fits("results/palermo_virtual/fits/config2_marble.nc")  # doctest: +SKIP
+    >>> fits["run_1/winkler"]["theta_model"].plot()  # doctest: +SKIP
+    """
     return open_product(path, "fits", samples, only=only)
 
 
