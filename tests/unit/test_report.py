@@ -9,6 +9,7 @@ from reported import PUBLISHED, make, tables_of
 
 from freerock.config.review_log import Change
 from freerock.report.found import printed_summary
+from freerock.report.limitations import limits
 from freerock.report.methods import REFERENCES
 from freerock.tables.number_text import percent, quantity
 from freerock.tables.printed import printed_tables
@@ -136,3 +137,10 @@ def test_what_is_cited_has_its_entry_and_no_more(folder, page):
     for key, known in REFERENCES.items():
         assert ENTRY.fullmatch(known.entry) and re.fullmatch(r"10\.\d{4,9}/\S+", known.doi), key
     assert "sampled at 950 Hz" in text and "Gravity: 9.81 m/s²." in text
+
+
+def test_durations_are_not_compared_where_blocks_were_released_from_unlike_angles(tables):
+    runs = tables["runs"].copy()
+    assert not any("rock longest" in each for each in limits(runs, tables["choice"]))
+    runs.loc[runs["foundation"] == "mat", "theta0_deg"] *= 1.3
+    assert any("rock longest" in each for each in limits(runs, tables["choice"]))

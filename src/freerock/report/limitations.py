@@ -6,6 +6,7 @@ from freerock.models.laws import law_of
 from freerock.tables.choices import laws_of_foundations
 
 MOST = 4  # the weightiest come first
+UNLIKE = 1.2  # ratio of release angles from which durations are not compared
 
 
 def limits(runs: pd.DataFrame, choice: pd.DataFrame) -> list[str]:
@@ -23,6 +24,9 @@ def limits(runs: pd.DataFrame, choice: pd.DataFrame) -> list[str]:
     selected = choice[choice["status"] == "selected"]
     single = (choice.groupby("test")["run"].nunique() == 1).any()
     blocks = runs.groupby("foundation")["block"].nunique()
+    released = runs.assign(angle=runs["theta0_deg"].abs()).groupby(["block", "foundation"])["angle"].median()
+    of_block = released.groupby("block")
+    unlike = (of_block.max() > UNLIKE * of_block.min()).any()
     housner = (
         "that r of the fitted Housner law is the restitution of an impact: it also makes up for a soft base"
     )
@@ -32,6 +36,7 @@ def limits(runs: pd.DataFrame, choice: pd.DataFrame) -> list[str]:
             not selected["explains"].astype(bool).all(),
             "that a law is right within a swing where its residual exceeds the noise",
         ),
+        (bool(unlike), "where blocks rock longest: on one foundation they were released further"),
         (soft, housner),
         (soft, "that k holds for a block that moves sideways otherwise than assumed"),
         (bool((blocks == 1).any()), "that the parameters hold for another block on the same foundation"),
