@@ -171,7 +171,9 @@ def _by_evidence(fits: Fits, good: Sequence[str]) -> "tuple[str, Level, Criterio
         apart = value[name] - value[selected]
         status: Status = "rejected"
         if name == selected:
-            status, why = "selected", "the least numbers among those that the data can't tell apart"
+            status, why = "selected", "of those that leave only noise it has the best evidence"
+            if len(near) > 1:
+                why = "the least numbers among those that the data can't tell apart"
         elif name not in good:
             why = f"its residual is {_over_noise(own):.3g} times the noise"
         elif name not in near:
