@@ -4,9 +4,12 @@
 compiles again only a module that has changed.
 """
 
+from typing import Any
+
 import numpy as np
 
 from freerock.models.block import Block
+from freerock.models.simulate import simulate_fitted, tangents
 from freerock.noise.whitening import Slow, transposed, whiten
 from freerock.rotation.as_measured import as_measured
 from freerock.rotation.beam import rotation_and_sensitivity
@@ -25,6 +28,11 @@ def compile_kernels() -> None:
     as_measured("winkler", block, bed, time_s[:2], view)
     as_measured("winkler", block, bed | {"edge_radius": 1e-3}, time_s[:2], view)
     as_measured("housner", block, {"r": 0.9, "theta0": 0.1, "width": 0.19}, time_s[:2], view)
+    rates, passages = np.empty((100, 3)), np.full((2, 5), np.nan)
+    scattered: dict[str, Any] = bed | {"impacts": np.zeros(2)}
+    theta = simulate_fitted("winkler", block, scattered, time_s, rates=rates, passages=passages)
+    swings = tangents("winkler", block, scattered, time_s, (theta, rates, passages))
+    swings.by_impacts(theta, theta, theta, np.zeros((100, len(swings.per_delta)), order="F"))
     find_impacts(time_s, np.cos(9 * time_s), 1e-3, block, theta0=1.0)
     noise, rows = Slow(1.0, 1.0, 0.5), np.ones((2, 2))
     whiten(rows, np.arange(2), noise)

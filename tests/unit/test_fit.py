@@ -196,6 +196,6 @@ def test_a_width_that_is_freed_is_found_below_the_stated_one():
     worn = replace(BLOCK, width_m=0.94 * BLOCK.width_m)
     motion, _ = scattered_run("hunt_crossley", 0.01, 3, theta0=0.2, block=worn)
     followers = Followers("hunt_crossley_width", BLOCK, {1: motion}, FitSettings())
-    left, _ = followers.screened(6)
+    left, _ = followers.screened()
     assert left < 1.5  # 1e5 from the stated width alone
     assert followers.ends()[1].at.values["width"] == pytest.approx(0.94 * BLOCK.width_m, rel=0.01)

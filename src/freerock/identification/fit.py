@@ -127,9 +127,9 @@ class Followers:
         self.first = next(iter(self.models))
         self._followed = self._of(self.first)
 
-    def screened(self, swings: int) -> tuple[float, int]:
+    def screened(self) -> tuple[float, int]:
         """Mean square over the noise on the first swings of the first run, and the number of samples."""
-        end = self._followed.until(swings)
+        end = self._followed.screened()
         return self._followed.over_noise(end), end.n_samples
 
     def end_of_first(self) -> tuple[float, int]:
@@ -168,7 +168,7 @@ class Followers:
             return Followed(model, noise)
         values = {**best.at.values, "theta0": model.motion.theta0, "t0": 0.0}
         start = Point({name: values[name] for name in model.names}, best.at.inputs, np.zeros(0))
-        return Followed(model, noise, [start], growth=1)
+        return Followed(model, noise, [start])
 
 
 def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple[Posterior, Ended, Scatter]]:
@@ -216,7 +216,8 @@ def _round(end: Ended, sigma_r: float, level: float, roughly: bool) -> Ended:
     far = roughly or level > ROUNDS.far * noise_of(model.motion).variance ** 0.5
     found = minimised(posed, start, *(ROUNDS.rough if far else ROUNDS.exact))
     found.result.nfev += end.result.nfev
-    return replace(found, posed=replace(posed, samples=every))
+    whole = replace(posed, samples=every)
+    return replace(found, posed=whole, derived=whole.derived(found.at)) if roughly else found
 
 
 def finished(runs: Mapping[int, tuple[Posterior, Ended, Scatter]]) -> dict[int, Fit]:

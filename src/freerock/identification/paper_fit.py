@@ -17,9 +17,10 @@ from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fitted import Curve
 from freerock.identification.posed import Ended, Posed, minimised
 from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel
-from freerock.identification.start import scan, scan_whole
+from freerock.identification.start import promising, scan, scan_whole
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
+from freerock.models.laws import law_of
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
 
@@ -83,8 +84,8 @@ def paper_fit(
     motion : Motion
     debonding : str
     near : sequence of mapping of str to float
-        Numbers of the law of other fits [SI], from which it starts too; a scan of the whole run is left out
-        where there are two.
+        Numbers of the law of other fits [SI], from which it starts too; with two of them a scan of the whole
+        run is left out, but of a rigid block.
 
     Raises
     ------
@@ -94,13 +95,15 @@ def paper_fit(
     model = RunModel(law, block, motion, FitSettings(debonding=debonding), moves_inputs=False)
     level = float(np.sqrt(np.mean(model.whole.theta**2)))
     few = model.until(np.inf, SAMPLES)
-    starts = [] if len(near) > 1 else [*scan_whole(model, STARTS), *scan(model)[:1]]
+    is_known = len(near) > 1 and law_of(law).is_foundation  # of a rigid block a scan costs nothing
+    starts = [] if is_known else [*scan_whole(model, STARTS), *scan(model)[:1]]
     for each in near:
         values = {**each, "theta0": motion.theta0, "t0": 0.0}
         starts.append(Point({name: values[name] for name in model.names}, np.zeros(0), np.zeros(0)))
     quick = Posed(model, few, 0.0, level, RTOL_SCREENING / 10, walls=RELEASE_WALLS)
-    ends = sorted((minimised(quick, each, 15, 1e-3) for each in starts), key=lambda end: end.objective)
-    best = min((_last(model, end, level) for end in ends[:2]), key=lambda end: end.objective)
+    starts = sorted(starts, key=lambda at: float(np.sum(quick.residual(at) ** 2)))[:STARTS]
+    ends = [minimised(quick, each, 15, 1e-3) for each in starts]
+    best = min((_last(model, end, level) for end in promising(ends)[:2]), key=lambda end: end.objective)
     curve = Curve(model.whole.time_s, model.whole.theta, model.curve(best.at, model.whole.time_s))
     epsilon = epsilon_theta(curve.time, curve.theta_model, curve.theta)
     found = [best.result.params[name].stderr for name in best.result.params]

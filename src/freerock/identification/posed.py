@@ -21,6 +21,7 @@ from freerock.models.laws import law_of
 from freerock.runs.release import FAR, lowered
 
 RENEWED = 0.4  # standard uncertainties by which an input moves before its derivatives are renewed
+ROUGH = 1e-5  # relative change of the objective, above which a search is a rough one
 WIDEST_IMPACT = 0.5  # |δ| of an impact
 EPS = float(np.finfo(float).eps)
 
@@ -90,6 +91,8 @@ class Posed:
         Of the integrator.
     walls : float
         Where it is not 0, the release lies within so many of its standard uncertainties, instead of a prior.
+    holds_inputs : bool
+        Whether the inputs stay where they are.
     """
 
     model: RunModel
@@ -98,6 +101,7 @@ class Posed:
     level: float
     rtol: float = RTOL
     walls: float = 0.0
+    holds_inputs: bool = False
 
     @cached_property
     def release(self) -> list[tuple[str, float, float]]:
@@ -130,7 +134,8 @@ class Posed:
             low, high = self.model.farthest(source), FARTHEST_INPUT
             inside = 1e-3 * min(high - low, 1.0)
             value = float(np.clip(at.inputs[j], low + inside, high - inside))
-            found.add(f"input_{j + 1}_{source.name}", value=value, min=low, max=high)
+            vary = not self.holds_inputs
+            found.add(f"input_{j + 1}_{source.name}", value=value, min=low, max=high, vary=vary)
         for i, value in enumerate(at.impacts.tolist()):
             found.add(f"impact_{i + 1}", value=value, min=-WIDEST_IMPACT, max=WIDEST_IMPACT)
         return found
@@ -145,8 +150,8 @@ class Posed:
 
     def residual(self, at: Point, theta: Floats | None = None) -> Floats:
         """Rows of the objective: samples, release, inputs, impacts."""
-        theta = self.model.curve(at, self.samples.time_s, self.rtol) if theta is None else theta
-        left = self.samples.averaged(theta - self.samples.theta) / self.level
+        theta = self.model.means(at, self.samples, self.rtol) if theta is None else theta
+        left = (theta - self.samples.measured) / self.level
         release = [(at.values[name] - value) / u for name, value, u in self.release]
         return np.concatenate([left, release, at.inputs, at.impacts / (self.sigma_r or 1.0)])
 
@@ -154,7 +159,7 @@ class Posed:
         """The curve [rad], and derivatives of `residual` by all numbers, inputs and impacts."""
         theta, columns = self.model.derivatives(at, self.samples, self.rtol)
         n, n_z, n_d = len(self.model.names), len(at.inputs), len(at.impacts)
-        own = self.samples.averaged(columns) / self.level
+        own = columns / self.level
         rows = np.zeros((len(own) + len(self.release) + n_z + n_d, n + n_z + n_d), order="F")
         rows[: len(own), :n], rows[: len(own), n + n_z :] = own[:, :n], own[:, n:]
         rows[: len(own), n : n + n_z] = by_inputs
@@ -166,12 +171,15 @@ class Posed:
         rows[at_row + n_z :, n + n_z :] = np.eye(n_d) / (self.sigma_r or 1.0)
         return theta, rows
 
+    def derived(self, at: Point) -> tuple[Floats, Floats]:
+        """As `jacobian`, with the inputs' derivatives there."""
+        return self.jacobian(at, self.by_inputs(at))
+
     def by_inputs(self, at: Point) -> Floats:
         """Derivatives of the samples' rows by the inputs."""
-        if not self.model.inputs:
-            return np.empty((len(self.samples.time_s) // self.samples.m, 0))
-        columns = self.model.by_inputs(at, self.samples.time_s, self.rtol)
-        return self.samples.averaged(columns) / self.level
+        if self.holds_inputs:
+            return np.zeros((self.samples.measured.size, len(at.inputs)))
+        return self.model.by_inputs(at, self.samples, self.rtol) / self.level
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,12 +193,15 @@ class Ended:
     result : lmfit.minimizer.MinimizerResult
     minimizer : lmfit.Minimizer
         That found it; a user can go on with both.
+    derived : (ndarray, ndarray)
+        Of `Posed.jacobian`, at the end.
     """
 
     posed: Posed
     at: Point
     result: "lmfit.minimizer.MinimizerResult"
     minimizer: lmfit.Minimizer
+    derived: tuple[Floats, Floats]
 
     @property
     def objective(self) -> float:
@@ -209,10 +220,11 @@ class Ended:
 
 
 class _Objective:
-    """What lmfit calls; derivatives by the inputs are renewed where these have moved."""
+    """What lmfit calls; derivatives by the inputs are renewed where these have moved, if they are to be."""
 
-    def __init__(self, posed: Posed, begun: Point) -> None:
+    def __init__(self, posed: Posed, begun: Point, renews: bool) -> None:
         self.posed, self.inputs, self.by_inputs = posed, begun.inputs, posed.by_inputs(begun)
+        self.renews, self.last = renews, dict[bytes, tuple[Floats, Floats]]()
 
     def residual(self, moved: lmfit.Parameters) -> Floats:
         """As `Posed.residual`."""
@@ -221,11 +233,18 @@ class _Objective:
     def jacobian(self, moved: lmfit.Parameters) -> Floats:
         """Derivatives by the parameters that vary."""
         at = self.posed.point(moved)
-        if np.max(np.abs(at.inputs - self.inputs), initial=0.0) > RENEWED:
+        if self.renews and np.max(np.abs(at.inputs - self.inputs), initial=0.0) > RENEWED:
             self.inputs, self.by_inputs = at.inputs, self.posed.by_inputs(at)
-        _, rows = self.posed.jacobian(at, self.by_inputs)
+        _, rows = self.derived(moved)
         varied = [i for i, each in enumerate(moved.values()) if each.vary]
         return rows @ tied(moved, varied) if any(each.expr for each in moved.values()) else rows[:, varied]
+
+    def derived(self, moved: lmfit.Parameters) -> tuple[Floats, Floats]:
+        """As `Posed.jacobian`; that of the last parameters is known."""
+        key = np.array([each.value for each in moved.values()]).tobytes()
+        if key not in self.last:
+            self.last = {key: self.posed.jacobian(self.posed.point(moved), self.by_inputs)}
+        return self.last[key]
 
 
 def minimised(posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7) -> Ended:
@@ -246,14 +265,14 @@ def minimised(posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7) ->
         The search met parameters that no motion has.
     """
     parameters = posed.parameters(start)
-    objective = _Objective(posed, posed.point(parameters))
+    objective = _Objective(posed, posed.point(parameters), renews=ftol < ROUGH)
     minimizer = lmfit.Minimizer(objective.residual, parameters, scale_covar=False, Dfun=objective.jacobian)
     try:
         result = minimizer.least_squares(x_scale="jac", ftol=ftol, xtol=1e-10, gtol=EPS, max_nfev=most)
     except ValueError as error:  # lmfit's answer to a residual that is no number
         what = "a fit met parameters that no motion has"
         raise FreerockError("fits", what, "correct values, bounds and ties of fits.parameters") from error
-    return Ended(posed, posed.point(result.params), result, minimizer)
+    return Ended(posed, posed.point(result.params), result, minimizer, objective.derived(result.params))
 
 
 def tied(parameters: lmfit.Parameters, varied: list[int]) -> Floats:

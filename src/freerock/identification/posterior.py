@@ -57,7 +57,7 @@ class Posterior:
     def of(cls, ended: Ended, noise: Noise) -> "Posterior":
         """At the end of a fit."""
         posed, at = ended.posed, ended.at
-        theta, rows = posed.jacobian(at, posed.by_inputs(at))
+        theta, rows = ended.derived
         parameters = ended.result.params
         varied = np.array([each.vary for each in parameters.values()])
         ties = np.eye(len(varied))[:, varied]
@@ -78,7 +78,7 @@ class Posterior:
     @cached_property
     def residual(self) -> Floats:
         """Model less measurement, averaged as the noise is [rad], shape (n,)."""
-        return self.posed.samples.averaged(self.theta - self.posed.samples.theta)
+        return self.theta - self.posed.samples.measured
 
     @cached_property
     def columns(self) -> Floats:

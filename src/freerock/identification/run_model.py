@@ -5,7 +5,8 @@ of the laboratory, in standard uncertainties off their stated values. δ is the 
 impact i the rate is multiplied by 1 + δ_i.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -19,10 +20,10 @@ from freerock.models.block import Block
 from freerock.models.contact import Foundation
 from freerock.models.free_parameters import OF_RECORD, PARAMETERS, PER_RUN
 from freerock.models.laws import CANDIDATES, Rules, law_of
-from freerock.models.simulate import Solver, restarts
+from freerock.models.simulate import Solver, simulate_fitted, tangents
 from freerock.noise.spectrum import averaged
 from freerock.rotation.as_measured import as_measured, as_released
-from freerock.rotation.laboratory import Input, Laboratory
+from freerock.rotation.laboratory import OF_BLOCK, Input, Laboratory
 from freerock.rotation.view import View, view_of
 from freerock.runs.motion import Motion
 
@@ -36,6 +37,9 @@ STEP_BOTH_WAYS = 1e-4  # where the integrator's error is larger: edges, an offse
 FARTHEST_INPUT = 8.0  # standard uncertainties: a law that needs more is rejected by its pull
 MOST_STEPS = 20_000  # of a curve: a real one takes a tenth; where an optimiser wanders, one takes minutes
 INPUT_STEP = 0.01  # standard uncertainties
+SMALL_STEP = 1e-7  # rad, m: of what a sensor reads
+WIDEST = 0.75  # spread of an average, over the distance of averages, up to which a curve is smoothed
+MOST_PLACES = 50
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,50 @@ class Samples:
         """Means of m samples each, times √m: white noise keeps its variance."""
         return np.ascontiguousarray(averaged(values, self.m))
 
+    @cached_property
+    def measured(self) -> Floats:
+        """Means of m measured rotations, times √m, shape (n,)."""
+        return self.averaged(self.theta)
+
+    @cached_property
+    def middle_s(self) -> Floats:
+        """Mean instant of each m samples [s], shape (n,)."""
+        return self.time_s if self.m == 1 else self.averaged(self.time_s) / math.sqrt(self.m)
+
+    @cached_property
+    def _spread_s2(self) -> Floats:
+        """Variance of the instants of each m samples [s²], shape (n,)."""
+        if self.m == 1:
+            return np.zeros(1)
+        off = self.time_s[: self.middle_s.size * self.m].reshape(-1, self.m) - self.middle_s[:, None]
+        return np.asarray(np.mean(off**2, axis=1))
+
+    @cached_property
+    def _apart_s2(self) -> float:
+        """Square of the distance of the middles [s²]."""
+        return float(np.median(np.diff(self.middle_s))) ** 2
+
+    @cached_property
+    def _widest_s2(self) -> float:
+        return float(np.max(self._spread_s2))
+
+    def is_dense(self, response_s: float) -> bool:
+        """Whether the middles tell means over m samples and over the time of a sensor."""
+        return self._widest_s2 + response_s**2 / 12 <= WIDEST**2 * self._apart_s2
+
+    def smoothed(self, theta: Floats, response_s: float) -> Floats:
+        """Means over m samples and over the time of a sensor, times √m, of a rotation at their middles.
+
+        θ + σ² θ̈/2, with σ² the variance of the instants that are averaged.
+        """
+        found = theta.copy()
+        if self.m > 1 or response_s:
+            t = self.middle_s
+            slopes = np.diff(theta) / np.diff(t)
+            half = self._spread_s2[1:-1] if self.m > 1 else 0.0
+            found[1:-1] += (half + response_s**2 / 12) * np.diff(slopes) / (t[2:] - t[:-2])
+        return found * math.sqrt(self.m)
+
 
 @dataclass(frozen=True)
 class Point:
@@ -78,7 +126,92 @@ class Point:
     impacts: Floats
 
 
-Seen = tuple[Block, View | None, Laboratory | None]  # block, view and laboratory with its inputs moved
+@dataclass(frozen=True)
+class Place:
+    """What the inputs make of the laboratory.
+
+    Parameters
+    ----------
+    block : Block
+    view : View or None
+    moved : Laboratory or None
+        With its inputs moved; None of the stated one.
+    """
+
+    block: Block
+    view: View | None
+    moved: Laboratory | None
+
+    @classmethod
+    def of(cls, moved: Laboratory) -> "Place":
+        """That of a moved laboratory."""
+        return cls(moved.block, view_of([*moved.lasers.values()], moved.block), moved)
+
+    @cached_property
+    def at_once(self) -> View:
+        """The view of a sensor that takes no time."""
+        assert self.view is not None
+        return self.view.at_once
+
+    @property
+    def response(self) -> tuple[float, str]:
+        """Time of the sensor [s], and its kind."""
+        return (
+            (self.view.laser.response_ms / 1e3, self.view.laser.response) if self.view else (0.0, "average")
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """A motion, and what the sensor makes of it at once.
+
+    Parameters
+    ----------
+    place : Place
+    values : dict
+        As `freerock.models.simulate.simulate_fitted` takes them.
+    time_s : ndarray, shape (n_time,)
+        On the clock of the moved laboratory [s].
+    turned : ndarray, shape (n_time,)
+        Rotation [rad].
+    rates, passages : ndarray
+        As of `simulate_fitted`.
+    """
+
+    place: Place
+    values: dict[str, float]
+    time_s: Floats
+    turned: Floats
+    rates: Floats
+    passages: Floats
+
+    @cached_property
+    def z_cb(self) -> Floats:
+        """Depth of the base centre [m]; of a rigid block nothing is seen of it."""
+        return np.ascontiguousarray(self.rates[:, 0])
+
+    @cached_property
+    def turning(self) -> Block:
+        """The block with what was freed of it."""
+        return self.place.block.as_found(self.values)
+
+    def read(self, stated: Laboratory | None, place: Place | None = None, **by: float) -> Floats:
+        """Rotation as a stated laboratory would read it [rad], shape (n_time,).
+
+        Parameters
+        ----------
+        stated : Laboratory or None
+        place : Place, optional
+            Where it is read; by default that of the motion.
+        by : float
+            What is added to the rotation `turned` [rad] and to the depth `z_cb` [m].
+        """
+        place, theta = place or self.place, self.turned + by.get("turned", 0.0)
+        bed = Foundation.of(self.values) if "k" in self.values else None
+        if place.view is not None and not place.at_once.is_plain(self.turning, bed):
+            z_cb = self.z_cb + by.get("z_cb", 0.0)
+            theta = place.at_once.seen(theta[None], z_cb[None], self.turning, bed)
+        return theta if place.moved is None or stated is None else place.moved.reread(theta, stated)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,9 +241,8 @@ class RunModel:
     motion: Motion
     settings: FitSettings = field(default_factory=FitSettings)
     moves_inputs: bool = True
-    _seen: dict[bytes, "tuple[Block, View | None, Laboratory | None]"] = field(
-        default_factory=dict, repr=False
-    )
+    _places: dict[bytes, Place] = field(default_factory=dict, repr=False)
+    _last: dict[bytes, tuple[Floats, Moved]] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         if np.isfinite(self.motion.theta).sum() <= len(self.names):
@@ -178,29 +310,34 @@ class RunModel:
         some = slice(0, end, max(1, end // most))
         return Samples(np.ascontiguousarray(whole.time_s[some]), np.ascontiguousarray(whole.theta[some]))
 
-    def curve(self, at: Point, time_s: Floats, rtol: float = RTOL, rate: Floats | None = None) -> Floats:
-        """θ as the stated laboratory would read it [rad], shape (n_time,).
-
-        An overturned block lies at ±π/2. `rate`, shape (n_time,), receives the rate of what is seen [rad/s].
-        """
-        block, view, moved = self._there(at)
-        values, time_s = self._values(at, moved), self._on_clock(time_s, moved)
+    def curve(self, at: Point, time_s: Floats, rtol: float = RTOL) -> Floats:
+        """θ as the stated laboratory would read it [rad], shape (n_time,); an overturned block is at ±π/2."""
+        place = self._there(at)
         theta = as_measured(
             self.law,
-            block,
-            values,
-            time_s,
-            view,
+            place.block,
+            self._values(at, place.moved),
+            self._on_clock(time_s, place.moved),
+            place.view,
             rules=self.rules,
             solver=Solver(rtol, MOST_STEPS),
-            theta_rate=rate,
         )
-        return self._reread(theta, moved)
+        return self._reread(theta, place.moved)
+
+    def means(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
+        """Means of m samples of the curve, times √m [rad], shape (n,)."""
+        if self._response_s(at, samples) is None:
+            return samples.averaged(self.curve(at, samples.time_s, rtol))
+        return self._smoothed(
+            at, samples, self._here(at, samples.middle_s, rtol).read(self.motion.laboratory)
+        )
 
     def derivatives(
         self, at: Point, samples: Samples, rtol: float = RTOL, wanted: Sequence[str] | None = None
     ) -> tuple[Floats, Floats]:
         """The curve [rad] and its derivatives by numbers and impacts.
+
+        A slow sensor delays all derivatives alike: they are those at the middles of the samples.
 
         Parameters
         ----------
@@ -213,31 +350,52 @@ class RunModel:
 
         Returns
         -------
-        theta : ndarray, shape (n_samples,)
-        by_numbers : ndarray, shape (n_samples, n_wanted + n_impacts)
-            In SI units; columns of the impacts come last.
+        theta : ndarray, shape (n,)
+            As of `means`.
+        by_numbers : ndarray, shape (n, n_wanted + n_impacts)
+            In SI units, times √m; columns of the impacts come last.
         """
-        names = self.names if wanted is None else wanted
-        rate, time_s = np.empty(samples.time_s.size), samples.time_s
-        theta = self.curve(at, time_s, rtol, rate)
+        names, stated = self.names if wanted is None else wanted, self.motion.laboratory
+        here = self._here(at, samples.middle_s, rtol)
+        theta = here.read(stated)
+        by_turned, rate = self._slopes(here, theta)
         columns = np.zeros((theta.size, len(names) + at.impacts.size), order="F")
-        self._by_impacts(at, time_s, rtol, theta, columns[:, len(names) :])
+        if at.impacts.size:
+            given = (
+                self.law,
+                here.place.block,
+                here.values,
+                here.time_s,
+                (here.turned, here.rates, here.passages),
+            )
+            steps = (STEP,) if self.is_smooth else (STEP_BOTH_WAYS, -STEP_BOTH_WAYS)
+            found = tangents(*given, rules=self.rules, solver=Solver(rtol, MOST_STEPS), steps=steps)
+            found.by_impacts(*by_turned, rate, columns[:, len(names) :])
         for j, name in enumerate(names):
             if name == "t0":
                 columns[:, j] = -rate
             elif name == "r" and at.impacts.size:  # r of impact i is r (1 + δ_i)
                 columns[:, j] = columns[:, len(names) :] @ ((1 + at.impacts) / at.values["r"])
-                columns[:, j] += self._by_later_r(at, time_s, rtol, theta)
+                columns[:, j] += self._by_later_r(at, samples.middle_s, rtol, theta)
             else:
-                columns[:, j] = self._quotient(at, name, time_s, rtol, theta)
-        return theta, columns
+                columns[:, j] = self._quotient(at, name, samples.middle_s, rtol, theta)
+        columns *= math.sqrt(samples.m)
+        return self.means(at, samples, rtol), columns
+
+    def _slopes(self, here: Moved, theta: Floats) -> tuple[tuple[Floats, Floats], Floats]:
+        """Derivatives of what is read by rotation and depth, and its rate [rad/s]."""
+        stated, step = self.motion.laboratory, SMALL_STEP
+        by_turned = (here.read(stated, turned=step) - theta) / step
+        by_z = (here.read(stated, z_cb=step) - theta) / step
+        rate = by_turned * here.rates[:, -1]
+        return (by_turned, by_z), rate + by_z * here.rates[:, 1] if here.rates.shape[1] > 1 else rate
 
     def _by_later_r(self, at: Point, time_s: Floats, rtol: float, theta: Floats) -> Floats:
         """Derivative by the restitution of the impacts after those that have a δ."""
         r = at.values["r"]
         kept = (1 + at.impacts) * r / (r - STEP) - 1
         moved = Point({**at.values, "r": r - STEP}, at.inputs, kept)
-        return (theta - self.curve(moved, time_s, rtol)) / STEP
+        return (theta - self._read(moved, time_s, rtol)) / STEP
 
     @cached_property
     def is_smooth(self) -> bool:
@@ -254,26 +412,56 @@ class RunModel:
             step *= abs(value)
         elif name == "r":
             step = -step
-        later = self.curve(replace(at, values={**at.values, name: value + step}), time_s, rtol)
+        later = self._read(replace(at, values={**at.values, name: value + step}), time_s, rtol)
         only = value - step < PARAMETERS[name].bounds[0]
         if only or (self.is_smooth and np.max(np.abs(later - theta)) < JUMP_RAD):
             return (later - theta) / step
-        earlier = self.curve(replace(at, values={**at.values, name: value - step}), time_s, rtol)
+        earlier = self._read(replace(at, values={**at.values, name: value - step}), time_s, rtol)
         if not self.is_smooth:
             return (later - earlier) / (2 * step)
         # within the step a swing begins or ceases to lift the block, and an impact has its δ or has it not
         return min(later - theta, theta - earlier, key=lambda by: float(np.max(np.abs(by)))) / step
 
-    def by_inputs(self, at: Point, time_s: Floats, rtol: float = RTOL) -> Floats:
-        """Derivatives of the curve by the inputs [rad per standard uncertainty], shape (n_time, n_inputs)."""
-        columns = np.zeros((time_s.size, len(self.inputs)), order="F")
-        here = self.curve(at, time_s, rtol) if self.inputs else columns
+    def by_inputs(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
+        """Derivatives of `means` by the inputs [rad per standard uncertainty], shape (n, n_inputs).
+
+        Of what moves the block there is another motion; of what moves laser and clock that of the block is
+        read again, with the release as they show it.
+        """
+        columns = np.zeros((samples.middle_s.size, len(self.inputs)), order="F")
+        if not self.inputs:
+            return columns
+        stated, time_s = self.motion.laboratory, samples.middle_s
+        assert stated is not None
+        here = self._here(at, time_s, rtol)
+        theta, means = here.read(stated), self.means(at, samples, rtol)
+        _, rate = self._slopes(here, theta)
+        later = replace(
+            at, values={**at.values, "theta0": at.values.get("theta0", self.motion.theta0) + STEP}
+        )
+        from_higher = self._simulated(later, time_s, rtol)
+        by_release = (from_higher.read(stated) - theta) / (
+            from_higher.values["theta0"] - here.values["theta0"]
+        )
+        is_slow, base = self._response_s(at, samples) is None, here.place.moved or stated
         for j, source in enumerate(self.inputs):
             steps = np.zeros(len(self.inputs))
             # what a slow sensor does grows with the square of its time
             steps[j] = 1.0 if source.name == "response_ms" else INPUT_STEP
-            later = self.curve(replace(at, inputs=at.inputs + steps), time_s, rtol)
-            columns[:, j] = (later - here) / steps[j]
+            moved = replace(at, inputs=at.inputs + steps)
+            if is_slow or (source.name == "response_ms" and self._response_s(moved, samples) is None):
+                columns[:, j] = (self.means(moved, samples, rtol) - means) / steps[j]
+                continue
+            if source.name in OF_BLOCK or source.name == "levelled_deg":
+                place = self._there(moved)
+                other = self._simulated(moved, time_s, rtol).read(stated)
+            else:
+                is_square = source.name == "response_ms"
+                place = self._there(moved) if is_square else Place.of(base.moved(source, INPUT_STEP))
+                values = as_released(self.law, place.block, self._values(moved, place.moved), place.view)
+                other = here.read(stated, place) + by_release * (values["theta0"] - here.values["theta0"])
+                other += rate * (self._on_clock(time_s, place.moved) - here.time_s)
+            columns[:, j] = (samples.smoothed(other, place.response[0]) - means) / steps[j]
         return columns
 
     @cached_property
@@ -281,44 +469,46 @@ class RunModel:
         """The rules of the simulation."""
         return CANDIDATES[self.candidate].rules(self.settings.debonding)
 
-    def simulated(self, at: Point) -> tuple[Block, dict[str, float]]:
-        """The block that turns, and what `freerock.models.simulate.simulate_fitted` takes of a point."""
-        block, view, moved = self._there(at)
-        return block, as_released(self.law, block, self._values(at, moved), view)
+    def _here(self, at: Point, time_s: Floats, rtol: float) -> Moved:
+        """The motion; that of the last point is known."""
+        values = np.fromiter((rtol, *at.values.values()), float)
+        key = values.tobytes() + at.inputs.tobytes() + at.impacts.tobytes()
+        if key not in self._last or self._last[key][0] is not time_s:
+            moved = self._simulated(at, time_s, rtol)
+            self._last.clear()
+            self._last[key] = time_s, moved
+        return self._last[key][1]
 
-    def _by_impacts(self, at: Point, time_s: Floats, rtol: float, theta: Floats, out: Floats) -> None:
-        """Fill the derivatives by δ of each impact, shape (n_time, n_impacts)."""
-        if not at.impacts.size:
-            return
-        block, view, moved = self._there(at)
-        values = as_released(self.law, block, self._values(at, moved), view)
-        turning, own_time_s = block.as_found(values), self._on_clock(time_s, moved)
-        solver = Solver(rtol, MOST_STEPS)
-        bed = Foundation.of(values) if law_of(self.candidate).is_foundation else None
-        if view is not None and len(view.moments[0]) > 1:  # a slow sensor delays all derivatives alike
-            view = view.at_once
-            seen = {**values, "theta0": view.seen_at_rest(values["theta0"], turning, bed)}
-            whole = as_measured(self.law, block, seen, own_time_s, view, rules=self.rules, solver=solver)
-            theta = self._reread(whole, moved)
+    def _simulated(self, at: Point, time_s: Floats, rtol: float) -> Moved:
+        place = self._there(at)
+        values = as_released(self.law, place.block, self._values(at, place.moved), place.view)
+        time_s = self._on_clock(time_s, place.moved)
+        rates = np.empty((time_s.size, 3 if law_of(self.candidate).is_foundation else 1))
+        passages = np.full((at.impacts.size, 5), np.nan)
+        turned = simulate_fitted(
+            self.law,
+            place.block,
+            values,
+            time_s,
+            rules=self.rules,
+            solver=Solver(rtol, MOST_STEPS),
+            rates=rates,
+            passages=passages,
+        )
+        return Moved(place, values, time_s, turned, rates, passages)
 
-        def later_curves(step: float) -> Iterator[tuple[int, int, Floats]]:
-            for i, begin, later, z_cb in restarts(
-                self.law, block, values, own_time_s, rules=self.rules, solver=solver, step=step
-            ):
-                lost = np.isnan(later)
-                if lost.any():
-                    later[lost], z_cb = np.copysign(np.pi / 2, values["theta0"]), np.where(lost, 0.0, z_cb)
-                if view is not None and not view.is_plain(turning, bed):
-                    later = view.seen(later[None], np.ascontiguousarray(z_cb)[None], turning, bed)
-                yield i, begin, self._reread(later, moved)
+    def _read(self, at: Point, time_s: Floats, rtol: float) -> Floats:
+        """What a sensor that takes no time makes of the motion [rad]."""
+        return self._simulated(at, time_s, rtol).read(self.motion.laboratory)
 
-        if self.is_smooth:
-            for i, begin, later in later_curves(STEP):
-                out[begin:, i] = (later - theta[begin:]) / STEP
-            return
-        both = zip(later_curves(STEP_BOTH_WAYS), later_curves(-STEP_BOTH_WAYS), strict=True)
-        for (i, begin, later), (_, _, earlier) in both:
-            out[begin:, i] = (later - earlier) / (2 * STEP_BOTH_WAYS)
+    def _response_s(self, at: Point, samples: Samples) -> float | None:
+        """Time of the sensor [s] where a smoothed curve tells what it makes of a motion; else None."""
+        response_s, kind = self._there(at).response
+        fits = samples.is_dense(response_s) and (kind == "average" or not response_s)
+        return response_s if fits else None
+
+    def _smoothed(self, at: Point, samples: Samples, theta: Floats) -> Floats:
+        return samples.smoothed(theta, self._there(at).response[0])
 
     def _values(self, at: Point, moved: Laboratory | None) -> dict[str, float]:
         """What a simulation takes of a point; the release angle as the moved laboratory reads it."""
@@ -333,17 +523,17 @@ class RunModel:
             values["impacts"] = at.impacts  # type: ignore[assignment]
         return values
 
-    def _there(self, at: Point) -> "Seen":
+    def _there(self, at: Point) -> Place:
         """Block, view and laboratory with the inputs moved; of the last inputs they are known."""
-        stated = self.motion.laboratory
-        if stated is None or not at.inputs.any():
-            return self.block, self.motion.view, None
-        key = at.inputs.tobytes()
-        if key not in self._seen:
-            moved = stated.at(self.inputs, at.inputs)
-            self._seen.clear()
-            self._seen[key] = moved.block, view_of([*moved.lasers.values()], moved.block), moved
-        return self._seen[key]
+        stated, key = self.motion.laboratory, at.inputs.tobytes()
+        if key not in self._places:
+            if len(self._places) > MOST_PLACES:
+                self._places.clear()
+            if stated is None or not at.inputs.any():
+                self._places[key] = Place(self.block, self.motion.view, None)
+            else:
+                self._places[key] = Place.of(stated.at(self.inputs, at.inputs))
+        return self._places[key]
 
     def _on_clock(self, time_s: Floats, moved: Laboratory | None) -> Floats:
         stated = self.motion.laboratory

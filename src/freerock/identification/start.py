@@ -42,7 +42,9 @@ class StartSettings:
     missing : float
         Times the two swings before it, from which a swing holds one that the noise hides.
     growth : int
-        One over the share by which the swings of a horizon grow.
+        Times the swings of a horizon, those of the next one; where that loses the phase, half of it.
+    screened : int
+        Swings of the first run, on which candidates are screened.
     promising : float
         Times the least mean square of a horizon, up to which its ends are followed.
     misfit : float
@@ -64,6 +66,7 @@ class StartSettings:
     clear: float = 10.0
     missing: float = 1.4
     growth: int = 2
+    screened: int = 6
     promising: float = 5.0
     misfit: float = 1.5
     same: float = 3e-3
@@ -99,11 +102,11 @@ def _moves(motion: Motion) -> Mask:
     return np.asarray(np.abs(motion.theta) > max(10 * motion.sigma_theta, 1e-3 * abs(motion.theta0)))
 
 
-def horizons_s(motion: Motion, growth: int | None = None) -> list[float]:
+def horizons_s(motion: Motion) -> list[float]:
     """Ends of growing horizons [s]: the first peak after an impact, then more and more swings.
 
     What follows these is no more than noise, and holds impacts that no one sees. Up to the first peak the
-    error has few minima; each further horizon adds at most half of the swings before it.
+    error has few minima.
     """
     crossings = crossings_s(motion)
     if crossings.size < 3:
@@ -112,7 +115,7 @@ def horizons_s(motion: Motion, growth: int | None = None) -> list[float]:
     found, n = [0.5 * float(crossings[0] + crossings[1])], 2
     while n < crossings.size:
         found.append(float(crossings[n]))
-        n = n + max(1, n // (growth or START.growth))
+        n *= START.growth
     return [*(each for each in found if each < 0.95 * last), last]
 
 
@@ -256,27 +259,26 @@ class Followed:
         Standard deviation of the noise of a sample [rad].
     starts : list of Point, optional
         By default those of `scan`.
-    growth : int, optional
-        As in `StartSettings`.
     """
 
-    def __init__(
-        self, model: RunModel, noise: float, starts: list[Point] | None = None, growth: int | None = None
-    ) -> None:
+    def __init__(self, model: RunModel, noise: float, starts: list[Point] | None = None) -> None:
         self.model, self.noise = model, noise
         self._starts, self._ends, self._done, self._left = starts, list[Ended](), 0, 1.0
-        self._horizons, self._crossings = horizons_s(model.motion, growth), crossings_s(model.motion)
+        self._horizons, self._crossings = horizons_s(model.motion), crossings_s(model.motion)
         self.search = START.most, START.ftol
+
+    @property
+    def _hurries(self) -> bool:
+        """Whether the law is far from the run."""
+        return self.search == START.hurried
 
     def hurry(self) -> None:
         """Follow a law that is far from the run with fewer evaluations."""
         self.search = START.hurried
 
-    def until(self, swings: int) -> Ended:
-        """The best end of the first horizon that holds so many swings, or of the last one."""
-        while self._done < len(self._horizons):
-            if self._done and np.searchsorted(self._crossings, self._horizons[self._done - 1]) >= swings:
-                break
+    def screened(self) -> Ended:
+        """The best end of the first horizon that holds `START.screened` swings, or of the last one."""
+        while self._done < len(self._horizons) and self._swings(self._done - 1) < START.screened:
             self._grow()
         return min(self._ends, key=lambda end: end.objective)
 
@@ -290,18 +292,25 @@ class Followed:
         """Mean square of the residual and the priors at an end, over the noise."""
         return end.mean_square * (end.posed.level / self.noise) ** 2
 
+    def _swings(self, i: int) -> int:
+        """Swings that a horizon holds; none before the first."""
+        return int(np.searchsorted(self._crossings, self._horizons[i])) if i >= 0 else 0
+
     def _grow(self) -> None:
+        """One horizon more; inputs move in that of `screened` and in the last one."""
         horizon_s = self._horizons[self._done]
-        begun = [end.at for end in _promising(self._ends)] if self._ends else self._starts or scan(self.model)
+        begun = [end.at for end in promising(self._ends)] if self._ends else self._starts or scan(self.model)
         last, (most, ftol) = self._done == len(self._horizons) - 1, self.search
-        n_impacts = int(np.searchsorted(self._crossings, horizon_s))
+        n_impacts, before = self._swings(self._done), self._swings(self._done - 1)
         samples = self.model.until(horizon_s, START.screening)
         level = self.noise * float(np.sqrt(self._left)) if self._left > START.misfit else self.noise
-        posed = Posed(self.model, samples, START.sigma_r, level, RTOL if last else 10 * RTOL)
+        rtol, holds = RTOL if last else 10 * RTOL, not (last or before < START.screened <= n_impacts)
+        posed = Posed(self.model, samples, START.sigma_r, level, rtol, holds_inputs=holds)
         most = most if self._ends else max(most, START.first)
         ends = [minimised(posed, with_impacts(start, n_impacts), most, ftol) for start in begun]
         left = min(map(self.over_noise, ends))
-        if self._ends and left > START.lost * max(self._left, 1.0) and self._halved(horizon_s):
+        is_lost = self._ends and not self._hurries and left > START.lost * max(self._left, 1.0)
+        if is_lost and self._halved(horizon_s):
             return
         self._ends, self._left = ends, left
         self._done += 1
@@ -316,7 +325,7 @@ class Followed:
         return True
 
 
-def _promising(ends: list[Ended]) -> list[Ended]:
+def promising(ends: list[Ended]) -> list[Ended]:
     """Ends that are worth following, without those that have come to the same numbers."""
     least, found = min(end.mean_square for end in ends), list[Ended]()
     for end in sorted(ends, key=lambda each: each.mean_square):

@@ -149,7 +149,7 @@ def _fastest(length, depth, law):
 
 
 @compiled(fastmath=FAST)
-def _rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passages, theta, rates):
+def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passages, theta, rates):
     k, c, lam, b, h, J, g, ground = law
     p = math.sqrt(g * math.sqrt(b * b + h * h) / (J + h * h + b * b))
     theta_cr = math.atan2(b, h)
@@ -288,6 +288,13 @@ def _rock(law, corner, state, time, tolerance, allowed, max_steps, factors, pass
     return outcome, steps, n, clock, there, impacts[:n_impacts], n_passed
 
 
+def scene_of(law: tuple[float, ...], coefficients: Floats) -> tuple[tuple[float, ...], float]:
+    """What `rock` takes of a block, its bed and a base that may lean, as `integrate_series` has them."""
+    k, c, lam, b, h, inertia, g, corner, *_ = law
+    ground, less = (float(coefficients[0, 0]), float(coefficients[0, 7])) if len(coefficients) else (0.0, 0.0)
+    return (k, c, lam, b, h, inertia - h * h, g + less, ground), corner
+
+
 def integrate_series(
     law: tuple[float, ...],
     state: tuple[float, float, float, float],
@@ -308,12 +315,9 @@ def integrate_series(
 
     Where the law turns out to be stiff, from there on by that. A step counts as one evaluation.
     """
-    k, c, lam, b, h, inertia, g, corner, *_ = law
-    ground, less = (float(coefficients[0, 0]), float(coefficients[0, 7])) if len(coefficients) else (0.0, 0.0)
-    scene = (k, c, lam, b, h, inertia - h * h, g + less, ground), corner, state
     accuracy = tolerance, SHARPER * tolerance, max_steps
-    outcome, steps, n, clock, there, impacts, passed = _rock(
-        *scene, time, *accuracy, factors, passages, theta, rates
+    outcome, steps, n, clock, there, impacts, passed = rock(
+        *scene_of(law, coefficients), state, time, *accuracy, factors, passages, theta, rates
     )
     if outcome != STIFF:
         return outcome, steps, 0, 0, steps, impacts

@@ -1,6 +1,6 @@
 """The one public door to the rocking models."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -16,6 +16,7 @@ from freerock.models.ground import GroundMotion, tilted
 from freerock.models.housner import Swings, housner_motion, housner_swings
 from freerock.models.laws import GEOMETRIC, LAWS, Law, Rules
 from freerock.models.refusals import check_scene
+from freerock.models.tangents import LATER_S, Tangents, swings_by_series
 
 OUTCOMES = ("completed", "at_rest", "overturned", "step_limit", "non_finite")
 NO_RATES, NO_IMPACTS, NO_PASSAGES = np.empty((0, 3)), np.empty(0), np.empty((0, 5))
@@ -181,24 +182,19 @@ def simulate_fitted(
     rules: Rules = GEOMETRIC,
     solver: Solver = SOLVER,
     rates: Floats | None = None,
+    passages: Floats = NO_PASSAGES,
 ) -> Floats:
     """Rotation [rad], shape (n_time,), under what a fit finds; an overturned block lies at ±π/2.
 
     `values` holds the parameters of the model, theta0 [rad] and, where they were freed, the release t0 on the
     clock of `time` [s], the width of the corners and the radius of the edges [m], the tilt of the base
-    [rad] and, as "impacts", δ of each impact, after which the rate is multiplied by 1 + δ. All else as in
-    `simulate_theta`, which fits share.
+    [rad] and, as "impacts", δ of each impact, after which the rate is multiplied by 1 + δ. Of a motion
+    that is integrated, `passages`, shape (n_impacts, 5), receives the instant since the release [s], z_cb,
+    ż_cb, θ and θ̇ after each impact that has a δ. All else as in `simulate_theta`, which fits share.
     """
-    theta, _ = simulate_theta(
-        model,
-        block.as_found(values),
-        values,
-        time - values["t0"] if "t0" in values else time,
-        theta0=values["theta0"],
-        rules=rules,
-        solver=solver,
-        rates=rates,
-    )
+    scene = _Scene(model, block.as_found(values), values, None, rules, solver)
+    later = time - values["t0"] if "t0" in values else time
+    theta, _ = _released(scene, values["theta0"], later, rates, passages)
     if theta.size and np.isnan(theta[-1]):
         lost = np.isnan(theta)
         theta[lost] = np.copysign(np.pi / 2, values["theta0"])
@@ -207,78 +203,115 @@ def simulate_fitted(
     return theta
 
 
-def restarts(
+def tangents(
     model: str,
     block: Block,
     values: Mapping[str, Any],
     time: Floats,
+    motion: tuple[Floats, Floats, Floats],
     *,
     rules: Rules = GEOMETRIC,
     solver: Solver = SOLVER,
-    step: float = 1e-4,
-) -> Iterator[tuple[int, int, Floats, Floats]]:
-    """The motion after each impact whose rate is a little larger, for derivatives by the scatter of impacts.
-
-    A motion before an impact does not depend on it: each of these begins where the impact was.
+    steps: Sequence[float] = (3e-7,),
+) -> Tangents:
+    """The swings of a motion, with their derivatives by the state after each impact.
 
     Parameters
     ----------
     values : mapping
-        As in `simulate_fitted`; "impacts" holds δ of each impact, shape (n_impacts,): the rate after it is
-        multiplied by 1 + δ.
-    step : float
-        What is added to δ of one impact.
-
-    Yields
-    ------
-    impact, begin : int
-        Number of the impact, and of the first sample after it.
-    theta, z_cb : ndarray, shape (n_time - begin,)
-        Rotation [rad], and depth of the base centre [m].
+        As in `simulate_fitted`; "impacts" holds δ of each impact, shape (n_impacts,).
+    motion : (ndarray, ndarray, ndarray)
+        Rotation, rates and passages of `simulate_fitted`.
+    steps : sequence of float
+        Of difference quotients, as shares of the state: one, or one to either side.
     """
     scene = _Scene(model, block.as_found(values), values, None, rules, solver)
-    block, tilt, theta0 = scene.block, float(values.get("tilt", 0.0)), values["theta0"]
-    time = time - values.get("t0", 0.0)
-    n = scene.factors.size
-    if not (tilt or scene.law.is_foundation or block.e):
-        whole = housner_swings(block, scene.restitutions, theta0, 0.0, time[-1], solver.max_steps)
-        for i in range(min(n, whole.impact_time.size)):
-            moved = np.array(values["impacts"], float)
-            moved[i] += step
-            own: dict[str, Any] = {**values, "impacts": moved}
-            scene = replace(scene, parameters=own)
-            begin = int(np.searchsorted(time, whole.impact_time[i], "right"))
-            if begin < time.size:
-                theta, _ = _released(scene, theta0, time)
-                yield i, begin, theta[begin:], _corner_kept(block, theta[begin:], theta[begin:])[0]
-        return
-    if tilt:
-        scene = replace(scene, motion=tilted(tilt, float(time[-1]), block.g))
-    stands = depth = 0.0
-    if scene.law.is_foundation:
-        depth = static_depth(block, scene.foundation, theta0)
-        stands = lean(block, scene.foundation, tilt) if tilt or block.e else 0.0
-    passages, unwanted = np.full((n, 5), np.nan), np.empty(time.size)
-    scene.integrate(State(depth, 0.0, theta0 + stands, 0.0), time, unwanted, NO_RATES, passages)
-    for i in range(n):
-        clock, z, z_rate, theta, rate = passages[i].tolist()
-        begin = int(np.searchsorted(time, clock, "right")) if np.isfinite(clock) else time.size
-        if begin == time.size:
-            return
-        later = time[begin:] - clock
-        start = State(z, z_rate, theta, rate * (1 + step / scene.factors[i]))
-        moved, rates = np.empty(later.size), np.empty((later.size, 3))
-        scene.integrate(start, later, moved, rates, first=i + 1)
-        yield i, begin, moved - stands if stands else moved, rates[:, 0]
+    theta0, time, (theta, rates, passages) = values["theta0"], time - values.get("t0", 0.0), motion
+    if scene.is_closed_form:
+        return _swings_in_closed_form(scene, theta0, time, theta, rates[:, -1], -steps[0])
+    passages = passages[passages[:, 0] < time[-1]]
+    scene, start, stands = scene.released(theta0, time)
+    begin = np.append(np.searchsorted(time, passages[:, 0], "right"), time.size)
+    found = Tangents.empty(begin, passages[:, 4] / scene.factors[: len(passages)], time.size)
+    known = theta + stands, np.ascontiguousarray(rates[:, 0])
+    tolerance = scene.tolerance(start)
+    if scene.is_by_series(time) and len(steps) == 1:
+        law, motion_of_base = scene.constants, scene.motion or STILL
+        accuracy = tolerance, series.SHARPER * tolerance, solver.max_steps
+        own = scene.factors, passages, static_depth(scene.block, scene.foundation, 0.0), steps[0]
+        of_scene = series.scene_of(law, motion_of_base.coefficients)
+        if swings_by_series(of_scene, time, accuracy, *own, *known, begin, found.by_state, found.onward):
+            return found
+    _swing_by_swing(scene, found, time, passages, known, steps, tolerance)
+    return found
 
 
-@dataclass(frozen=True)
+def _swing_by_swing(
+    scene: "_Scene",
+    found: Tangents,
+    time: Floats,
+    passages: Floats,
+    known: tuple[Floats, Floats],
+    steps: Sequence[float],
+    tolerance: float,
+) -> None:
+    """Fill the derivatives of swings by any integrator."""
+    is_foundation, block = scene.law.is_foundation, scene.block
+    depth = static_depth(block, scene.foundation, 0.0) if is_foundation else 0.0
+    last = np.full(5, np.nan)
+    for j, (clock, z, z_rate, _, rate) in enumerate(passages.tolist()):
+        own = slice(found.begin[j], found.begin[j + 1])
+        after = passages[j + 1] - [clock, 0, 0, 0, 0] if j + 1 < len(passages) else last
+        n, later = time[own].size, time[own] - clock
+        if after is not last:
+            later = np.append(later, (1 + 30 * steps[0]) * after[0] + LATER_S)
+        scales = max(abs(z), depth), block.b * abs(rate), abs(rate)
+        for q in range(3) if is_foundation else (2,):
+            ends = [(known[0][own], known[1][own], after)]
+            for step in steps:
+                state = [z, z_rate, 0.0, rate]
+                state[(0, 1, 3)[q]] += step * scales[q]
+                moved, rates, passed = (
+                    np.empty(later.size),
+                    np.empty((later.size, 3)),
+                    np.full((1, 5), np.nan),
+                )
+                scene.integrate(State(*state), later, moved, rates, passed, j + 1, tolerance)
+                ends.append((moved[:n], rates[:n, 0], passed[0]))
+            one, other = ends[1], ends[2 if len(steps) > 1 else 0]
+            by = (steps[0] - sum(steps[1:])) * scales[q]
+            for out, i in ((found.by_state[0, q], 0), (found.by_state[1, q], 1)):
+                out[own] = (one[i] - other[i]) / by
+            if after is not last:
+                found.onward[j, :, q] = (one[2] - other[2])[[1, 2, 4, 0]] / by
+
+
+def _swings_in_closed_form(
+    scene: "_Scene", theta0: float, time: Floats, theta: Floats, rate: Floats, step: float
+) -> Tangents:
+    """Of Housner's block: all swings after an impact keep their ratios of energy."""
+    kept, limits = scene.restitutions, (theta0, 0.0, time[-1], scene.solver.max_steps)
+    lost = np.append(1 + step, np.ones(kept.size - 1))
+    whole, moved = (housner_swings(scene.block, each, *limits) for each in (kept, kept * lost))
+    n = min(scene.factors.size, whole.impact_time.size, moved.impact_time.size)
+    n = int(np.searchsorted(whole.impact_time[:n], time[-1]))
+    begin = np.append(np.searchsorted(time, whole.impact_time[:n], "right"), time.size)
+    found = Tangents.empty(begin, 1 / scene.factors[:n], time.size)
+    late = (moved.impact_time[:n] - whole.impact_time[:n]) / step
+    found.onward[:, 2, 2], found.onward[:-1, 3, 2] = 1.0, np.diff(late)
+    later, _ = housner_motion(moved, time, theta0, 0.0, rates=False)
+    own = slice(begin[0], None)
+    found.by_state[0, 2, own] = (later - theta)[own] / step + rate[own] * np.repeat(late, np.diff(begin))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
 class _Scene:
     """A block that moves by a law on a ground, and how the motion is solved."""
 
     model: str
     block: Block
-    parameters: Mapping[str, float]
+    parameters: Mapping[str, Any]
     motion: GroundMotion | None
     rules: Rules
     solver: Solver
@@ -303,6 +336,53 @@ class _Scene:
         """What the rate is multiplied with at each of the first impacts, 1 + δ."""
         return 1.0 + np.asarray(self.parameters.get("impacts", NO_IMPACTS), float)
 
+    @cached_property
+    def constants(self) -> tuple[float, ...]:
+        """Law and block as the integrators take them; Housner's block always turns about its corners."""
+        return self.foundation.constants(
+            self.block, self.rules.kinematics == "pivoting" or not self.law.is_foundation
+        )
+
+    @property
+    def is_closed_form(self) -> bool:
+        """Whether it is Housner's block on a level base that stays."""
+        leans = self.block.e or self.parameters.get("tilt")
+        return not (self.law.is_foundation or self.motion or leans)
+
+    @property
+    def is_tensionless(self) -> bool:
+        """Whether the foundation never pulls where it could."""
+        return self.rules.debonding == "tensionless" and self.foundation.is_damped
+
+    def is_by_series(self, time: Floats) -> bool:
+        """Whether `series` knows it."""
+        odd = self.is_tensionless or self.block.edge_radius or self.block.e
+        still = self.motion is None or not len(self.motion.coefficients)
+        return self.law.is_foundation and not odd and (still or self.motion.leans(time, self.block.g))  # type: ignore[union-attr]
+
+    def released(self, theta0: float, time: Floats) -> tuple["_Scene", State, float]:
+        """With gravity as on its base, the state at the release, and where it stands at rest [rad]."""
+        tilt, scene = float(self.parameters.get("tilt", 0.0)), self
+        if tilt:
+            scene = replace(self, motion=tilted(tilt, float(time[-1]), self.block.g))
+        depth = stands = 0.0
+        if self.law.is_foundation:
+            depth = static_depth(self.block, self.foundation, theta0)
+            stands = lean(self.block, self.foundation, tilt) if tilt or self.block.e else 0.0
+        return scene, State(depth, 0.0, theta0 + stands, 0.0), stands
+
+    def tolerance(self, start: State) -> float:
+        """Error allowed per step [rad]."""
+        block, amplitude = self.block, self.block.theta_cr
+        if self.motion is None or "tilt" in self.parameters:
+            _, z_rate0, theta0, theta_rate0 = start
+            moved = abs(theta0) + abs(theta_rate0) / block.p + abs(z_rate0) / (block.p * block.b)
+            amplitude = min(amplitude, moved) or amplitude
+        if self.law.is_foundation and not (self.foundation.is_damped or self.parameters.get("c", 0.0)):
+            # nothing forgets the errors of a motion without damping
+            amplitude *= 0.3
+        return self.solver.rtol * amplitude
+
     def integrate(
         self,
         start: State,
@@ -311,50 +391,32 @@ class _Scene:
         rates: Floats,
         passages: Floats = NO_PASSAGES,
         first: int = 0,
+        tolerance: float = 0.0,
     ) -> tuple[int, int, int, int, int, Floats]:
         """Outcome, steps, rejected, implicit, evaluations and impacts; fills theta, rates and passages.
 
         The start lies before the impact of the number `first`.
         """
-        block, foundation, motion = self.block, self.foundation, self.motion
-        is_foundation = self.law.is_foundation
         # one signature, so that the kernel is compiled once
         state = float(start[0]), float(start[1]), float(start[2]), float(start[3])
         if not (time.flags.carray and time.dtype == float):
             time = np.require(time, float, ["C", "W"])
-        amplitude = block.theta_cr
-        if motion is None or "tilt" in self.parameters:
-            _, z_rate0, theta0, theta_rate0 = state
-            moved = abs(theta0) + abs(theta_rate0) / block.p + abs(z_rate0) / (block.p * block.b)
-            amplitude = min(amplitude, moved) or amplitude
-            motion = motion or STILL
-        if is_foundation and not (foundation.is_damped or self.parameters.get("c", 0.0)):
-            # nothing forgets the errors of a motion without damping
-            amplitude *= 0.3
-        pivots = self.rules.kinematics == "pivoting"
-        tensionless = self.rules.debonding == "tensionless" and foundation.is_damped
-        tolerance, max_steps = self.solver.rtol * amplitude, self.solver.max_steps
-        # Housner's block always turns about its corners
-        constants = foundation.constants(block, pivots or not is_foundation)
-        odd = tensionless or block.edge_radius or block.e
-        on = motion.breaks, motion.coefficients
-        accuracy = tolerance, max_steps
-        scattered = self.factors[first:], passages
-        if is_foundation and not odd and (not len(motion.coefficients) or motion.leans(time, self.block.g)):
-            return series.integrate_series(constants, state, time, *on, *accuracy, *scattered, theta, rates)
-        r = -1.0 if is_foundation else float(self.parameters["r"])
-        return kernel.integrate(
-            constants, r, tensionless, state, time, *on, *accuracy, *scattered, theta, rates
-        )
+        motion = self.motion or STILL
+        ground, tolerance = (motion.breaks, motion.coefficients), tolerance or self.tolerance(start)
+        factors = self.factors[first : first + len(passages)] if first else self.factors
+        given = state, time, *ground, tolerance, self.solver.max_steps, factors, passages, theta, rates
+        if self.is_by_series(time):
+            return series.integrate_series(self.constants, *given)
+        r = -1.0 if self.law.is_foundation else float(self.parameters["r"])
+        return kernel.integrate(self.constants, r, self.is_tensionless, *given)
 
 
-def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None = None) -> tuple[Floats, str]:
-    """Rotation of a block released from rest, and how its motion ends; fills rates if given."""
-    block, tilt = scene.block, float(scene.parameters.get("tilt", 0.0))
-    is_foundation = scene.law.is_foundation
-    if tilt:
-        scene = replace(scene, motion=tilted(tilt, float(time[-1]), block.g))
-    if scene.motion is None and not is_foundation and not block.e:
+def _released(
+    scene: _Scene, theta0: float, time: Floats, rates: Floats | None = None, passages: Floats = NO_PASSAGES
+) -> tuple[Floats, str]:
+    """Rotation of a block released from rest, and how its motion ends; fills rates and passages if given."""
+    if scene.is_closed_form:
+        block = scene.block
         swings = housner_swings(block, scene.restitutions, theta0, 0.0, time[-1], scene.solver.max_steps)
         theta, rate = housner_motion(swings, time, theta0, 0.0, rates=rates is not None)
         if rates is not None:
@@ -362,14 +424,10 @@ def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None =
             if rates.shape[1] > 1:
                 rates[:, 0], rates[:, 1] = _corner_kept(block, theta, rate)
         return theta, _housner_outcome(swings, time)
-    depth = stands = 0.0
-    if is_foundation:
-        depth = static_depth(block, scene.foundation, theta0)
-        stands = lean(block, scene.foundation, tilt) if tilt or block.e else 0.0
+    scene, start, stands = scene.released(theta0, time)
     theta = np.empty(time.size)
-    start = State(depth, 0.0, theta0 + stands, 0.0)
     every = NO_RATES if rates is None else rates if rates.shape[1] > 1 else np.empty((time.size, 3))
-    outcome, *_ = scene.integrate(start, time, theta, every)
+    outcome, *_ = scene.integrate(start, time, theta, every, passages)
     if rates is not None and every is not rates:
         rates[:, 0] = every[:, 2]
     return theta - stands if stands else theta, OUTCOMES[outcome]

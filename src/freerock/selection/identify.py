@@ -21,8 +21,6 @@ class SearchSettings:
 
     Parameters
     ----------
-    swings : int
-        Of the first run, on which candidates are screened.
     hopeless : float
         -2 ln L there by which a candidate is worse than the best one, from which it is no contender. Where
         the best leaves more than the noise, in units of what it leaves.
@@ -30,7 +28,6 @@ class SearchSettings:
         Times the noise: where the best candidate leaves more, and runs scatter, no larger one is tried.
     """
 
-    swings: int = 6
     hopeless: float = 30.0
     far: float = 10.0
 
@@ -87,7 +84,7 @@ def identify_record(block: Block, motions: Mapping[int, Motion], allowed: Allowe
         for name in tier:
             try:
                 screened[name] = Followers(name, block, motions, allowed.settings(name))
-                least = min(least, screened[name].screened(SEARCH.swings)[0])
+                least = min(least, screened[name].screened()[0])
             except FreerockError as error:
                 found.missing[name] = str(error)
         own = {name: screened[name] for name in tier if name in screened}
@@ -110,7 +107,7 @@ def _tiers(candidates: Sequence[str]) -> Iterator[list[str]]:
 
 def _fit_tier(own: Mapping[str, Followers], least: float, allowed: Allowed, found: Identified) -> None:
     """Fit contenders in full, and roughly what is always fitted and does not contend."""
-    screenings = {name: each.screened(SEARCH.swings) for name, each in own.items()}
+    screenings = {name: each.screened() for name, each in own.items()}
     contend = {name for name in own if _contends(*screenings[name], least)}
     ends = {name: own[name].end_of_first() for name in contend}
     least_end = min((left for left, _ in ends.values()), default=float("inf"))
