@@ -15,5 +15,6 @@ __all__ = [
     "kernel",
     "laws",
     "published",
+    "series",
     "simulate",
 ]
