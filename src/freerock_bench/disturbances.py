@@ -25,17 +25,6 @@ def saturated(share: float) -> Disturbance:
     return spoil
 
 
-def ac_coupled(cutoff_hz: float) -> Disturbance:
-    """A first-order high pass, settled at the start."""
-
-    def spoil(time_s: Floats, volts: Floats, _: Any) -> Floats:
-        step = time_s[1] - time_s[0]
-        keep = 1 / (1 + 2 * math.pi * cutoff_hz * step)
-        return np.asarray(lfilter([keep, -keep], [1, -keep], volts - volts[0]))
-
-    return spoil
-
-
 def tone(frequency_hz: float, amplitude_v: float) -> Disturbance:
     """A sinusoid: interference of the mains, or one from above the Nyquist frequency, folded below it."""
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from freerock.config.processing import RotationOptions
-from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.faults import listed_faults
@@ -184,14 +183,3 @@ def test_gaps_are_dropouts():
     assert run.release_s == pytest.approx(other.release_s, abs=0.002)
     assert run.theta0 == pytest.approx(other.theta0, rel=1e-4)
     assert run.verdict.level != "ok" and any("invalid (dropout)" in text for text in run.verdict.texts)
-
-
-def test_an_ac_coupled_channel_is_refused():
-    from freerock_bench.disturbances import ac_coupled
-
-    for cutoff in (0.02, 0.1, 0.5):
-        signal = ac_coupled(cutoff)(TIME, volts(), None)
-        with pytest.raises(
-            FreerockError, match=r"the channel is AC-coupled.* set the channel to DC coupling"
-        ):
-            find_rotation(TIME, signal, HIGH, BLOCK)

@@ -13,7 +13,6 @@ from freerock.products.groups import reasons_in
 from freerock.products.netcdf import open_record
 from freerock.runs.verdict import Reason
 from freerock.virtual_lab.write_tdms import write_records, write_tdms
-from freerock_bench.disturbances import ac_coupled
 
 COPY = "copy it again from the acquisition computer"
 CHECK = "check the channel, the cable and the sensor's range"
@@ -27,8 +26,6 @@ BAD = {
     "several": "has the channels laser, laser_2; name one in the channel column of the campaign's CSV",
     "no_unit": f"lasers: units: the channel states no unit; {DECLARE}",
     "kilograms": f"lasers: units: the channel's unit 'kg' is not known; name another channel, or {DECLARE}",
-    "ac_coupled": "laser signal: the channel is AC-coupled: a held angle decays (cut-off 0.1 Hz); set the "
-    "channel to DC coupling and record again",
     "nan": f"laser signal: no sample is a number; {CHECK}",
     "constant": f"laser signal: constant at 4.6 V; {CHECK}",
     "no_rate": "'laser' gives no sampling rate (wf_increment is absent); head the time as Time [s], state "
@@ -36,8 +33,8 @@ BAD = {
     "saturated": f"laser signal: no sample within -0.1 to 10.1 V (100% error_level); {CHECK}",
     "overturned": "record: no release found: held at 29.09°, beyond the block's critical angle 26.57°, it "
     "overturns; check the block's height and width and the laser's position",
-    "no_release": "record: nothing moves: the signal stays within 0.081°; check that the channel, the sign "
-    "and the laser are those of this record",
+    "no_release": "record: nothing moves: the signal stays within 0.081°; check that the channel, its "
+    "coupling (DC), the sign and the laser are those of this record",
     "replaced": "has the sha256 {found}, raw/bad/manifest.csv lists {listed}; restore the file; if the "
     "change is meant: python -m freerock.files raw/bad",
 }
@@ -67,8 +64,6 @@ def write_bad_records(raw):
     write_volts(raw / "several.tdms", WAVEFORM, laser=good.volts, laser_2=good.volts)
     write_volts(raw / "no_unit.tdms", WAVEFORM | {"unit_string": ""}, laser=good.volts)
     write_volts(raw / "kilograms.tdms", WAVEFORM | {"unit_string": "kg"}, laser=good.volts)
-    coupled = ac_coupled(0.1)(good.time_s, good.volts, None)
-    write_volts(raw / "ac_coupled.tdms", WAVEFORM, laser=coupled)
     write_volts(raw / "nan.tdms", WAVEFORM, laser=np.full(samples, np.nan))
     write_volts(raw / "constant.tdms", WAVEFORM, laser=np.full(samples, 4.6))
     write_volts(raw / "no_rate.tdms", {}, laser=good.volts)

@@ -93,21 +93,9 @@ def rotation_from_displacement(
     ndarray
         Rotation [rad], positive clockwise; NaN where the beam would be off the target, see there.
     """
-    with np.errstate(invalid="ignore", divide="ignore"):
-        theta = turned(np.asarray(displacement_m, float), block, laser, side)
-        return np.where(on_target(theta, block, laser), theta, np.nan)
-
-
-def turned(s: Floats, block: Block, laser: Laser, side: ArrayLike | None = None) -> Floats:
-    """`rotation_from_displacement` of a target of any size; NaN where no rotation displaces it so."""
-    if laser.beam == "horizontal":
-        y = laser.position
-        turn = 2 * np.arctan(s / (y + np.sqrt(y**2 + s * (s - 2 * _width(s, block)))))
-        return -turn if mirrored(laser) else turn
-    side = _side(s, block, laser) if side is None or not is_unsigned(block, laser) else np.asarray(side)
-    a = _lever(side, block, laser)
-    root = np.copysign(np.sqrt(a**2 + s * (s - 2 * block.height_m)), a)
-    return np.asarray(2 * side * np.arctan(np.where(s == 0, 0.0, -s / (a + root))))
+    s = np.asarray(displacement_m, float)
+    sides = None if side is None else np.broadcast_to(np.asarray(side, float), s.shape).ravel()
+    return rotation_and_sensitivity(s.ravel(), block, laser, sides)[0].reshape(s.shape)
 
 
 def is_unsigned(block: Block, laser: Laser) -> bool:

@@ -7,39 +7,19 @@ all in metres. With t = tan(θ/2), 1/cos θ - 1 = t tan θ.
 
 import math
 
-import numpy as np
-
 from freerock.models.compiled import compiled
 
 CLOSE = 1e-14  # share of a reading to which the angle of a held block is found
 MOST = 12  # secants to that
 STILL = 1e-12  # rad: a horizontal beam shows it as it is
 BEYOND = 1.5  # rad: the block has fallen
-SMALL = 0.6  # rad: of angles that are taken by series
-SHORT = 0.1  # likewise, of the tangent of half the angle
-
-
-@compiled(forceinline=True)
-def sine_cosine(x):
-    """sin and cos; for |x| < `SMALL` by Taylor's polynomials, to 1e-14."""
-    return small_sine_cosine(x) if abs(x) < SMALL else (math.sin(x), math.cos(x))
-
-
-@compiled(forceinline=True)
-def small_sine_cosine(x):
-    """sin and cos by Taylor's polynomials."""
-    q = x * x
-    q2 = q * q
-    sine = (1 - q / 6) + q2 * ((1 / 120 - q / 5040) + q2 * ((1 / 362880 - q / 39916800) + q2 / 6227020800))
-    cosine = (1 - q / 2) + q2 * ((1 / 24 - q / 720) + q2 * ((1 / 40320 - q / 3628800) + q2 / 479001600))
-    return x * sine, cosine
 
 
 @compiled(forceinline=True)
 def beam_displacement(turn, sunk, sinks, beam):
     """`beam.displaced`: (F30) to (F32); sunk is the depth of the base centre where it sinks, else 0."""
     vertical, place, height, edge, corner = beam
-    sine, cosine = sine_cosine(turn)
+    sine, cosine = math.sin(turn), math.cos(turn)
     half, slope = sine / (1 + cosine), sine / cosine
     if sinks:
         sunk += corner * abs(sine)
@@ -52,7 +32,7 @@ def beam_displacement(turn, sunk, sinks, beam):
 
 @compiled(forceinline=True)
 def turned_near(s, near, beam):
-    """`beam.turned`, on the side of a rotation near to it."""
+    """`beam.rotation_from_displacement` of a target of any size, on the side of a rotation near to it."""
     vertical, place, height, edge, corner = beam
     if vertical:
         side = 1.0 if near > 0 else -1.0
@@ -62,39 +42,15 @@ def turned_near(s, near, beam):
     else:
         width = edge + corner if s > 0 else edge - corner
         half = s / (place + math.sqrt(place * place + s * (s - 2 * width)))
-    return twice_arctangent(half)
-
-
-@compiled(forceinline=True)
-def twice_arctangent(half):
-    """2 atan(t)."""
-    return twice_small_arctangent(half) if abs(half) < SHORT else 2 * math.atan(half)
-
-
-@compiled(forceinline=True)
-def twice_small_arctangent(half):
-    """2 atan(t) of t < `SHORT`, by a series whose remainder is below 1e-15 of it."""
-    q = half * half
-    return 2 * half * (1 - q * (1 / 3 - q * (1 / 5 - q * (1 / 7 - q * (1 / 9 - q * (1 / 11 - q / 13))))))
-
-
-@compiled()
-def twice_arctangents(halves):
-    """2 atan(t) in place; of short ones without branches, several in one."""
-    long = 0
-    for i in range(halves.size):
-        long += abs(halves[i]) >= SHORT
-    if long > 0:
-        for i in range(halves.size):
-            halves[i] = twice_arctangent(halves[i])
-    else:
-        for i in range(halves.size):
-            halves[i] = twice_small_arctangent(halves[i])
+    return 2 * math.atan(half)
 
 
 @compiled()
 def rotations(s, side, beam, theta, slope):
-    """`beam.turned` of displacements and `beam.sensitivity` there; a side is +1 or -1, of a vertical beam."""
+    """`beam.rotation_from_displacement` of a target of any size, and `beam.sensitivity` there.
+
+    A side is +1 or -1, of a vertical beam.
+    """
     vertical, place, height, edge, corner = beam
     for i in range(s.size):
         if vertical:
@@ -108,9 +64,8 @@ def rotations(s, side, beam, theta, slope):
             lever, rise = place, -width * half
         square = half * half
         cosine = (1 - square) / (1 + square)
-        theta[i] = half
+        theta[i] = 2 * math.atan(half)
         slope[i] = abs(lever + 2 * rise / (1 + square)) / (cosine * cosine)
-    twice_arctangents(theta)
 
 
 @compiled()
@@ -132,70 +87,15 @@ def rotations_of_two(first, second, apart, beam, theta, sigma, moved, slope):
             width = edge + corner if tangent > 0 else edge - corner
             alone = place * tangent - width * rise
             lever = place - width * tangent / inverse
-        theta[i], moved[i] = half, s - alone
+        theta[i], moved[i] = 2 * math.atan(half), s - alone
         slope[i] = abs(lever) * inverse * inverse
         sigma[i] /= inverse * inverse
-    twice_arctangents(theta)
-
-
-@compiled()
-def is_small(theta):
-    """Whether all angles are small ones."""
-    largest = 0.0
-    for turn in theta.flat:
-        largest = max(largest, abs(turn))
-    return largest < SMALL
-
-
-@compiled()
-def seen_if_small(theta, z_cb, weights, rests, sign, beam, expected, out):
-    """`seen` of small angles: without branches, several samples in one."""
-    vertical, place, height, edge, corner = beam
-    sinks, mean = rests == rests, np.zeros(out.size)
-    out[:] = 0.0
-    for j in range(weights.size):
-        if vertical:
-            for i in range(out.size):
-                turn = sign * theta[j, i]
-                sine, cosine = small_sine_cosine(turn)
-                half, slope = sine / (1 + cosine), sine / cosine
-                sunk = z_cb[j, i] - rests + corner * abs(sine) if sinks else 0.0
-                lever = corner - place if turn > 0 else corner + place
-                mean[i] += weights[j] * turn
-                out[i] += weights[j] * (sunk - abs(slope) * (height * abs(half) + lever))
-        else:
-            for i in range(out.size):
-                # denormals of a long rest are slow
-                turn = sign * theta[j, i] if abs(theta[j, i]) > STILL else 0.0
-                sine, cosine = small_sine_cosine(turn)
-                half, slope = sine / (1 + cosine), sine / cosine
-                sunk = z_cb[j, i] - rests + corner * abs(sine) if sinks else 0.0
-                width = edge + corner if turn > 0 else edge - corner
-                mean[i] += weights[j] * sign * theta[j, i]
-                out[i] += weights[j] * (slope * (place + sunk - width * half))
-    _, place, height, edge, corner = expected
-    for i in range(out.size):
-        s = out[i]
-        if vertical:
-            side = 1.0 if mean[i] > 0 else -1.0
-            lever = corner - side * place
-            root = math.sqrt(lever * lever + s * (s - 2 * height))
-            out[i] = -side * s / (lever + (root if lever > 0 else -root))
-        else:
-            width = edge + corner if s > 0 else edge - corner
-            out[i] = s / (place + math.sqrt(place * place + s * (s - 2 * width)))
-    for i in range(out.size):
-        found = twice_arctangent(out[i])
-        out[i] = sign * (found if found == found and (vertical or abs(mean[i]) > STILL) else mean[i])
 
 
 @compiled()
 def seen(theta, z_cb, weights, rests, sign, beam, expected, out):
     """`view.View.seen`; rests is the depth from which the beam counts, NaN where no corner sinks; the reading
     of a beam is taken for that of the one expected."""
-    if is_small(theta):
-        seen_if_small(theta, z_cb, weights, rests, sign, beam, expected, out)
-        return
     sinks = rests == rests
     for i in range(out.size):
         mean = reading = 0.0

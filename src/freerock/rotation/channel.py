@@ -26,7 +26,6 @@ from freerock.noise.still_signal import (
     significant_mains,
     still_signal,
 )
-from freerock.rotation.ac_coupling import ac_cutoff
 from freerock.rotation.beam import sensitivity
 from freerock.rotation.faults import Fault, flagged_faults
 from freerock.rotation.flags import FLAGS, flag_samples, shares
@@ -182,10 +181,6 @@ def _flagged(recorded: Floats, step: float, laser: Laser, quantity: str) -> Flag
     largest = max(abs(low), abs(high))
     if largest > LARGEST:
         raise FreerockError("laser signal", f"reaches {largest:.3g} {unit}", CHECK)
-    cutoff = ac_cutoff(step, recorded)
-    if cutoff:
-        what = f"the channel is AC-coupled: a held angle decays (cut-off {cutoff:.2g} Hz)"
-        raise FreerockError("laser signal", what, "set the channel to DC coupling and record again")
     flags = flag_samples(recorded, limits, step=step)
     if limits and quantity == "voltage" and looks_like_current(recorded, laser):
         share = f"{100 * np.count_nonzero(recorded > limits.high) / recorded.size:.3g} % of the samples"

@@ -8,7 +8,7 @@ import numpy as np
 
 from freerock.arrays import Flags, Floats
 from freerock.noise.converter import converter_step
-from freerock.noise.still import between_breaks, stretches
+from freerock.noise.still import between_breaks
 from freerock.rotation.flags import FLAGS
 from freerock.units import BASE
 
@@ -68,29 +68,4 @@ def flagged_faults(time_s: Floats, flags: Flags) -> list[Fault]:
         for i, j in zip(*between_breaks(np.diff(index) > apart), strict=True):
             note = f"{j - i + 1} sample{'s' if j > i else ''}"
             faults.append(Fault(name, float(time_s[index[i]]), float(time_s[index[j]]), note))
-    return faults
-
-
-def lost_at_large_angles(time_s: Floats, theta: Floats, flags: Flags) -> list[Fault]:
-    """Stretches without a target that begin beyond every rotation at which the target is seen."""
-    gone = (flags & (FLAGS["error_level"] | FLAGS["out_of_range"])) > 0
-    if not gone.any():
-        return []
-    seen = np.flatnonzero(~gone & np.isfinite(theta))
-    step = (time_s[-1] - time_s[0]) / max(time_s.size - 1, 1)
-    ago = max(1, round(0.05 / step))
-    farthest = {side: np.max(side * theta[seen], initial=0.0) for side in (-1, 1)}
-    faults = []
-    for first, last in stretches(gone):
-        k = np.searchsorted(seen, first) - 1
-        if k < 0:
-            continue
-        before = theta[seen[k]]
-        earlier = theta[seen[max(0, k - ago)]]
-        after = theta[seen[k + 1]] if k + 1 < seen.size else before
-        most = farthest[1 if before > 0 else -1]
-        rising = abs(before) - abs(earlier) > 0.01 * most and before * earlier >= 0
-        if abs(before) > 0.95 * most and before * after > 0 and abs(after) > 0.9 * most and rising:
-            note = f"beyond {math.degrees(abs(before)):.1f}°"
-            faults.append(Fault("target_lost", float(time_s[first]), float(time_s[last]), note))
     return faults

@@ -15,7 +15,7 @@ from freerock.config.processing import ROTATION_OPTIONS, RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.channel import READ_AT_ONCE, Reading, Rotation, read_channel
-from freerock.rotation.faults import flagged_faults, lost_at_large_angles
+from freerock.rotation.faults import flagged_faults
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.lasers import rotation_of_one, rotation_of_two
 from freerock.rotation.sensor import Laser, delay_s
@@ -89,7 +89,7 @@ def find_rotation(
     ------
     FreerockError
         Uneven time, or samples further apart than `SLOWEST_S`; no unit or a contradiction; no valid sample; a
-        constant signal; an AC-coupled channel; no rest phase; two lasers that don't fit together.
+        constant signal; no rest phase; two lasers that don't fit together.
 
     Examples
     --------
@@ -188,7 +188,6 @@ def _dataset(time_s: Floats, step: float, readings: Sequence[Reading], found: Ro
     if lost.any():
         flags[lost] = FLAGS["target_lost"]
         faults += flagged_faults(time_s, np.where(lost, flags, 0))
-    faults += lost_at_large_angles(time_s, found.theta, flags)
     faults.sort(key=lambda fault: (fault.start_s, fault.name))
     arrays = {"theta": found.theta, "sigma_theta": found.sigma, "flags": flags}
     if found.translation is not None:

@@ -16,7 +16,6 @@ from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.noise.still import UNSTEADY, Phase, stationary_phases, stretches
 from freerock.noise.sums import covariance_of_sums
-from freerock.rotation.faults import Fault
 from freerock.runs.release import FALL_MOST
 from freerock.runs.signal import Signal, invalid_in
 
@@ -36,11 +35,9 @@ def find_holds(signal: Signal, steady: Sequence[Phase], window_s: float) -> list
     return holds
 
 
-def no_release(
-    phases: Sequence[Phase], block: Block | None, signal: Signal, faults: Sequence[Fault]
-) -> FreerockError:
+def no_release(phases: Sequence[Phase], block: Block | None, signal: Signal) -> FreerockError:
     """The error of a record without a release, with what can be said of it."""
-    remedy = "check that the channel, the sign and the laser are those of this record"
+    remedy = "check that the channel, its coupling (DC), the sign and the laser are those of this record"
     if not phases:
         what, remedy = "no release found: the signal never stands still", "record a rest and a held phase"
     else:
@@ -56,10 +53,7 @@ def no_release(
         elif block is not None and swept < MOVES * block.theta_cr:
             what = f"nothing moves: the signal stays within {math.degrees(swept):.2g}°"
     invalid = invalid_in(signal, 0.02)
-    lost = next((fault.note for fault in faults if fault.name == "target_lost"), "")
-    if lost:
-        what += f", the target is lost {lost}"
-    elif invalid and "overturns" not in what:
+    if invalid and "overturns" not in what:
         what += f", {invalid}"
     return FreerockError("record", what, remedy)
 

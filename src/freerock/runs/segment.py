@@ -149,7 +149,7 @@ def find_runs(
     record_end_s = float(signal.t[-1])
     planned = by_hand.merged([(run.begins.release.instant_s, run.end_s) for run in found], record_end_s)
     if not planned:
-        raise no_release(own.phases, block, signal, quality.faults)
+        raise no_release(own.phases, block, signal)
     reasons = by_hand.reasons_of_corrections(planned, record_end_s)
     return [
         search.run(number, search.set_by_hand(each, found), own)
