@@ -25,7 +25,7 @@ from sphinx.cmd.build import build_main
 import freerock
 from freerock.cli.subcommands import COMMANDS, main
 from freerock.columns import columns
-from freerock.figures.declared import FIGURES, declared
+from freerock.figures.captions import FIGURES, caption_of
 from freerock.products.names import VARIABLES
 from freerock_bench.document import in_markdown
 from freerock_bench.gallery import program
@@ -180,7 +180,7 @@ def gallery() -> str:
         f"## {each['title'].format(Measured='Simulated')}\n\n"
         f"```{{figure}} images/report_{name}.png\n\n{each['caption']}\n```\n\n"
         f"```python\n{program(name)}\n```\n"
-        for name, each in ((name, declared(f"freerock.figures.{name}")) for name in FIGURES)
+        for name, each in ((name, caption_of(f"freerock.figures.{name}")) for name in FIGURES)
     ]
     return "# Gallery\n\nAll records shown are simulated.\n\n" + "\n".join(figures)
 

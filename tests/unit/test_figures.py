@@ -22,7 +22,7 @@ from freerock.figures import (
     set_up,
     style,
 )
-from freerock.figures.declared import FIGURES
+from freerock.figures.captions import FIGURES
 from freerock.models.block import Block
 from freerock.products.netcdf import open_record, write_failure
 from freerock.runs.verdict import Reason

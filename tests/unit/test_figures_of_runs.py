@@ -11,8 +11,8 @@ from fabricated import RATE_HZ, campaign, fits, record, tidy_tables
 from matplotlib.path import Path as MplPath
 from test_figures import BLOCKS, LABELS, texts
 
-from freerock.figures import declared, parameters, residuals, restitution
-from freerock.figures.declared import FIGURES
+from freerock.figures import captions, parameters, residuals, restitution
+from freerock.figures.captions import FIGURES
 from freerock.jobs import make_figures
 from freerock.tables.csvfile import write_csv
 from freerock_bench.gallery import program
@@ -29,12 +29,12 @@ def of_swings(tables):
 
 def test_each_figure_has_a_title_and_a_caption():
     for name in FIGURES:
-        assert {*declared.declared(f"freerock.figures.{name}")} == {"title", "caption", "reads"}
+        assert {*captions.caption_of(f"freerock.figures.{name}")} == {"title", "caption", "reads"}
 
 
 def test_the_gallery_s_programs_take_what_a_figure_reads():
     for name in FIGURES:
-        reads = declared.declared(f"freerock.figures.{name}")["reads"]
+        reads = captions.caption_of(f"freerock.figures.{name}")["reads"]
         draw = inspect.signature(import_module(f"freerock.figures.{name}").draw)
         assert list(draw.parameters) == [*reads, "origin", "labels"], name
         compile(program(name), name, "exec")

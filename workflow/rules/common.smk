@@ -8,7 +8,7 @@ from freerock.config import step_settings as settings
 from freerock.config.campaign import check_options, load_config
 from freerock.config.review_log import log_of
 from freerock.errors import FreerockError
-from freerock.figures.declared import FIGURES, drawn_tables
+from freerock.figures.captions import FIGURES, drawn_tables
 from freerock.files import listed_checksums
 from freerock.jobs.code_checksum import code_checksum
 from freerock.jobs.home import PACKAGE

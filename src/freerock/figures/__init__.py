@@ -11,8 +11,8 @@ what is read for each; the workflow reads it without importing a module (`declar
 __all__ = [
     "backbone",
     "by_scene",
+    "captions",
     "comparison",
-    "declared",
     "foundation_effect",
     "looks",
     "parameters",

@@ -1,7 +1,4 @@
-"""ε_θ: relative mean square discrepancy of a model's θ(t) from the measured one.
-
-Of a candidate that only a quick fit saw, `selection.hypotheses_tried` takes the same ratio of its samples.
-"""
+"""ε_θ: relative mean square discrepancy of a model's θ(t) from the measured one."""
 
 import numpy as np
 

@@ -15,7 +15,7 @@ from freerock.figures import (
     restitution,
     set_up,
 )
-from freerock.figures.declared import declared
+from freerock.figures.captions import caption_of
 from freerock.figures.style import save
 from freerock.files import write_text
 from freerock.models.block import Block
@@ -61,7 +61,7 @@ def make_figures(
     note = SIMULATED_NOTE if origin == "simulated" else ""
     for module in FIGURES:
         name = module.__name__.rpartition(".")[2]
-        title, about, reads = (declared(module.__name__)[key] for key in ("title", "caption", "reads"))
+        title, about, reads = (caption_of(module.__name__)[key] for key in ("title", "caption", "reads"))
         drawn, data = module.draw(*(known[each] for each in reads), origin, labels)
         save(drawn, data, Path(folder, name), origin)
         told = " ".join(filter(None, [about, module.caption(data, labels), note]))

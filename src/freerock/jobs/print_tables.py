@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from freerock.figures.declared import declared
+from freerock.figures.captions import caption_of
 from freerock.files import write_text
 from freerock.tables.csvfile import read_csv
 from freerock.tables.latex import latex, numbers_tex, paper_tex
@@ -36,7 +36,7 @@ def print_tables(
     for name, table in printed_tables(tables, origin, doi=doi, labels=labels).items():
         _write(Path(folder, name), table)
     write_text(Path(folder, "numbers.tex"), numbers_tex(tables))
-    told = {name: declared(f"freerock.figures.{name}") for name in OF_PAPER}
+    told = {name: caption_of(f"freerock.figures.{name}") for name in OF_PAPER}
     captions = {
         name: (f"{each['title'].format(Measured=origin.capitalize())}.", each["caption"])
         for name, each in told.items()

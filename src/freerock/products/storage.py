@@ -1,6 +1,7 @@
 """Groups of variables into a netCDF file and out of it; several times faster than xarray's own way.
 
-Same inputs, same bytes: no time stamp is written.
+Same inputs, same bytes: no time stamp is written. A product is written beside its place and moved there when
+it is whole (`files.atomic`).
 """
 
 import json

@@ -8,7 +8,7 @@ from typing import Any
 
 
 @cache
-def declared(module: str) -> dict[str, Any]:
+def caption_of(module: str) -> dict[str, Any]:
     """What a figure is called, what it shows, and what is read for it.
 
     Parameters
@@ -29,7 +29,7 @@ def declared(module: str) -> dict[str, Any]:
 
 def drawn_tables() -> list[str]:
     """Names of the tables that the figures of a campaign read."""
-    read = {each for name in FIGURES for each in declared(f"freerock.figures.{name}")["reads"]}
+    read = {each for name in FIGURES for each in caption_of(f"freerock.figures.{name}")["reads"]}
     return sorted(read - {"records", "fits", "blocks", "set_ups"})
 
 
