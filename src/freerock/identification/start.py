@@ -297,14 +297,14 @@ class Followed:
         return int(np.searchsorted(self._crossings, self._horizons[i])) if i >= 0 else 0
 
     def _grow(self) -> None:
-        """One horizon more; inputs move in that of `screened` and in the last one."""
+        """One horizon more; inputs move up to that of `screened`, and in the last one."""
         horizon_s = self._horizons[self._done]
         begun = [end.at for end in promising(self._ends)] if self._ends else self._starts or scan(self.model)
         last, (most, ftol) = self._done == len(self._horizons) - 1, self.search
         n_impacts, before = self._swings(self._done), self._swings(self._done - 1)
         samples = self.model.until(horizon_s, START.screening)
         level = self.noise * float(np.sqrt(self._left)) if self._left > START.misfit else self.noise
-        rtol, holds = RTOL if last else 10 * RTOL, not (last or before < START.screened <= n_impacts)
+        rtol, holds = RTOL if last else 10 * RTOL, not last and before >= START.screened
         posed = Posed(self.model, samples, START.sigma_r, level, rtol, holds_inputs=holds)
         most = most if self._ends else max(most, START.first)
         ends = [minimised(posed, with_impacts(start, n_impacts), most, ftol) for start in begun]
