@@ -12,9 +12,9 @@ from freerock.rotation.faults import signal_quality
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
-from freerock.runs.impacts import find_impacts
+from freerock.runs.impacts import Impacts, find_impacts
 from freerock.runs.measured_total import measured_contributions, measured_total
-from freerock.runs.runs_with_impacts import runs_with_impacts
+from freerock.runs.runs_with_impacts import on_one_bed, runs_with_impacts
 from freerock.virtual_lab.virtual_record import VirtualRelease, simulate_record
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -138,3 +138,10 @@ def test_it_holds_where_the_inputs_are_wrong_by_what_is_stated_of_them():
         inside.append(np.abs(scores[[0, 1, -1]]) < 1.96)
         assert total.restitution[0] > 5 * impacts.restitution_stderr[0]
     assert np.all(np.abs(np.mean(inside, axis=0) - 0.95) < 0.038)  # three standard deviations of 300 draws
+
+
+def test_a_run_whose_tail_does_not_show_the_bed_has_that_of_the_others():
+    none = [np.empty(0)] * 8
+    found = on_one_bed([Impacts(*none, theta_uplift=each) for each in (3e-3, 0.0, 1e-3)])
+    assert [each.theta_uplift for each in found] == [3e-3, 2e-3, 1e-3]
+    assert on_one_bed([Impacts(*none, theta_uplift=0.0)])[0].theta_uplift == 0

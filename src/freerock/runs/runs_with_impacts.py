@@ -54,7 +54,14 @@ def measured(
     found = runs_with_impacts(
         [time_s, theta, sigma, flags], block, quality, by_hand, of_runs, of_impacts, still
     )
-    return Measured(tuple(run for run, _ in found), tuple(each for _, each in found), still.noise)
+    return Measured(tuple(run for run, _ in found), on_one_bed([each for _, each in found]), still.noise)
+
+
+def on_one_bed(impacts: Sequence[Impacts]) -> tuple[Impacts, ...]:
+    """Impacts of the runs of a record: where a tail does not show the bed, it is that of the other runs."""
+    seen = [each.theta_uplift for each in impacts if each.theta_uplift > 0]
+    usual = float(np.median(seen)) if seen else 0.0
+    return tuple(replace(each, theta_uplift=each.theta_uplift or usual) for each in impacts)
 
 
 def runs_with_impacts(
