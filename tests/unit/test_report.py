@@ -74,7 +74,7 @@ def test_printed_numbers_are_those_of_the_tables(tables):
     first = tables["restitution"].query("test == 'b1_marble' and run == '1' and impact == 1")
     seen, hunt = (first[first["source"] == each].iloc[0] for each in ("experiment", "hunt_crossley"))
     told = impacts.iloc[1]
-    assert told["Experiment"] == quantity(seen["r"], seen["r_u"])
+    assert told["Simulated record"] == quantity(seen["r"], seen["r_u"])
     assert told["Hunt–Crossley"] == f"{hunt['r']:.3f}"
     assert printed["table1"].text.set_index("").loc["α / °", "Slender"] == "10"
     assert printed["table1"].text.set_index("").loc["θ_cr / °", "Slender"] == "14.04"

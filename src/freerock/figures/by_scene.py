@@ -32,7 +32,7 @@ def figure_of(
     y : str
         Column of `freerock.tables.swings.swings`. r has bars, and the band of the selected law's σ_r.
     label, point : str
-        Label of its axis, and what a sign stands for.
+        Label of its axis, and what a marker stands for.
     rigid : callable
         Of a block and the largest amplitude, the line of a rigid block.
     """
@@ -79,16 +79,16 @@ def figure_of(
     return draw, caption
 
 
-def _sign(marker: str, shade: str) -> style.Style:
+def _marker(marker: str, shade: str) -> style.Style:
     return {"marker": marker, "color": shade, "linestyle": "", "markerfacecolor": "none", "markersize": 3}
 
 
 def _panel(ax: Axes, y: str, own: pd.DataFrame, band: pd.DataFrame) -> None:
-    """A scene: signs of each run, lines of the laws, the band of scattered impacts."""
+    """A scene: markers of each run, lines of the laws, the band of scattered impacts."""
     seen = own[own["source"] == "experiment"].groupby(["test", "run"], sort=False)
     for (_, rows), marker, shade in zip(seen, cycle(MARKERS), cycle(SHADES), strict=False):
         bars = rows["r_u"] if y == "r" else None
-        ax.errorbar(rows["amplitude"], rows[y], bars, elinewidth=0.6, **_sign(marker, shade))
+        ax.errorbar(rows["amplitude"], rows[y], bars, elinewidth=0.6, **_marker(marker, shade))
     for law in PAPER_MODELS:
         rows = own[own["source"] == law].sort_values("amplitude")
         ax.plot(rows["amplitude"], rows[y], **looks.MODEL_STYLES[law])
@@ -98,9 +98,9 @@ def _panel(ax: Axes, y: str, own: pd.DataFrame, band: pd.DataFrame) -> None:
 
 
 def _handles(data: pd.DataFrame, origin: str, scatters: bool) -> list[Artist]:
-    """What the signs and lines of all panels stand for."""
+    """What the markers and lines of all panels stand for."""
     runs = f"runs, {style.recorded(origin)['label']}"
-    handles: list[Artist] = [Line2D([], [], label=runs, **_sign(MARKERS[0], SHADES[0]))]
+    handles: list[Artist] = [Line2D([], [], label=runs, **_marker(MARKERS[0], SHADES[0]))]
     known = [law for law in PAPER_MODELS if law in set(data["source"])]
     handles += [Line2D([], [], **looks.MODEL_STYLES[law]) for law in known]
     handles += [Line2D([], [], color="0.45", linestyle=":", label="rigid block (Housner 1963)")]

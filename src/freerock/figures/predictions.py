@@ -47,7 +47,7 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
 
 
 def _panel(ax: Axes, own: pd.DataFrame, origin: str) -> None:
-    """A scene: the band of its first run, signs of all its runs."""
+    """A scene: the band of its first run, markers of all its runs."""
     runs = list(own.groupby(["test", "run"], sort=False))
     _, first = runs[0]
     ax.fill_between(

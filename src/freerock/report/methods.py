@@ -11,6 +11,7 @@ from markupsafe import Markup, escape
 from freerock.config.uncertainty import DEFAULTS
 from freerock.models.block import GRAVITY
 from freerock.models.laws import LAWS
+from freerock.populations.random_effects import RECORDS, RUNS
 from freerock.tables.markdown import SIGNS
 
 PAGE_FILES = Path(__file__).parent
@@ -75,6 +76,7 @@ def methods(
         laws={model: LAWS[model] for model in config["fits"]["models"]},
         gravity=_gravity(config["blocks"]),
         assumed=ASSUMED,
+        priors={"runs": RUNS, "records": RECORDS},
     )
     _, *parts = _HEAD.split(text)
     told = {

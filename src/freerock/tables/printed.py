@@ -141,8 +141,9 @@ def _epsilon(row: Any) -> str:
 
 
 def _restitution(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
-    """r of the first impacts of the first run of each record, experiment beside the three laws."""
-    heads = ["Impact", "|θ| / °", "Experiment", *(MODEL_LABELS[law] for law in PAPER_MODELS)]
+    """r of the first impacts of the first run of each record beside the three laws; notes if simulated."""
+    kind = "Simulated record" if notes else "Experiment"
+    heads = ["Impact", "|θ| / °", kind, *(MODEL_LABELS[law] for law in PAPER_MODELS)]
     lines: list[list[str]] = []
     scenes = frame.groupby(["block", "foundation"], sort=False)
     shown = min(MOST_IMPACTS, max(1, MOST_ROWS // max(1, len(scenes)) - 1))
@@ -153,14 +154,19 @@ def _restitution(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> P
         test, run = seen.iloc[0][["test", "run"]]
         own = scene[(scene["test"] == test) & (scene["run"].astype(str) == str(run))]
         of_law = {(row.source, row.impact): row.r for row in own.itertuples()}
+        seen = seen[(seen["test"] == test) & (seen["run"].astype(str) == str(run))]
         name = f"{labels.get(str(block), block)}, {labels.get(str(foundation), foundation)}"
-        lines.append([f"{name} ({test}, run {run})", *[""] * (len(heads) - 1)])
-        for row in seen[seen["run"].astype(str) == str(run)].head(shown).itertuples():
+        part = f"; the first {shown} of {len(seen)} impacts with r" if len(seen) > shown else ""
+        lines.append([f"{name} ({test}, run {run}{part})", *[""] * (len(heads) - 1)])
+        for row in seen.head(shown).itertuples():
             modelled = [of_law.get((law, row.impact), math.nan) for law in PAPER_MODELS]
             told = [str(row.impact), fixed(row.peak_before_deg, 2), quantity(row.r, row.r_u)]
             lines.append([*told, *(fixed(each, 3) for each in modelled)])
-    about = f"r of impacts from the peaks before and after. Laws {PROCEDURE}."
-    caption = "Restitution of each impact, experiment and laws"
+    about = (
+        "r from the peaks before and after each impact, as the sensor shows them; by energy: r_energy in "
+        f"restitution.csv. Laws {PROCEDURE}. –: the law has none there."
+    )
+    caption = f"Restitution of each impact from peaks, {kind.lower()} and laws"
     return Printed(pd.DataFrame(lines, columns=heads), caption, [about, *notes])
 
 
