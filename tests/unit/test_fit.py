@@ -16,7 +16,7 @@ from freerock.identification.goodness import goodness
 from freerock.identification.paper_fit import RELEASE_WALLS, paper_fit
 from freerock.identification.posed import release_prior
 from freerock.identification.run_model import Point, RunModel, Samples
-from freerock.identification.scatter import Told, find_scatter
+from freerock.identification.scatter import Told, find_scatter, told_by
 from freerock.identification.start import crossings_s, horizons_s
 from freerock.models.block import Block
 from freerock.models.simulate import Solver, simulate_fitted
@@ -199,3 +199,8 @@ def test_a_width_that_is_freed_is_found_below_the_stated_one():
     left, _ = followers.screened()
     assert left < 1.5  # 1e5 from the stated width alone
     assert followers.ends()[1].at.values["width"] == pytest.approx(0.94 * BLOCK.width_m, rel=0.01)
+
+
+def test_an_impact_that_leaves_no_trace_tells_nothing():
+    told = told_by(np.diag([1e-4, 0.0]), np.array([0.01, 0.0]), 0.02)
+    assert np.isfinite(told.precision).all() and find_scatter([told]).sigma_r < 0.1

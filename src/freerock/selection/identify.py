@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from freerock.errors import FreerockError
 from freerock.identification.fit import Followers, finished, settled
 from freerock.identification.fitted import Fit
@@ -121,7 +123,7 @@ def _fit_tier(own: Mapping[str, Followers], least: float, allowed: Allowed, foun
             continue
         try:
             found.fits[name] = finished(settled(own[name].ends(not contends), not contends))
-        except FreerockError as error:
+        except (FreerockError, np.linalg.LinAlgError) as error:
             found.missing[name] = str(error)
 
 
