@@ -28,7 +28,7 @@ from freerock_bench.scattered import NOISE_V, Truth, written
 from freerock_bench.springs import Motion, Scene, read
 
 RATE_HZ, REST_S = 1000.0, 2.0
-SEED, SIGMAS = 0, (0.0, 0.01)
+SEED, SIGMAS = 0, (0.01,)
 SCATTER, ANGLES = 0.1, (0.6, 1.0)
 # Blocks of other sizes: depth in widths, stiffness of the bed over that of table 2 under the same pressure,
 # largest angle over the critical one.
