@@ -112,7 +112,8 @@ def test_restitution_has_a_panel_per_scene_and_leaves_out_excluded_runs(datasets
     assert told == {
         "rigid block (Housner 1963)",
         "95 % of impacts, selected law and σ$_r$",
-        "runs, simulated record",
+        "simulated record: run 1",
+        "run 2",
         *("Housner", "Winkler", "Hunt–Crossley"),
     }
 

@@ -20,6 +20,7 @@ from freerock.tables.swings import first_runs, swings
 MARKERS = "os^Dv<>p*h"  # of the runs of a record
 SHADES = ("0.1", "0.45", "0.65")
 HEIGHT_IN = 2.0
+MOST_NAMED = 4  # runs in a legend
 
 
 def figure_of(
@@ -64,8 +65,9 @@ def figure_of(
                 ax.plot(*rigid(blocks[scene[0]], own["amplitude"].max()), color="0.45", linestyle=":")
             ax.margins(0.04)
             ax.set_xlim(left=0)
-            if y == "r":
-                _far_off(ax, own)
+            told = _absent(own, style.of_scene(epsilon, *scene)) + (_far_off(ax, own) if y == "r" else [])
+            at, side = (0.02, "left") if y == "r" else (0.98, "right")
+            ax.text(at, 0.04, "\n".join(told), ha=side, transform=ax.transAxes, fontsize=7)
         style.outer_labels(panels, "amplitude |θ|/$θ_{cr}$", label)
         style.finish(figure, origin, _handles(data, origin, bool(len(scatter))))
         return figure, data
@@ -83,6 +85,18 @@ def _marker(marker: str, shade: str) -> style.Style:
     return {"marker": marker, "color": shade, "linestyle": "", "markerfacecolor": "none", "markersize": 3}
 
 
+def run_handles(n: int, kind: str) -> list[Line2D]:
+    """The markers of the first to the n-th run of a record, of which some stand for the rest."""
+    names = [f"run {i + 1}" for i in range(min(n, MOST_NAMED))]
+    names[0] = f"{kind}: {names[0]}"
+    looks_of = zip(cycle(MARKERS), cycle(SHADES), strict=False)
+    return [Line2D([], [], label=name, **_marker(*look)) for name, look in zip(names, looks_of, strict=False)]
+
+
+def _line(law: str) -> style.Style:
+    return looks.MODEL_STYLES[law] | looks.OVERLAID.get(law, {})
+
+
 def _panel(ax: Axes, y: str, own: pd.DataFrame, band: pd.DataFrame) -> None:
     """A scene: markers of each run, lines of the laws, the band of scattered impacts."""
     seen = own[own["source"] == "experiment"].groupby(["test", "run"], sort=False)
@@ -91,7 +105,7 @@ def _panel(ax: Axes, y: str, own: pd.DataFrame, band: pd.DataFrame) -> None:
         ax.errorbar(rows["amplitude"], rows[y], bars, elinewidth=0.6, **_marker(marker, shade))
     for law in PAPER_MODELS:
         rows = own[own["source"] == law].sort_values("amplitude")
-        ax.plot(rows["amplitude"], rows[y], **looks.MODEL_STYLES[law])
+        ax.plot(rows["amplitude"], rows[y], **_line(law))
     if len(band):
         ends = (band[y] * (1 + sign * NORMAL_95 * band["sigma_r"]) for sign in (-1, 1))
         ax.fill_between(band["amplitude"], *ends, color="0.88", zorder=0, linewidth=0)
@@ -99,15 +113,25 @@ def _panel(ax: Axes, y: str, own: pd.DataFrame, band: pd.DataFrame) -> None:
 
 def _handles(data: pd.DataFrame, origin: str, scatters: bool) -> list[Artist]:
     """What the markers and lines of all panels stand for."""
-    runs = f"runs, {style.recorded(origin)['label']}"
-    handles: list[Artist] = [Line2D([], [], label=runs, **_marker(MARKERS[0], SHADES[0]))]
+    seen = data[data["source"] == "experiment"].drop_duplicates(["test", "run"])
+    most = int(seen.groupby("test").size().max()) if len(seen) else 1
+    handles: list[Artist] = list(run_handles(most, str(style.recorded(origin)["label"])))
     known = [law for law in PAPER_MODELS if law in set(data["source"])]
-    handles += [Line2D([], [], **looks.MODEL_STYLES[law]) for law in known]
+    handles += [Line2D([], [], **_line(law)) for law in known]
     handles += [Line2D([], [], color="0.45", linestyle=":", label="rigid block (Housner 1963)")]
     return handles + [Patch(color="0.88", label="95 % of impacts, selected law and σ$_r$")] * scatters
 
 
-def _far_off(ax: Axes, own: pd.DataFrame) -> None:
+def _absent(own: pd.DataFrame, epsilon: pd.DataFrame) -> list[str]:
+    """Why laws that were fitted to the first run have no line."""
+    first = own[own["source"] == "experiment"][["test", "run"]].astype(str).head(1)
+    fits = epsilon.astype({"run": str}).merge(first)
+    fits = fits[fits["model"].isin(set(PAPER_MODELS) - set(own["source"]))].drop_duplicates("model")
+    why = {True: "at rest after one impact", False: "failed fit"}
+    return [f"{MODEL_LABELS[row.model]}: {why[bool(row.success)]}" for row in fits.itertuples()]
+
+
+def _far_off(ax: Axes, own: pd.DataFrame) -> list[str]:
     """A law whose r lies far from what was measured is told in words, and does not rule the axis."""
     seen = own[own["source"] == "experiment"]["r"]
     room = 2 * max(0.05, seen.max() - seen.min())
@@ -119,7 +143,7 @@ def _far_off(ax: Axes, own: pd.DataFrame) -> None:
     if told:
         low, high = ax.get_ylim()
         ax.set_ylim(max(low, seen.min() - room), min(high, seen.max() + room))
-        ax.text(0.98, 0.04, ", ".join(told), ha="right", transform=ax.transAxes, fontsize=7)
+    return told
 
 
 def _scatter(data: pd.DataFrame, epsilon: pd.DataFrame) -> pd.DataFrame:

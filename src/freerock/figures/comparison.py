@@ -15,8 +15,7 @@ from freerock.tables.number_text import percent
 
 COLUMNS = ["test", "run", "block", "foundation", "source", "time_s", "theta_deg"]
 COLUMNS += ["residual_over_theta0", "residual_over_sigma"]
-HEIGHT_IN, RATIOS = 2.75, (2.0, 0.85, 0.85)  # of a block's row, and of its panels
-THIN = 0.8  # width of a law's line [points]
+HEIGHT_IN, RATIOS = 2.5, (2.0, 0.85, 0.85)  # of a block's row, and of its panels
 HEADROOM = 0.4  # above the curves, for the legend
 
 
@@ -100,7 +99,7 @@ def _plot(axes: Sequence[Axes], own: pd.DataFrame, origin: str) -> None:
             over_noise.plot(rows["time_s"], rows["residual_over_sigma"], **look)
             style.scale_by_noise(over_noise, float(rows["residual_over_sigma"].abs().max()))
         else:
-            look = looks.MODEL_STYLES[str(source)] | {"linewidth": THIN}
+            look = looks.MODEL_STYLES[str(source)] | looks.OVERLAID.get(str(source), {})
             motion.plot(rows["time_s"], rows["theta_deg"], **look)
             over_release.plot(rows["time_s"], rows["residual_over_theta0"], **look | {"label": None})
     motion.set_xlim(left=0)
@@ -114,8 +113,8 @@ def _legend(motion: Axes, run: xr.DataTree) -> None:
         told = (
             f"$ε_θ$ {'' if epsilon[0] == '<' else '= '}{epsilon} %" if fit.attrs["success"] else "failed fit"
         )
-        look = looks.MODEL_STYLES[law] | {"linewidth": THIN, "label": f"{MODEL_LABELS[law]}, {told}"}
-        handles.append(Line2D([], [], **look))
+        look = looks.MODEL_STYLES[law] | looks.OVERLAID.get(law, {})
+        handles.append(Line2D([], [], **look | {"label": f"{MODEL_LABELS[law]}, {told}"}))
     if handles:
         options = {"loc": "upper right", "borderaxespad": 0.0, "labelspacing": 0.1, "handlelength": 2.4}
         low, high = motion.get_ylim()

@@ -22,6 +22,12 @@ _LAW_LOOKS = (
     ("#56b4e9", (0, (1, 1, 4, 1)), "cross"),
     ("#8c6d1f", (0, (8, 1.5, 1.5, 1.5, 1.5, 1.5)), "star"),
 )
+# Dashes lie on top of the line of the law that they may coincide with; with gaps as long, both are seen.
+OVERLAID: dict[str, Style] = {
+    "hunt_crossley": {"linewidth": 1.0, "zorder": 2.1},
+    "winkler": {"linewidth": 1.4, "zorder": 2.2, "linestyle": (0, (2.5, 2.5)), "dash_capstyle": "butt"},
+    "housner": {"linewidth": 0.9, "zorder": 2.15},
+}
 RIVAL = "#7a3b9a"  # colour of candidates beside the laws themselves
 _BY_LAW = dict(zip(LAWS, cycle(_LAW_LOOKS), strict=False))
 

@@ -4,12 +4,12 @@ import pandas as pd
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from freerock.figures import style
-from freerock.figures.by_scene import MARKERS, SHADES
+from freerock.figures.by_scene import MARKERS, SHADES, run_handles
 from freerock.figures.style import Axes, Drawing, Labels, styled
 from freerock.models.laws import MODEL_LABELS
 
 HEIGHT_IN = 2.0
-TICKS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0)  # of a decade
+TICKS = (1.0, 2.0, 3.0, 5.0)  # of a decade
 
 
 @styled()
@@ -32,9 +32,11 @@ def draw(predictions: pd.DataFrame, origin: str, labels: Labels = None) -> Drawi
         ), predictions
     figure, panels = style.panel_per_scene(style.scenes_in(predictions), labels, HEIGHT_IN)
     for (block, foundation), ax in panels.items():
-        _panel(ax, style.of_scene(predictions, block, foundation), origin)
+        _panel(ax, style.of_scene(predictions, block, foundation))
     style.outer_labels(panels, "number of impacts n", "peak |θₙ| / °")
-    style.finish(figure, origin)
+    most = int(predictions.groupby("test")["run"].nunique().max())
+    shown = panels[next(iter(panels))].get_legend_handles_labels()[0]
+    style.finish(figure, origin, [*shown, *run_handles(most, str(style.recorded(origin)["label"]))])
     return figure, predictions
 
 
@@ -46,7 +48,7 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     return f"Law: {laws}. {data['inside'].sum()} of {len(data)} peaks lie in the band of their own run."
 
 
-def _panel(ax: Axes, own: pd.DataFrame, origin: str) -> None:
+def _panel(ax: Axes, own: pd.DataFrame) -> None:
     """A scene: the band of its first run, markers of all its runs."""
     runs = list(own.groupby(["test", "run"], sort=False))
     _, first = runs[0]
@@ -56,8 +58,7 @@ def _panel(ax: Axes, own: pd.DataFrame, origin: str) -> None:
     ax.plot(first["peak"], first["median_deg"], color="0.5", linewidth=0.8, label="median")
     for i, (_, rows) in enumerate(runs):
         look = {"marker": MARKERS[i % len(MARKERS)], "color": SHADES[i % len(SHADES)]}
-        label = f"runs, {style.recorded(origin)['label']}" if i == 0 else None
-        ax.plot(rows["peak"], rows["peak_deg"], linestyle="", markerfacecolor="none", label=label, **look)
+        ax.plot(rows["peak"], rows["peak_deg"], linestyle="", markerfacecolor="none", **look)
     ax.set(yscale="log", xlim=(0.5, own["peak"].max() + 0.5))
     ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
     ax.yaxis.set_major_locator(LogLocator(subs=TICKS))

@@ -38,6 +38,7 @@ _NORMAL_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅
 
 COLUMN_PT, SIZE_PT = 229.5, 9.0  # of `article` in two columns: width of one, and size of \\small
 WIDE = 0.56  # width of a character over the size of its font, in Computer Modern, at most on the mean
+MOST_HIGH = 0.76  # a figure over the text of a page: its caption needs the rest
 GAP = 2.5  # on either side of a column [pt]
 _NUMBER = re.compile(  # with a standard error, a power of ten or both; others are set as they are
     r"\(−?[\d.]+ ± [\d.]+\)·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|(?<![\d.(])−?[\d.]+·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|−?[\d.]+ ± [\d.]+"
@@ -182,7 +183,7 @@ def figures_tex(captions: Mapping[str, tuple[str, str]]) -> str:
         lines += [
             r"\begin{figure*}",
             r"\centering",
-            rf"\includegraphics[width=\linewidth]{{{name}}}",
+            rf"\includegraphics[width=\linewidth,height={MOST_HIGH}\textheight,keepaspectratio]{{{name}}}",
             rf"\caption{{\textbf{{{_tex(title)}}} {_tex(text)}}}",
             rf"\label{{fig:{name}}}",
             r"\end{figure*}",
