@@ -13,6 +13,8 @@ from pathlib import Path
 from freerock.config.campaign import load_campaign
 from freerock.config.step_settings import labels
 
+EXACT = "Impacts are taken as exact: where they scatter, r and damping come out less well in a laboratory."
+
 
 def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
@@ -32,4 +34,4 @@ def run(chosen: Namespace) -> None:
 
     found, into = plan(campaign), Path(chosen.into or f"results/{campaign.name}/plan.csv")
     write_csv(found, into)
-    print(f"{plan_text(found, labels(campaign))}\n\nwritten: {into}")
+    print(f"{plan_text(found, labels(campaign))}\n\n{EXACT}\nwritten: {into}")

@@ -45,18 +45,25 @@ def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
             "Scatter of impacts σ_r / %": quantity(*(100 * each for each in scatter)) if scatter[0] else "0",
             "r of first impacts": fixed(row["r_first"], 3),
             "ε_θ / %": ", ".join(epsilon),
-            FORETOLD: f"{row['n_inside']} of {row['n_peaks']} peaks" * bool(row["n_peaks"]),
+            FORETOLD: _foretold(row["n_inside"], row["n_peaks"]),
         }
         rows.append({head: cell or "–" for head, cell in told.items()})
     text = pd.DataFrame(rows)
     text = text.loc[:, [name for name in text if set(text[name]) != {"–"}]]
     about = (
-        "±: total standard uncertainty. r of first impacts: median of all runs, by energy. "
+        "±: total standard uncertainty. r of first impacts: median of all runs, by energy (in figures: "
+        "from peaks). "
         f"ε_θ of the laws: median, {PROCEDURE}."
     )
     if FORETOLD in text:
         about += f" {FORETOLD}: measured peaks in the 95 % band by the other runs of the record."
     return Printed(text, "Each foundation", [about])
+
+
+def _foretold(n_inside: float, n_peaks: float) -> str:
+    """How many peaks lay in their band, and how many should."""
+    share = f"{fixed(100 * n_inside / n_peaks, 0)} %; expected: 95 %" if n_peaks else ""
+    return f"{n_inside} of {n_peaks} peaks ({share})" if n_peaks else ""
 
 
 def printed_records(populations: pd.DataFrame, laws: Mapping[str, str], labels: Labels) -> Printed:

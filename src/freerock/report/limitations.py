@@ -10,7 +10,7 @@ UNLIKE = 1.2  # ratio of release angles from which durations are not compared
 
 
 def limits(runs: pd.DataFrame, choice: pd.DataFrame) -> list[str]:
-    """What must not be concluded, the weightiest first.
+    """What limits the results, a sentence each, the weightiest first.
 
     Parameters
     ----------
@@ -28,19 +28,22 @@ def limits(runs: pd.DataFrame, choice: pd.DataFrame) -> list[str]:
     of_block = released.groupby("block")
     unlike = (of_block.max() > UNLIKE * of_block.min()).any()
     housner = (
-        "that r of the fitted Housner law is the restitution of an impact: it also makes up for a soft base"
+        "r of the fitted Housner law is more than the restitution of impacts: it makes up for a soft base."
     )
     told = [
-        ("simulated" in set(runs["origin"]), "that real blocks behave like this: the records are simulated"),
+        ("simulated" in set(runs["origin"]), "The records are simulated: real blocks may behave otherwise."),
         (
             not selected["explains"].astype(bool).all(),
-            "that a law is right within a swing where its residual exceeds the noise",
+            "Where the residual exceeds the noise, a law is only near within a swing.",
         ),
-        (bool(unlike), "where blocks rock longest: on one foundation they were released further"),
+        (bool(unlike), "Blocks were released further on one foundation: they also rock longest for that."),
         (soft, housner),
-        (soft, "that k holds for a block that moves sideways otherwise than assumed"),
-        (bool((blocks == 1).any()), "that the parameters hold for another block on the same foundation"),
-        (bool(single), "how much runs differ, where a record has only one"),
-        (True, "that the same holds for releases at other angles"),
+        (soft, "k holds for blocks that move sideways as the law assumes."),
+        (
+            bool((blocks == 1).any()),
+            "Parameters of a foundation with one block are known for that block alone.",
+        ),
+        (bool(single), "Records of one run leave open how much runs differ."),
+        (True, "All holds for releases at the angles tested."),
     ]
     return [text for holds, text in told if holds][:MOST]

@@ -13,6 +13,7 @@ from freerock.tables.choices import STATUS_WORDS
 from freerock.tables.number_text import fixed, quantity
 from freerock.tables.printed import Labels, Printed
 
+NUMBER = r"(?<= leaves )([\d.e+]+)(?= times)"  # in the reason why a candidate was not fitted
 MOST_LISTED = 120  # runs in the page; all stand in the tables
 
 
@@ -55,7 +56,23 @@ def printed_choices(choice: pd.DataFrame, runs: pd.DataFrame) -> Printed:
         {"Record": row.test, "Law": MODEL_LABELS[row.model], "Why": row.reason}
         for row in shown.drop_duplicates(["test", "model", "reason"]).itertuples()
     ]
-    return Printed(pd.DataFrame(rows), "Which law, and why")
+    left = choice[(choice["status"] == "not_fitted") & choice["test"].isin(runs["test"])]
+    told = [f"Not fitted to whole runs: {_left_out(left)}."] if len(left) else []
+    return Printed(pd.DataFrame(rows), "Which law, and why", told)
+
+
+def _left_out(left: pd.DataFrame) -> str:
+    """Candidates that were not fitted, by the reason; where reasons differ in a number, its range."""
+    reasons = left["reason"].astype(str)
+    numbers = pd.to_numeric(reasons.str.extract(NUMBER, expand=False), errors="coerce")
+    known = left.assign(number=numbers, why=reasons.str.replace(NUMBER, "#", n=1, regex=True))
+    parts = []
+    for why, own in known.groupby("why", sort=False):
+        least, most = own["number"].min(), own["number"].max()
+        ends = [f"{end:.3g}" if end < 1000 else f"{end:.0f}" for end in (least, most)]
+        names = "; ".join(MODEL_LABELS[model] for model in own["model"].unique())
+        parts.append(f"{names} ({str(why).replace('#', ' to '.join(dict.fromkeys(ends)))})")
+    return ". ".join(parts)
 
 
 def printed_tests(choice: pd.DataFrame, runs: pd.DataFrame) -> Printed:
