@@ -5,9 +5,10 @@ the first run of records whose inputs are exact. A case is a σ_r and a tool.
 """
 
 import math
-import runpy
+import sys
 import time
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,8 @@ HAND, OURS = "lmfit and solve_ivp", "freerock"
 
 def run(size: str, folder: Path, cores: int) -> pd.DataFrame:
     """The long table: numbers of the law, ε_θ and processor time of each fit."""
-    by_hand = runpy.run_path(str(ROOT / "benchmarks/by_hand.py"))["fitted"]
+    sys.path.append(str(ROOT / "benchmarks"))  # by its own name, under which numba keeps what it compiled
+    by_hand = import_module("by_hand").fitted
     rows = list[Row]()
     for sigma in SIGMAS:
         for i in range(RECORDS[size]):
