@@ -103,9 +103,9 @@ def test_a_record_is_what_it_says(tmp_path):
 
 @pytest.mark.slow
 def test_a_realistic_record_has_its_truth(tmp_path):
-    record = np.load(realistic.make(tmp_path, 5))
+    record = np.load(realistic.make(tmp_path, 4))
     laser = Laser("horizontal", float(record["stated_position_m"]), 0.1)
-    block = BLOCKS["config3"]
+    block = BLOCKS["config2"]
     found = find_rotation(np.arange(len(record["volts"])) / RATE_HZ, record["volts"], laser, block, "V")
     for j, begins in enumerate(record["begins_s"]):
         held = found["theta"].values[int(begins * RATE_HZ) - 2000 :][:1800]

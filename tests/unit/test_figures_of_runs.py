@@ -137,7 +137,7 @@ def test_a_caption_has_a_title_what_is_drawn_of_which_runs_and_that_it_is_simula
     settings["blocks"] = {name: asdict(block) for name, block in BLOCKS.items()}
     make_figures.make_figures(settings, [], [], files, tmp_path)
     title, told = (tmp_path / "restitution.txt").read_text(encoding="utf-8").splitlines()
-    assert title == "Restitution of each impact."
+    assert title == "Restitution of each impact, from peaks."
     assert told.endswith(
         " 28 impacts of 7 runs. The records are simulated; they are not the laboratory's data."
     )
