@@ -27,17 +27,8 @@ from freerock.tables.csvfile import read_csv
 from freerock_bench.document import in_markdown
 
 ROOT = Path(__file__).parents[2]
-TABLES = (
-    "runs",
-    "reasons",
-    "choice",
-    "parameters",
-    "restitution",
-    "populations",
-    "predictions",
-    "epsilon",
-    "paper",
-)
+TABLES = ["runs", "reasons", "choice", "parameters", "restitution", "populations", "predictions"]
+TABLES += ["epsilon", "paper"]
 SAME_RUN_S, SAME_IMPACT_S = 0.5, 0.02
 EVIDENCE = "−2 ln evidence"  # of a candidate over the selected one, which is `inside`
 COLUMNS = ["case", "parameter", "truth", "value", "stderr", "u", "inside", "test", "run", "scene", "note"]

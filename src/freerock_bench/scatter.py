@@ -12,7 +12,7 @@ from freerock_bench.document import in_markdown
 
 SEED = 11
 SIGMAS = (0.0, 0.003, 0.01, 0.03)
-RECORDS = {"full": 6, "small": 1}  # of each σ_r; thirty make a round, 34 hold a hundred runs
+RECORDS = {"full": 34, "small": 1}  # of each σ_r, a hundred runs; thirty make a round
 
 
 def make(folder: Path, case: tuple[float, int]) -> Path:
