@@ -109,7 +109,6 @@ def make(name, seed):
         "about": scene["about"],
         "made_by": scene["motion"],
         "block": block | scene.get("off", {}),
-        "right_names": scene["names"],
         "right_choices": scene["choices"],
         "parameters": scene["truth"],
         "runs": true_runs(block, theta, runs, impacts),

@@ -1,7 +1,7 @@
 """The foreign records: block, what it stands on, what is foreign to every law of freerock, what is known.
 
-A block A, B or C, four ways to move it (planar, rigid, mujoco, drake), and for the score: by what names a
-warning is right, which candidates are a right choice, and true values where they mean something.
+A block A, B or C, four ways to move it (planar, rigid, mujoco, drake), and for the score: which
+candidates are a right choice, and true values where they mean something.
 """
 
 import math
@@ -19,22 +19,10 @@ DEPTH_M = 0.12
 ANGLES = {"A": (0.10, -0.08), "B": (0.08, 0.06), "C": (-0.20, 0.17)}  # of the two releases [rad]
 STONE, MAT = {"k": 7e6, "lambda": 2e8}, {"k": 2.5e6, "lambda": 5e7}
 ON_BED = ("hunt_crossley", "hunt_crossley_pivoting")
-ANY = ("unexplained",)  # names that are right for whatever no law explains
-RESTITUTION = (
-    "alternating_restitution",
-    "uneven_restitution",
-    "outlying_restitution",
-    "touched",
-    "off_level",
-)
-
-
-SHIFT = ("rest_shift", "drift")
-OFF_05 = {"centre_off_m": 5e-4}
 LOAD, FLOOR_W = 2 * math.pi * 9, 2 * math.pi * 12  # [rad/s]
 
 
-def _bed(of, about, soil, names, choices=(), base=None, known=("k",), block=(), formats="tdms", **extra):
+def _bed(of, about, soil, choices=(), base=None, known=("k",), block=(), formats="tdms", **extra):
     """A block on Hunt and Crossley's bed with something besides."""
     width = BLOCKS[of]["width_m"]
     return {
@@ -47,21 +35,20 @@ def _bed(of, about, soil, names, choices=(), base=None, known=("k",), block=(), 
         "off": dict(block),
         "extra": extra,
         "truth": {name: soil[name] for name in known},
-        "names": [*ANY, *names],
         "choices": list(choices),
         "free_s": 8.0 if soil is STONE else 6.0,
         "format": formats,
     }
 
 
-def _other(of, about, law, values, names=(), free_s=8.0, formats="tdms", **extra):
+def _other(of, about, law, values, free_s=8.0, formats="tdms", **extra):
     """A block on a bed of another law."""
     soil = {"k": values[0], "lambda": 0.0}
-    made = _bed(of, about, soil, names, known=(), formats=formats, **extra)
+    made = _bed(of, about, soil, known=(), formats=formats, **extra)
     return made | {"law": law, "values": list(values), "free_s": free_s}
 
 
-def _rigid(of, about, restitution, names, choices=(), radius=0.0, formats="tdms"):
+def _rigid(of, about, restitution, choices=(), radius=0.0, formats="tdms"):
     return {
         "about": about,
         "block": of,
@@ -69,7 +56,6 @@ def _rigid(of, about, restitution, names, choices=(), radius=0.0, formats="tdms"
         "restitution": restitution,
         "radius": radius,
         "truth": {},
-        "names": [*ANY, *names],
         "choices": list(choices),
         "free_s": 7.0,
         "format": formats,
@@ -83,7 +69,6 @@ def _engine(of, about, motion, free_s=6.0, formats="tdms", **setting):
         "motion": motion,
         "setting": {"crooked": 0.0, "mu": 0.7, "depth_m": DEPTH_M, **setting},
         "truth": {},
-        "names": [*ANY, *RESTITUTION],
         "choices": [],
         "free_s": free_s,
         "format": formats,
@@ -134,48 +119,39 @@ def constant(rate):
 M_A = BLOCKS["A"]["mass_kg"]
 CRACKED = _cracked(0.08, 0.024, 0.028)
 SCENES = {
-    "friction_stone": _bed("A", "base held by friction alone", STONE, (), ON_BED, known=STONE),
-    "friction_mat": _bed("C", "base held by friction alone", MAT, (), ON_BED, known=MAT, formats="csv"),
-    "slips_stone": _bed("A", "slips on stone, μ = 0.15", STONE, SHIFT, mu=0.15),
-    "slips_mat": _bed("C", "slips on a mat, μ = 0.3", MAT, SHIFT, mu=0.3, formats="h5"),
+    "friction_stone": _bed("A", "base held by friction alone", STONE, ON_BED, known=STONE),
+    "friction_mat": _bed("C", "base held by friction alone", MAT, ON_BED, known=MAT, formats="csv"),
+    "slips_stone": _bed("A", "slips on stone, μ = 0.15", STONE, mu=0.15),
+    "slips_mat": _bed("C", "slips on a mat, μ = 0.3", MAT, mu=0.3, formats="h5"),
     "rounded_1mm": _bed(
         "A",
         "edges rounded by 1 mm",
         STONE,
-        ("rounded_edges",),
         ON_BED,
         planar.rounded(0.08, 1e-3, 200),
         known=STONE,
     ),
-    "rounded_4mm": _bed(
-        "B", "edges rounded by 4 mm", MAT, ("rounded_edges",), ON_BED, planar.rounded(0.09, 4e-3, 180)
-    ),
-    "two_feet_stone": _bed("A", "rocks on two feet of 12 mm", STONE, (), base=_feet(0.08, 0.012)),
-    "two_feet_mat": _bed("C", "rocks on two feet of 20 mm", MAT, (), base=_feet(0.10, 0.02), formats="mat"),
-    "hollow_base": _bed("B", "base hollow by 0.1 mm", STONE, (), base=_hollow(0.09, 1e-4)),
-    "stepped_base": _bed(
-        "A", "0.3 mm lower from 20 mm on", STONE, RESTITUTION, base=_stepped(0.08, 0.02, 3e-4)
-    ),
-    "cracked_base": _bed("A", "a crack of 4 mm in the mat", MAT, RESTITUTION, base=CRACKED),
-    "centre_off_mat": _bed(
-        "A", "centre of mass 1.5 mm off", MAT, RESTITUTION, ON_BED, block={"centre_off_m": 1.5e-3}
-    ),
+    "rounded_4mm": _bed("B", "edges rounded by 4 mm", MAT, ON_BED, planar.rounded(0.09, 4e-3, 180)),
+    "two_feet_stone": _bed("A", "rocks on two feet of 12 mm", STONE, base=_feet(0.08, 0.012)),
+    "two_feet_mat": _bed("C", "rocks on two feet of 20 mm", MAT, base=_feet(0.10, 0.02), formats="mat"),
+    "hollow_base": _bed("B", "base hollow by 0.1 mm", STONE, base=_hollow(0.09, 1e-4)),
+    "stepped_base": _bed("A", "0.3 mm lower from 20 mm on", STONE, base=_stepped(0.08, 0.02, 3e-4)),
+    "cracked_base": _bed("A", "a crack of 4 mm in the mat", MAT, base=CRACKED),
+    "centre_off_mat": _bed("A", "centre of mass 1.5 mm off", MAT, ON_BED, block={"centre_off_m": 1.5e-3}),
     "centre_off_stone": _bed(
         "B",
         "centre of mass 0.5 mm off",
         STONE,
-        RESTITUTION,
         ON_BED,
         block={"centre_off_m": 5e-4},
         formats="csv",
     ),
-    "off_level": _bed("C", "base off level by 0.3°", STONE, RESTITUTION, ON_BED, tilt=math.radians(0.3)),
+    "off_level": _bed("C", "base off level by 0.3°", STONE, ON_BED, tilt=math.radians(0.3)),
     "mat_creeps": _other(
         "A",
         "mat that creeps and stays dented",
         planar.CREEP,
         (2e6, 2e6, 0.02, 2.5e3, 3e7),
-        SHIFT,
     ),
     "mat_relaxes": _other("B", "mat that relaxes within 10 ms", planar.CREEP, (2e6, 3e6, 0.01, 1e12, 1.0)),
     "damping_by_depth": _other(
@@ -183,25 +159,20 @@ SCENES = {
     ),
     "hertz": _other("C", "force by the depth to the 1.5", planar.HERTZ, (1e8, 2e9)),
     "hysteresis": _other("B", "stiffer when it is let off than when pressed", planar.HYSTERESIS, (4e6, 5e6)),
-    "cable": _bed("A", "a cable rubs against turning", STONE, (), ON_BED, drag=0.005 * M_A * 9.81 * 0.04),
+    "cable": _bed("A", "a cable rubs against turning", STONE, ON_BED, drag=0.005 * M_A * 9.81 * 0.04),
     "loose_load": _bed(
         "A",
         "a load of 0.2 kg on a spring of 9 Hz",
         STONE,
-        (),
         load_m=0.2,
         load_k=0.2 * LOAD**2,
         load_c=0.02 * LOAD,
         load_up=0.08,
     ),
-    "floor_shakes": _bed(
-        "B", "floor that shakes at 12 Hz", MAT, ("vibration",), ON_BED, floor_a=0.05, floor_w=FLOOR_W
-    ),
-    "rigid_by_speed": _rigid("A", "r falls with the rate", by_speed, ()),
-    "rigid_by_side": _rigid(
-        "C", "r is 0.95 at one edge, 0.90 at the other", by_side, RESTITUTION, formats="mat"
-    ),
-    "rigid_rolls": _rigid("B", "rolls over edges of 6 mm", constant, (), radius=6e-3),
+    "floor_shakes": _bed("B", "floor that shakes at 12 Hz", MAT, ON_BED, floor_a=0.05, floor_w=FLOOR_W),
+    "rigid_by_speed": _rigid("A", "r falls with the rate", by_speed),
+    "rigid_by_side": _rigid("C", "r is 0.95 at one edge, 0.90 at the other", by_side, formats="mat"),
+    "rigid_rolls": _rigid("B", "rolls over edges of 6 mm", constant, radius=6e-3),
     "mujoco_box": _engine("A", "MuJoCo's box with friction", "mujoco", contact=[0.004, 0.3]),
     "mujoco_crooked": _engine(
         "A", "MuJoCo's box, let go crooked by 2°", "mujoco", contact=[0.004, 0.3], crooked=math.radians(2)
