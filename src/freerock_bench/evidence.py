@@ -82,9 +82,8 @@ def main(*names: str, size: str = "full", cores: int = 2) -> None:
         own = code(f"freerock_bench.{name}", *STUDIES[name])  # what is there is of this code
         frame = study.run(size, Path("results/studies", name, size, own).resolve(), cores)
         write(name, frame, study.SEED, folder)
-        if size == "full":
-            for figure in FIGURES.get(name, ()):
-                draw(figure, frame)
+        for figure in FIGURES.get(name, ()) if size == "full" else ():
+            draw(figure, frame)
         print(f"{name}\n\n{study.markdown(frame)}\n", flush=True)
     if size == "full":
         renew_documents()
