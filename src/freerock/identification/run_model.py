@@ -147,6 +147,10 @@ class Place:
         """That of a moved laboratory."""
         return cls(moved.block, view_of([*moved.lasers.values()], moved.block), moved)
 
+    def reread(self, theta: Floats, stated: Laboratory | None) -> Floats:
+        """A rotation that is read here, as a stated laboratory would read it [rad]."""
+        return theta if self.moved is None or stated is None else self.moved.reread(theta, stated)
+
     @cached_property
     def at_once(self) -> View:
         """The view of a sensor that takes no time."""
@@ -211,7 +215,7 @@ class Moved:
         if place.view is not None and not place.at_once.is_plain(self.turning, bed):
             z_cb = self.z_cb + by.get("z_cb", 0.0)
             theta = place.at_once.seen(theta[None], z_cb[None], self.turning, bed)
-        return theta if place.moved is None or stated is None else place.moved.reread(theta, stated)
+        return place.reread(theta, stated)
 
 
 @dataclass(frozen=True, eq=False)
@@ -322,7 +326,7 @@ class RunModel:
             rules=self.rules,
             solver=Solver(rtol, MOST_STEPS),
         )
-        return self._reread(theta, place.moved)
+        return place.reread(theta, self.motion.laboratory)
 
     def means(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
         """Means of m samples of the curve, times √m [rad], shape (n,)."""
@@ -538,7 +542,3 @@ class RunModel:
     def _on_clock(self, time_s: Floats, moved: Laboratory | None) -> Floats:
         stated = self.motion.laboratory
         return time_s if moved is None or stated is None else time_s * (moved.clock / stated.clock)
-
-    def _reread(self, theta: Floats, moved: Laboratory | None) -> Floats:
-        stated = self.motion.laboratory
-        return theta if moved is None or stated is None else moved.reread(theta, stated)

@@ -81,11 +81,6 @@ class View:
         """The same of a sensor that takes no time."""
         return View(self.block, replace(self.laser, response_ms=0.0))
 
-    def seen_at_rest(self, theta: float, block: Block, foundation: Foundation | None) -> float:
-        """Angle [rad] at which a block at rest is seen whose rotation is known [rad]."""
-        depth = 0.0 if foundation is None else static_depth(block, foundation, theta)
-        return float(self.seen(np.array([[theta]]), np.array([[depth]]), block, foundation)[0])
-
     @cached_property
     def _sign(self) -> float:
         return -1.0 if mirrored(self.laser) else 1.0
