@@ -12,7 +12,6 @@ from freerock.models.block import Block
 from freerock.models.simulate import simulate_fitted, tangents
 from freerock.noise.whitening import Slow, transposed, whiten
 from freerock.rotation.as_measured import as_measured
-from freerock.rotation.beam import rotation_and_sensitivity
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View
 from freerock.runs.impacts import find_impacts
@@ -23,7 +22,6 @@ def compile_kernels() -> None:
     block, time_s = Block(1.0, 0.2, 1.0), np.arange(100) / 100
     laser = Laser("vertical", 0.05, units="mm")
     view = View(block, laser)
-    rotation_and_sensitivity(time_s[:2], block, laser)
     bed = {"k": 1e6, "c": 1e3, "theta0": 0.1}
     as_measured("winkler", block, bed, time_s[:2], view)
     as_measured("winkler", block, bed | {"edge_radius": 1e-3}, time_s[:2], view)

@@ -32,15 +32,10 @@ class Mains(NamedTuple):
     stderr: float
     amplitude_stderr: float
 
-    def over(self, start_s: float, step: float, n: int) -> Floats:
-        """Its values at n instants, evenly spaced."""
-        length = min(n, max(1, round(AVERAGED_S / step)))
-        turn = 2j * np.pi * self.frequency_hz * np.arange(1, self.weights.size + 1)[:, None]
-        within = np.exp(turn * step * np.arange(length))
-        begins = start_s + step * length * np.arange(-(-n // length))
-        at = self.weights * np.exp(turn * begins).T
-        blocks: Floats = np.hstack([at.real, -at.imag]) @ np.vstack([within.real, within.imag])
-        return blocks.ravel()[:n]
+    def over(self, time_s: Floats) -> Floats:
+        """Its values at some instants [s]."""
+        turn = 2j * np.pi * self.frequency_hz * np.arange(1, self.weights.size + 1)
+        return np.asarray((self.weights @ np.exp(np.outer(turn, time_s))).real)
 
 
 def fit_mains(

@@ -17,7 +17,6 @@ LONGER = 1.6  # windows that a phase lasts at least
 BLOCKS_PER_WINDOW = 10  # ends of phases are resolved to a tenth of the window
 MIN_PEAKS = 3  # an oscillation, unlike a hand, comes back at least this often
 PEAK = 0.04  # of the largest deviation: what rises above it is a peak, what falls below half of it a passage
-PIECE = 1 << 15  # samples at a time: what fits the processor's cache is several times faster
 # Of the largest peak, the last before a rest: of foreign records at most 0.11, before a hold 0.6.
 DECAYED = 0.3
 NEAR_LEVEL = 10.0  # in units of the stillness limit: levels this close are one level
@@ -129,21 +128,14 @@ class _Blocks(NamedTuple):
 
 def _blocks(signal: Floats, per_block: int) -> _Blocks:
     """The blocks of a signal, centred first to lose no digits."""
-    n_blocks = signal.size // per_block
-    count, total, square = np.zeros((3, n_blocks))
-    centre, together = 0.0, max(1, PIECE // per_block)
-    for i in range(0, n_blocks, together):
-        blocks = signal[i * per_block : min(i + together, n_blocks) * per_block].reshape(-1, per_block)
-        valid = np.isfinite(blocks)
-        if not count.any() and valid.any():
-            centre = float(blocks[valid][0])
-        part, every = slice(i, i + together), valid.all()
-        blocks = blocks - centre if every else np.where(valid, blocks - centre, 0.0)
-        count[part], total[part] = per_block if every else valid.sum(axis=1), blocks.sum(axis=1)
-        square[part] = np.einsum("ij,ij->i", blocks, blocks)
+    blocks = signal[: signal.size // per_block * per_block].reshape(-1, per_block)
+    valid = np.isfinite(blocks)
+    centre = float(blocks[valid][0]) if valid.any() else 0.0
+    blocks = np.where(valid, blocks - centre, 0.0)
+    count, total = valid.sum(axis=1), blocks.sum(axis=1)
     means = total / np.maximum(count, 1)
-    scatter = np.sqrt(np.maximum(square / np.maximum(count, 1) - means**2, 0.0))
-    return _Blocks(centre, count, total, means, scatter)
+    square = np.einsum("ij,ij->i", blocks, blocks) / np.maximum(count, 1)
+    return _Blocks(centre, count, total, means, np.sqrt(np.maximum(square - means**2, 0.0)))
 
 
 def _still_spans(blocks: _Blocks, limit: float) -> list[tuple[int, int]]:

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats, Mask
 from freerock.models.block import Block
-from freerock.rotation import beam_kernel
 from freerock.rotation.sensor import Laser
 
 
@@ -94,8 +93,18 @@ def rotation_from_displacement(
         Rotation [rad], positive clockwise; NaN where the beam would be off the target, see there.
     """
     s = np.asarray(displacement_m, float)
-    sides = None if side is None else np.broadcast_to(np.asarray(side, float), s.shape).ravel()
-    return rotation_and_sensitivity(s.ravel(), block, laser, sides)[0].reshape(s.shape)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if laser.beam == "horizontal":
+            root = np.sqrt(laser.position**2 + s * (s - 2 * _width(s, block)))
+            half = s / (laser.position + root)
+        else:
+            known = side is not None and is_unsigned(block, laser)
+            sides = np.asarray(side, float) if known else _side(s, block, laser)
+            lever = block.b - sides * laser.position
+            root = np.copysign(np.sqrt(lever**2 + s * (s - 2 * block.height_m)), lever)
+            half = np.where(s != 0, -sides * s / (lever + root), 0.0)
+    theta = -2 * np.arctan(half) if mirrored(laser) else 2 * np.arctan(half)
+    return np.where(on_target(theta, block, laser), theta, np.nan)
 
 
 def is_unsigned(block: Block, laser: Laser) -> bool:
@@ -112,23 +121,6 @@ def sensitivity(theta: ArrayLike, block: Block, laser: Laser) -> Floats:
     else:
         slope = _lever(turn, block, laser) + block.height_m * np.sin(np.abs(turn))
     return np.asarray(np.abs(slope) / np.cos(turn) ** 2)
-
-
-def rotation_and_sensitivity(
-    displacement_m: Floats, block: Block, laser: Laser, side: Floats | None = None
-) -> tuple[Floats, Floats]:
-    """`rotation_from_displacement` of some samples and `sensitivity` there, shapes (n_time,), compiled."""
-    theta, slope = np.empty((2, displacement_m.size))
-    if laser.beam == "vertical" and (side is None or not is_unsigned(block, laser)):
-        side = _side(displacement_m, block, laser)
-    sides = np.empty(0) if side is None else side
-    beam_kernel.rotations(displacement_m, sides, beam_of(block, laser), theta, slope)
-    if mirrored(laser):
-        np.negative(theta, out=theta)
-    on = on_target(theta, block, laser)
-    if not on.all():
-        theta[~on] = slope[~on] = np.nan
-    return theta, slope
 
 
 def beam_of(block: Block, laser: Laser) -> tuple[float, ...]:
@@ -162,16 +154,7 @@ def _side(s: Floats, block: Block, laser: Laser) -> Floats:
 
 def on_target(theta: Floats, block: Block, laser: Laser) -> Mask:
     """Whether the beam meets its target, see `displacement_from_rotation`."""
-    return _on_target(-theta if mirrored(laser) else theta, block, laser)
-
-
-def _on_target(turn: Floats, block: Block, laser: Laser) -> Mask:
-    if np.size(turn) > 100 and np.isfinite(turn).any():
-        # What is on target at rest and at both ends of a range is so within: the limits are monotonic in |θ|,
-        # or highest in between.
-        ends = np.array([np.nanmin(turn), -1e-12, 1e-12, np.nanmax(turn)])
-        if _on_target(ends, block, laser).all():
-            return np.isfinite(turn)
+    turn = -theta if mirrored(laser) else theta
     t, edge = np.abs(turn), block.width_m / 2
     if laser.beam == "horizontal":
         foot = _width(turn, block) * np.sin(turn)

@@ -46,53 +46,6 @@ def turned_near(s, near, beam):
 
 
 @compiled()
-def rotations(s, side, beam, theta, slope):
-    """`beam.rotation_from_displacement` of a target of any size, and `beam.sensitivity` there.
-
-    A side is +1 or -1, of a vertical beam.
-    """
-    vertical, place, height, edge, corner = beam
-    for i in range(s.size):
-        if vertical:
-            lever = corner - side[i] * place
-            root = math.sqrt(lever * lever + s[i] * (s[i] - 2 * height))
-            half = -side[i] * s[i] / (lever + math.copysign(root, lever)) if s[i] != 0 else 0.0
-            lever, rise = corner - place if half > 0 else corner + place, height * abs(half)
-        else:
-            width = edge + corner if s[i] > 0 else edge - corner
-            half = s[i] / (place + math.sqrt(place * place + s[i] * (s[i] - 2 * width)))
-            lever, rise = place, -width * half
-        square = half * half
-        cosine = (1 - square) / (1 + square)
-        theta[i] = 2 * math.atan(half)
-        slope[i] = abs(lever + 2 * rise / (1 + square)) / (cosine * cosine)
-
-
-@compiled()
-def rotations_of_two(first, second, apart, beam, theta, sigma, moved, slope):
-    """Of the displacements of two beams at a distance the rotation, the translation along them, and
-    `beam.sensitivity` of the first there; the error of the tangent becomes that of the rotation."""
-    vertical, place, height, edge, corner = beam
-    for i in range(first.size):
-        s = first[i]
-        tangent = (s - second[i]) / apart
-        inverse = math.sqrt(1 + tangent * tangent)  # 1/cos
-        half = tangent / (1 + inverse)
-        rise = tangent * half  # 1/cos - 1
-        if vertical:
-            lever = corner - place if tangent > 0 else corner + place
-            alone = -(height * rise + lever * abs(tangent))
-            lever += height * abs(tangent) / inverse
-        else:
-            width = edge + corner if tangent > 0 else edge - corner
-            alone = place * tangent - width * rise
-            lever = place - width * tangent / inverse
-        theta[i], moved[i] = 2 * math.atan(half), s - alone
-        slope[i] = abs(lever) * inverse * inverse
-        sigma[i] /= inverse * inverse
-
-
-@compiled()
 def seen(theta, z_cb, weights, rests, sign, beam, expected, out):
     """`view.View.seen`; rests is the depth from which the beam counts, NaN where no corner sinks; the reading
     of a beam is taken for that of the one expected."""

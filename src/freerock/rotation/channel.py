@@ -1,7 +1,7 @@
 """From a channel to the displacement of its target, with faults and noise of the signal."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -37,7 +37,6 @@ LARGEST = 1e9  # in any unit: beyond it nothing was measured
 ROUNDED = 0.32  # of a coarse converter's step: the line that rounding alone makes of a slow one is no higher
 BLIND = 1e-9  # of the half width b: a beam this near a corner sees no turning about it
 SUFFIX = {"V": "v", "mA": "ma", "m": "m", "rad": "rad"}  # of attributes in that unit
-READ_AT_ONCE = 1 << 14  # samples at a time: what fits the processor's cache is several times faster
 
 
 class Reading(NamedTuple):
@@ -126,20 +125,17 @@ def read_channel(
     recorded, quantity = in_base_units(values, laser.units, stated_unit)
     unit, suffix = BASE[quantity], SUFFIX[BASE[quantity]]
     flags = _flagged(recorded, step, laser, quantity)
-    valid = np.where(flags == 0, recorded, np.nan) if flags.any() else recorded
+    valid = np.where(flags == 0, recorded, np.nan)
     lattice = lattice_step(valid)
     signal = still_signal(time_s, valid, step, options.window_s, lattice)
     mains, lines_of_hz, mains_faults = _mains(signal, options.mains_hz, unit)
     mains_stderr = mains.stderr * signal.noise if mains else 0.0
     if mains:
-        hum = mains.over(time_s[0], step, time_s.size)
-        values = np.subtract(signal.values, hum, out=hum)
-        signal = still_signal(time_s, values, step, options.window_s, lattice)
+        signal = still_signal(time_s, signal.values - mains.over(time_s), step, options.window_s, lattice)
     zero = _zero(signal, laser, quantity)
-    displacement, slope = _displacement(signal, zero, laser, quantity)
-    beyond = np.isnan(displacement) & (flags == 0)
-    if beyond.any():
-        flags[beyond] = FLAGS["out_of_range"]
+    distance, slope = distance_from_output(signal.values, laser, quantity)
+    displacement = laser.sign * (distance - np.interp(time_s, zero.mid_s, zero.level_m))
+    flags[np.isnan(displacement) & (flags == 0)] = FLAGS["out_of_range"]
     per_angle = _per_angle(block, laser, quantity)
     per_output = float(np.mean(zero.slope_m)) / per_angle
     faults = flagged_faults(time_s, flags) + mains_faults
@@ -163,11 +159,6 @@ def read_channel(
             f"zero_drift_{suffix}": float(np.ptp(zero.level)),
         },
     )
-
-
-def pieces(n: int) -> Iterator[slice]:
-    """Slices of n samples, each of what fits the processor's cache."""
-    return (slice(start, start + READ_AT_ONCE) for start in range(0, n, READ_AT_ONCE))
 
 
 def _flagged(recorded: Floats, step: float, laser: Laser, quantity: str) -> Flags:
@@ -209,34 +200,6 @@ def _zero(signal: StillSignal, laser: Laser, quantity: str) -> _Zero:
     level_stderr = max(phase.level_stderr for phase in rests) * float(np.max(slope_m))
     stderr_m = math.hypot(level_stderr, step_between)
     return _Zero([phase.mid_s for phase in rests], level, level_m, slope_m, stderr_m)
-
-
-def _displacement(
-    signal: StillSignal, zero: _Zero, laser: Laser, quantity: str
-) -> tuple[Floats, Floats | float]:
-    """Displacement of the target from rest, away from the sensor, and its change per unit of output."""
-    time_s = signal.time_s
-    displacement = np.empty(time_s.size)
-    slope = zero.slope_m if isinstance(zero.slope_m, float) else np.empty(time_s.size)
-    for part in pieces(time_s.size):
-        distance, slope_of_part = distance_from_output(signal.values[part], laser, quantity)
-        np.subtract(distance, _level_at(time_s[part], zero), out=displacement[part])
-        if laser.sign < 0:
-            np.negative(displacement[part], out=displacement[part])
-        if not isinstance(slope, float):
-            slope[part] = slope_of_part
-    return displacement, slope
-
-
-def _level_at(time_s: Floats, zero: _Zero) -> Floats | float:
-    """The reading at rest at some instants [m], a straight line between the middles of two rests."""
-    before, last = np.searchsorted(zero.mid_s, time_s[[0, -1]]).tolist()
-    if before != last:
-        return np.interp(time_s, zero.mid_s, zero.level_m)
-    if before in (0, len(zero.mid_s)):
-        return float(zero.level_m[max(0, before - 1)])
-    (start, end), (level, next_level) = (each[before - 1 : before + 1] for each in (zero.mid_s, zero.level_m))
-    return np.asarray((next_level - level) / (end - start) * (time_s - start) + level)
 
 
 def _per_angle(block: Block, laser: Laser, quantity: str) -> float:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from freerock.arrays import Flags, Floats, Indices
+from freerock.arrays import Flags, Floats
 from freerock.noise.still import between_breaks
 
 FLAGS = {"error_level": 1, "out_of_range": 2, "saturated": 4, "target_lost": 8, "dropout": 16, "spike": 32}
@@ -22,7 +22,6 @@ AROUND = 24  # neighbours on either side show how rough the signal is there, les
 SPIKE_SAMPLES = 3  # what lasts longer is a dropout
 LONGEST_S = 0.25  # a jump that has not gone back by then is no dropout
 RESTLESS = 0.02  # more jumps than this share of the samples are no exception
-PIECE = 1 << 15  # samples at a time: what fits the processor's cache is several times faster
 NOISE_SAMPLES = 50_000  # suffice to know the noise
 
 
@@ -58,26 +57,16 @@ def flag_samples(signal: ArrayLike, limits: Limits | None = None, *, step: float
         signal most of whose samples repeat: a coarse converter, or no noise.
     """
     signal = np.asarray(signal, float)
-    flags = np.empty(signal.size, np.uint8)
-    for start in range(0, signal.size, PIECE):
-        part = slice(start, start + PIECE)
-        flags[part] = _invalid(signal[part], limits)
-    invalid = np.count_nonzero(flags)
-    if invalid == signal.size or signal.size < 2 * EQUAL:
-        return flags
-    valid = np.where(flags > 0, np.nan, signal) if invalid else signal
-    _flag_equal(valid, flags, step)
-    _flag_excursions(valid, flags, step)
-    return flags
-
-
-def _invalid(signal: Floats, limits: Limits | None) -> Flags:
-    """The flags that a sample has whatever its neighbours are."""
     flags = np.where(np.isfinite(signal), 0, FLAGS["dropout"]).astype(np.uint8)
     if limits:
         with np.errstate(invalid="ignore"):
             flags[(signal < limits.low) | (signal > limits.high)] = FLAGS["out_of_range"]
             flags[np.abs(signal - limits.error_level) <= limits.error_tolerance] = FLAGS["error_level"]
+    if flags.all() or signal.size < 2 * EQUAL:
+        return flags
+    valid = np.where(flags > 0, np.nan, signal)
+    _flag_equal(valid, flags, step)
+    _flag_excursions(valid, flags, step)
     return flags
 
 
@@ -88,13 +77,8 @@ def _flag_equal(valid: Floats, flags: Flags, step: float) -> None:
         return
     low, high = np.nanmin(valid), np.nanmax(valid)
     window = min(same.size, max(2 * EQUAL, round(WINDOW_S / step)))
-    count, repeated = np.empty((2, same.size // window), int)
-    together = max(1, PIECE // window)
-    for i in range(0, count.size, together):
-        part, windows = slice(i * window, min(i + together, count.size) * window), slice(i, i + together)
-        inner = (valid[1:][part] != low) & (valid[1:][part] != high)
-        count[windows] = inner.reshape(-1, window).sum(axis=1)
-        repeated[windows] = (inner & same[part]).reshape(-1, window).sum(axis=1)
+    inner, whole = (valid[1:] != low) & (valid[1:] != high), same.size // window * window
+    count, repeated = (each[:whole].reshape(-1, window).sum(axis=1) for each in (inner, inner & same))
     telling = count >= EQUAL
     if not telling.any():
         return
@@ -137,21 +121,11 @@ def _noise_of(signal: Floats) -> float:
     return float(1.13 * np.percentile(np.median(part, axis=1), 25)) if part.size else 0.0
 
 
-def _bends(valid: Floats, least: float) -> Indices:
-    """Where one step differs from the next by more: numbers of the first of the three samples."""
-    found = []
-    for start in range(0, valid.size - 1, PIECE):
-        jumps = np.diff(valid[start : start + PIECE + 2])
-        bend = np.subtract(jumps[1:], jumps[:-1], out=jumps[1:])
-        found.append(start + np.flatnonzero(np.abs(bend, out=bend) > least))
-    return np.concatenate(found)
-
-
 def _flag_excursions(valid: Floats, flags: Flags, step: float) -> None:
     """Flag jumps away and back: spikes and dropouts."""
     noise, n_jumps = _noise_of(valid), valid.size - 1
     with np.errstate(invalid="ignore"):
-        bends = _bends(valid, (SPIKE - 1) * noise)
+        bends = np.flatnonzero(np.abs(np.diff(valid, 2)) > (SPIKE - 1) * noise)
     if bends.size == 0 or bends.size > RESTLESS * n_jumps:
         return
     at = np.union1d(bends, bends + 1)

@@ -10,16 +10,15 @@ from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.noise.still import stretches
-from freerock.rotation import beam_kernel
 from freerock.rotation.beam import (
-    beam_of,
+    displaced,
     is_unsigned,
     mirrored,
     on_target,
-    rotation_and_sensitivity,
+    rotation_from_displacement,
     sensitivity,
 )
-from freerock.rotation.channel import Reading, Rotation, pieces
+from freerock.rotation.channel import Reading, Rotation
 from freerock.rotation.faults import Fault
 from freerock.rotation.sensor import Laser
 
@@ -29,10 +28,7 @@ OTHER_SIDE = 0.25  # of the faster side, that the other side of a touch-down mov
 
 
 def rotation_of_one(time_s: Floats, reading: Reading, laser: Laser, block: Block) -> Rotation:
-    """θ from one channel, time_s of shape (n_time,) [s]; NaN where the beam does not meet the block.
-
-    It takes the place of the reading's displacement.
-    """
+    """θ from one channel, time_s of shape (n_time,) [s]; NaN where the beam does not meet the block."""
     zero_stderr = reading.zero_stderr / reading.per_angle
     if reading.quantity == "rotation":
         theta = reading.displacement
@@ -41,14 +37,9 @@ def rotation_of_one(time_s: Floats, reading: Reading, laser: Laser, block: Block
     if is_unsigned(block, laser):
         largest = float(np.nanmax(reading.sigma))
         side = _swing_sides(-reading.displacement, largest, time_s, reading.rest_mid_s, laser)
-    theta, sigma = reading.displacement, np.empty(time_s.size)  # a long record is not held twice
-    of_reading = np.broadcast_to(reading.sigma, time_s.size)
-    for part in pieces(time_s.size):
-        of_part = None if side is None else side[part]
-        theta[part], slope = rotation_and_sensitivity(reading.displacement[part], block, laser, of_part)
-        with np.errstate(divide="ignore", invalid="ignore"):  # infinite where a beam over a corner is blind
-            np.divide(of_reading[part], slope, out=sigma[part])
-    return Rotation(theta, sigma, zero_stderr)
+    theta = rotation_from_displacement(reading.displacement, block, laser, side)
+    with np.errstate(divide="ignore", invalid="ignore"):  # infinite where a beam over a corner is blind
+        return Rotation(theta, reading.sigma / sensitivity(theta, block, laser), zero_stderr)
 
 
 def _swing_sides(rise: Floats, sigma: float, time_s: Floats, rest_mid_s: list[float], laser: Laser) -> Floats:
@@ -106,8 +97,6 @@ def rotation_of_two(
 ) -> Rotation:
     """Separate rotation from translation: tan θ = (s₁ - s₂)/(Y₁ - Y₂), see `rotation.find_rotation`.
 
-    They take the place of the two displacements.
-
     Parameters
     ----------
     time_s : ndarray, shape (n_time,)
@@ -131,23 +120,15 @@ def rotation_of_two(
     apart = one.position - other.position
     if apart == 0:
         raise FreerockError("laser signal", "the two beams are at one position_m", "give both positions")
-    theta, translation = first.displacement, second.displacement  # a long record is not held twice
-    sigma = np.empty(time_s.size)
-    wrong = np.zeros(time_s.size, bool)
-    sigma[:] = np.hypot(first.sigma, second.sigma) / abs(apart)
-    for part in pieces(time_s.size):
-        angle, error, moved = theta[part], sigma[part], translation[part]
-        slope = np.empty(angle.size)
-        beam_kernel.rotations_of_two(angle, moved, apart, beam_of(block, one), angle, error, moved, slope)
-        if mirrored(one):
-            np.negative(angle, out=angle)
-        on_one, on_other = (on_target(angle, block, each) for each in lasers)
-        if not (on_one & on_other).all():
-            moved[~on_one] = np.nan
-            angle[~(on_one & on_other)] = error[~(on_one & on_other)] = np.nan
-        with np.errstate(divide="ignore", invalid="ignore"):
-            apart_rad = np.abs(moved) / slope
-            wrong[part] = (apart_rad > math.radians(max_disagreement_deg)) & (apart_rad > SURE * error)
+    angle = np.arctan((first.displacement - second.displacement) / apart)
+    theta = -angle if mirrored(one) else angle
+    on_one, on_other = (on_target(theta, block, each) for each in lasers)
+    translation = np.where(on_one, first.displacement - displaced(theta, block, one), np.nan)
+    theta = np.where(on_one & on_other, theta, np.nan)
+    sigma = np.hypot(first.sigma, second.sigma) / abs(apart) * np.cos(theta) ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        apart_rad = np.abs(translation) / sensitivity(theta, block, one)
+        wrong = (apart_rad > math.radians(max_disagreement_deg)) & (apart_rad > SURE * sigma)
     faults = _disagreements(time_s, wrong, translation, theta, block, one) if wrong.any() else []
     zero_stderr = float(np.hypot(first.zero_stderr, second.zero_stderr)) / abs(apart)
     return Rotation(theta, sigma, zero_stderr, translation, faults)

@@ -14,7 +14,7 @@ from freerock.arrays import Floats, numbers
 from freerock.config.processing import ROTATION_OPTIONS, RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.rotation.channel import READ_AT_ONCE, Reading, Rotation, read_channel
+from freerock.rotation.channel import Reading, Rotation, read_channel
 from freerock.rotation.faults import flagged_faults
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.lasers import rotation_of_one, rotation_of_two
@@ -162,13 +162,7 @@ def _even_step(time_s: Floats, signals: Sequence[Floats]) -> float:
         remedy = "give two arrays of one equal length, of at least two samples"
         raise FreerockError("laser signal", what, remedy)
     step = float(time_s[-1] - time_s[0]) / (time_s.size - 1)
-    count = step * np.arange(min(READ_AT_ONCE, time_s.size))
-    apart = [
-        np.ptp(time_s[i : i + READ_AT_ONCE] - count[: time_s.size - i])
-        for i in range(0, time_s.size, READ_AT_ONCE)
-    ]
-    begins = time_s[::READ_AT_ONCE] - time_s[0] - step * np.arange(0, time_s.size, READ_AT_ONCE)
-    if not (step > 0 and max(apart) < step and np.all(np.abs(begins) < step)):
+    if not (step > 0 and np.ptp(time_s - step * np.arange(time_s.size)) < step):
         remedy = "resample it, or correct the sampling rate"
         raise FreerockError("laser signal", "time is not evenly spaced", remedy)
     if step > SLOWEST_S:
