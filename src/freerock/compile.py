@@ -10,7 +10,6 @@ import numpy as np
 
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_fitted, tangents
-from freerock.noise.whitening import Slow, transposed, whiten
 from freerock.rotation.as_measured import as_measured
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View
@@ -32,9 +31,6 @@ def compile_kernels() -> None:
     swings = tangents("winkler", block, scattered, time_s, (theta, rates, passages))
     swings.by_impacts(theta, theta, theta, np.zeros((100, len(swings.per_delta)), order="F"))
     find_impacts(time_s, np.cos(9 * time_s), 1e-3, block, theta0=1.0)
-    noise, rows = Slow(1.0, 1.0, 0.5), np.ones((2, 2))
-    whiten(rows, np.arange(2), noise)
-    transposed(rows, np.arange(2), noise)
 
 
 if __name__ == "__main__":

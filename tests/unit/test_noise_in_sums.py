@@ -1,6 +1,7 @@
 """Release, release angle and restitution under many kinds of noise, on motions of another integrator."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ from freerock.noise.at_rest import noise_at_rest
 from freerock.noise.in_motion import in_motion
 from freerock.noise.spectrum import autocovariance, white_noise
 from freerock.noise.sums import covariance_of_means, covariance_of_sums, stderr_of_mean, unsure_of_sum
-from freerock.noise.whitening import Slow, transposed, whiten
 
 RATE_HZ = 2000.0
 
@@ -22,14 +22,11 @@ def correlated(n, time_s, generator):
     return lfilter([1.0], [1.0, -a], drive, zi=[a * generator.standard_normal()])[0]
 
 
-def test_whitening_is_the_inverse_of_a_cholesky_factor():
-    law, place = Slow(0.3, 2.0, 0.9), np.array([0, 1, 2, 3, 7, 8, 20, 21])
+def test_the_law_alone_has_the_covariance_of_a_slow_part_and_white_noise():
+    noise = replace(white_noise(1.0, RATE_HZ), slow=20.0, corner=0.01, averaged=1)
+    place = np.array([0, 1, 2, 3, 7, 8, 20, 21])
     apart = np.abs(np.subtract.outer(place, place))
-    covariance = law.slow * law.kept**apart + law.white * np.eye(len(place))
-    exact = np.linalg.inv(np.linalg.cholesky(covariance))
-    assert np.allclose(whiten(np.eye(len(place)), place, law), exact)
-    rows = np.arange(16.0).reshape(2, 8)
-    assert np.allclose(transposed(rows, place, law), rows @ exact)
+    assert np.allclose(noise.by_law(place), autocovariance(noise, 4096)[apart], rtol=1e-3)
 
 
 def test_errors_of_sums_are_those_of_the_covariance_matrix():

@@ -20,7 +20,6 @@ from scipy.fft import irfft, next_fast_len, rfft
 from scipy.special import ndtri, stdtrit
 
 from freerock.arrays import Floats, Indices
-from freerock.noise.whitening import Slow
 
 TAPERS = 3
 LEAST_RATE_HZ = 400.0  # after averaging: what is faster says nothing of a rocking block
@@ -125,12 +124,13 @@ class Noise:
         a: float = 2 * grows * max(density[0], 0.0) / self.averaged * lowest * unsure(self.dof[0]) ** 2
         return 2 * a * (math.log(max(apart / together, 1.0)) + 1.5)
 
-    @property
-    def law(self) -> Slow:
-        """The spectral model, of means of `averaged` samples."""
+    def by_law(self, place: Indices) -> Floats:
+        """Covariance of means of `averaged` samples at some places, by the model alone [rad²], (n, n)."""
         kept = math.exp(-2 * math.pi * self.corner)
         slow = self.slow * (1 - kept) / (1 + kept)
-        return Slow(max(self.white, LEAST * (slow + self.white)) / self.averaged, slow / self.averaged, kept)
+        white = max(self.white, LEAST * (slow + self.white))
+        apart = np.abs(np.subtract.outer(place, place))
+        return np.asarray(slow * kept**apart + white * np.eye(place.size)) / self.averaged
 
     @property
     def told(self) -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from freerock.arrays import Floats, Indices, Mask
 from freerock.config.processing import RunLimits
@@ -16,7 +17,6 @@ from freerock.noise.in_motion import HIGH_SWING, in_motion, swings_of
 from freerock.noise.spectrum import Noise
 from freerock.noise.still import BLOCKS_PER_WINDOW, Phase
 from freerock.noise.sums import covariance_of_sums, stderr_of_mean, unsure_of_sum
-from freerock.noise.whitening import Slow, transposed, whiten
 from freerock.runs.signal import Signal
 
 FALL, FALL_MOST = 0.25, 0.8  # of θ0: the early motion is fitted until the block has fallen by this
@@ -232,19 +232,20 @@ class _Fall:
 
     That is any conservative motion from rest at θ_top to fourth order in t - t0; a and q stay free, so that
     neither a compliant base nor a width other than nominal matters. The numbers are the level less θ0, θ_top
-    less the level, of which `moved` is the standard deviation, a, q and t0.
+    less the level, of which `moved` is the standard deviation, a, q and t0. `factor` is Cholesky's, of the
+    covariance of the means over σ.
     """
 
     means: _Means
-    law: Slow
+    factor: Floats
     theta0: float
     moved: float
     weight: Floats
 
     def whitened(self, columns: Floats) -> Floats:
         """Columns in standard deviations of what the noise brings that is new, shape (n_means, n_columns)."""
-        found: Floats = whiten(columns / self.means.sigma[:, None], self.means.place, self.law)
-        return found * self.weight[:, None]
+        found = solve_triangular(self.factor, columns / self.means.sigma[:, None], lower=True)
+        return np.asarray(found * self.weight[:, None])
 
     def shape(self, q: float, t0: float) -> tuple[Floats, Floats, Floats]:
         """(cosh q(t - t0) - 1)/q², its derivative by time, and t - t0; 0 in the hold."""
@@ -301,7 +302,8 @@ def _early_motion(
         return _EarlyMotion(math.nan, math.nan, math.nan, math.nan)
     size = abs(held.theta0)
     means = means._replace(sigma=np.maximum(sigma, 1e-6 * size))
-    fall = _Fall(means, noise.law, held.theta0, max(moved, 1e-9 * size), np.ones(t.size))
+    factor = np.asarray(np.linalg.cholesky(noise.by_law(place)), float)
+    fall = _Fall(means, factor, held.theta0, max(moved, 1e-9 * size), np.ones(t.size))
     pull = FALL * held.theta0 / 0.5 / t[-1] ** 2
     x = np.array([0.0, 0.0, pull, 1 / t[-1], 0.0]) if start is None else start
     for _ in range(2):
@@ -318,8 +320,9 @@ def _early_motion(
     scale = np.linalg.norm(by, axis=0)
     inverse = np.linalg.pinv((by / scale).T @ (by / scale)) / np.outer(scale, scale)
     influence = np.zeros((5, int(place[-1]) + 1))
-    weights = np.ascontiguousarray(inverse @ (by[:-1] * fall.weight[:, None]).T)
-    influence[:, place] = transposed(weights, place, noise.law)
+    influence[:, place] = solve_triangular(
+        factor, by[:-1] * fall.weight[:, None] @ inverse, trans=1, lower=True
+    ).T
     variance = np.diag(covariance_of_sums(noise, influence)) + (inverse[:, 1] / fall.moved) ** 2
     variance += noise.stuck * influence[:, place[~early]].sum(axis=1) ** 2
     loud = max(1.0, float(np.sum(left[early] ** 2)) / (np.count_nonzero(early) - 3))
