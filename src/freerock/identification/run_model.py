@@ -158,11 +158,9 @@ class Place:
         return self.view.at_once
 
     @property
-    def response(self) -> tuple[float, str]:
-        """Time of the sensor [s], and its kind."""
-        return (
-            (self.view.laser.response_ms / 1e3, self.view.laser.response) if self.view else (0.0, "average")
-        )
+    def response_s(self) -> float:
+        """Time of the sensor [s]."""
+        return self.view.laser.response_ms / 1e3 if self.view else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -465,7 +463,7 @@ class RunModel:
                 values = as_released(self.law, place.block, self._values(moved, place.moved), place.view)
                 other = here.read(stated, place) + by_release * (values["theta0"] - here.values["theta0"])
                 other += rate * (self._on_clock(time_s, place.moved) - here.time_s)
-            columns[:, j] = (samples.smoothed(other, place.response[0]) - means) / steps[j]
+            columns[:, j] = (samples.smoothed(other, place.response_s) - means) / steps[j]
         return columns
 
     @cached_property
@@ -507,12 +505,11 @@ class RunModel:
 
     def _response_s(self, at: Point, samples: Samples) -> float | None:
         """Time of the sensor [s] where a smoothed curve tells what it makes of a motion; else None."""
-        response_s, kind = self._there(at).response
-        fits = samples.is_dense(response_s) and (kind == "average" or not response_s)
-        return response_s if fits else None
+        response_s = self._there(at).response_s
+        return response_s if samples.is_dense(response_s) else None
 
     def _smoothed(self, at: Point, samples: Samples, theta: Floats) -> Floats:
-        return samples.smoothed(theta, self._there(at).response[0])
+        return samples.smoothed(theta, self._there(at).response_s)
 
     def _values(self, at: Point, moved: Laboratory | None) -> dict[str, float]:
         """What a simulation takes of a point; the release angle as the moved laboratory reads it."""

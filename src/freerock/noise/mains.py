@@ -91,11 +91,7 @@ def _highest(mains_hz: float, centre: Floats, beat: Complexes, span: float) -> f
     """Frequency [Hz] of the highest power of a beat with the mains, within `BAND_HZ` of theirs."""
     reach = int(np.ceil(PER_BIN * span * BAND_HZ))
     offsets = np.arange(-reach - 1, reach + 2) / (PER_BIN * span)
-    fine = math.isqrt(offsets.size)  # offsets are sums of a coarse and a fine one
-    turns = (
-        np.exp(-2j * np.pi * np.outer(o, centre)) for o in (offsets[::fine], offsets[:fine] - offsets[0])
-    )
-    power = (np.abs((next(turns) * beat) @ next(turns).T) ** 2).ravel()[: offsets.size]
+    power = np.abs(np.exp(-2j * np.pi * np.outer(offsets, centre)) @ beat) ** 2
     top = 1 + int(np.argmax(power[1:-1]))
     return float(mains_hz + offsets[top] + _vertex(power[top - 1 : top + 2]) / (PER_BIN * span))
 

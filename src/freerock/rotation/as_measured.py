@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from freerock.arrays import Floats, Indices
+from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.contact import Foundation
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
@@ -41,16 +41,10 @@ def as_measured(
         return simulate_fitted(law, turning, values, time_s, rules=rules, solver=solver)
     beside = view.moments[0][:, None]
     values = {**values, "theta0": view.released(values["theta0"], turning, foundation)}
-    every = (time_s + beside).ravel() if len(beside) > 1 else time_s
-    order: slice | Indices = slice(None)
-    back: slice | Indices = order
-    if len(beside) > 1:
-        order = np.argsort(every, kind="stable")
-        back = np.empty_like(order)
-        back[order] = np.arange(order.size)
+    every, back = np.unique((time_s + beside).ravel(), return_inverse=True)
     rates = None if foundation is None else np.empty((every.size, 3))
-    theta = simulate_fitted(law, turning, values, every[order], rules=rules, solver=solver, rates=rates)
-    theta = theta[back].reshape(len(beside), -1)
+    theta = simulate_fitted(law, turning, values, every, rates=rates, rules=rules, solver=solver)[back]
+    theta = np.ascontiguousarray(theta.reshape(len(beside), -1))
     if rates is None:
         return view.seen(theta, theta, turning, foundation)
     z_cb = np.ascontiguousarray(rates[back, 0]).reshape(theta.shape)

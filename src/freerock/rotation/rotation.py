@@ -18,7 +18,7 @@ from freerock.rotation.channel import Reading, Rotation, read_channel
 from freerock.rotation.faults import flagged_faults
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.lasers import rotation_of_one, rotation_of_two
-from freerock.rotation.sensor import Laser, delay_s
+from freerock.rotation.sensor import Laser
 from freerock.rotation.view import sensor_attributes, view_of
 from freerock.units import BASE
 
@@ -139,12 +139,11 @@ def _channels(signal: ArrayLike | Sequence[ArrayLike], lasers: Sequence[Laser]) 
 
 def _delay_s(lasers: Sequence[Laser]) -> float:
     """By how much the record is late [s]."""
-    times = {(laser.response_ms, laser.response) for laser in lasers}
+    times = {laser.response_ms for laser in lasers}
     if len(times) > 1:
         what = "the two lasers differ in their response"
         raise FreerockError("laser signal", what, "give both the same response_ms")
-    response_ms, kind = times.pop()
-    return delay_s(response_ms / 1e3, kind)
+    return times.pop() / 1e3 / 2
 
 
 def _stated(units: str | Sequence[str] | None, lasers: Sequence[Laser]) -> list[str]:

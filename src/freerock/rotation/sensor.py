@@ -1,15 +1,12 @@
 """The sensor: where its beam meets the block, what its output means, and the time that it takes.
 
-Its output is a mean over the preceding time. A sensor that averages gives the mean over a time T, a low pass
-of the first order with the time constant τ the mean with the weight exp(-x/τ)/τ of the time x before. Both
-are a delay, by T/2 and by τ, and a blur about it. The blur of a motion is its mean over a few moments, by the
-rules of Gauss and Legendre and of Gauss and Laguerre: exact for polynomials of fifth degree in time.
+Its output is the mean over a preceding time T: a delay by T/2, and a blur about it. The blur of a motion is
+its mean over a few moments, by the rule of Gauss and Legendre: exact for polynomials of fifth degree in time.
 """
 
 import csv
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
-from freerock.config.lasers import LaserKeys
+from freerock.config.lasers import LaserKeys, LaserSection
+from freerock.config.mistakes import refuse, validate
 from freerock.errors import FreerockError
 from freerock.rotation.flags import Limits
 from freerock.units import CHANNEL_UNITS, understood
 
-KINDS = ("average", "low_pass")
-MOMENTS = 3
+AT, WEIGHT = np.polynomial.legendre.leggauss(3)  # moments of a blur, and their weights
 
 
 @dataclass(frozen=True)
@@ -55,36 +52,25 @@ def read_calibration(path: str | Path) -> Calibration:
     """
     try:
         with open(path, encoding="utf-8-sig") as file:
-            text = file.read()
+            head, *rows = [row for row in csv.reader(file) if any(map(str.strip, row))] or [[]]
     except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, "strerror", None) or "is not UTF-8 text"
         raise FreerockError(path, f"cannot be read ({why})", "put the calibration table there") from None
-    lines = csv.reader(text.splitlines())
-    rows = [(lines.line_num, row) for row in lines if any(cell.strip() for cell in row)]
-    head = rows.pop(0)[1] if rows else []
-    units = [understood(cell) for cell in head]
-    kinds = [CHANNEL_UNITS[unit][0] if unit else None for unit in units]
+    units = [CHANNEL_UNITS.get(str(understood(cell)), ("", 1.0)) for cell in head]
+    kinds = [quantity for quantity, _ in units]
     if len(kinds) != 2 or kinds[0] not in ("voltage", "current") or kinds[1] != "displacement":
         what = f"the first line is {','.join(head)!r}"
         raise FreerockError(path, what, "write the units of the two columns there, as V,mm")
-    for number, row in rows:
-        if len(row) != 2:
-            what = f"line {number} holds {len(row)} value{'s' if len(row) > 1 else ''}"
-            raise FreerockError(path, what, "write two numbers with a decimal point per line")
     try:
-        table = np.array([[float(cell) for cell in row] for _, row in rows])
+        table = np.array([(float(output), float(distance)) for output, distance in rows])
     except ValueError as error:
         raise FreerockError(path, str(error), "write two numbers with a decimal point per line") from None
-    whole = table.ndim == 2 and table.shape[1] == 2 and np.isfinite(table).all()
-    steps = np.diff(table, axis=0) if whole else np.empty((0, 2))
-    if len(steps) < 1 or not all(np.all(way > 0) or np.all(way < 0) for way in steps.T):
+    steps = np.diff(table, axis=0).T if len(table) > 1 else np.zeros((2, 1))
+    if not (np.isfinite(steps).all() and all(np.all(way > 0) or np.all(way < 0) for way in steps)):
         remedy = "give two lines or more, in order of the output"
         raise FreerockError(path, "the columns don't rise or fall throughout", remedy)
-    output, distance = (
-        column * CHANNEL_UNITS[str(unit)][1] for column, unit in zip(table.T, units, strict=True)
-    )
-    order = np.argsort(output)
-    return Calibration(kinds[0], tuple(output[order].tolist()), tuple(distance[order].tolist()))
+    output, distance = (table[np.argsort(table[:, 0])] * [size for _, size in units]).T.tolist()
+    return Calibration(kinds[0], tuple(output), tuple(distance))
 
 
 @dataclass(frozen=True)
@@ -109,9 +95,7 @@ class Laser(LaserKeys):
         "positive" (clockwise) or "negative": side of the first swing after every rest; used only where the
         reading has no sign, for a vertical beam between the corners.
     response_ms : float
-        Time over which the sensor averages, or time constant of its low pass [ms]; 0 where it takes none.
-    response : str
-        "average" (the mean over the time before) or "low_pass" (of the first order).
+        Time over which the sensor averages [ms]; 0 where it takes none.
     units : str
         Unit of the channel, one of `units.CHANNEL_UNITS`; "" as the file states it.
     sensitivity_per_mm : float
@@ -140,34 +124,10 @@ class Laser(LaserKeys):
     calibration: Calibration | None = None
 
     def __post_init__(self) -> None:
-        for fault in self._faults():
-            raise FreerockError(*fault)
-
-    def _faults(self) -> Iterator[tuple[str, str, str]]:
-        """Yield where a value is that no sensor has, what is wrong with it, and the remedy."""
-        for key, choices in _CHOICES.items():
-            if getattr(self, key) not in choices:
-                known = ", ".join(str(choice) for choice in choices if choice not in ("", None))
-                yield f"laser.{key}", f"{getattr(self, key)!r} is unknown", f"use one of {known}"
-        if not self.response_ms >= 0:
-            yield "laser.response_ms", f"{self.response_ms:g} ms", "give the time as a positive number, or 0"
-        if self.is_rotation:
-            return
-        if not self.beam or self.position_m is None:
-            yield "laser.beam", "no beam or no position_m", "say where the beam meets the block"
-        if self.beam == "horizontal" and not self.position > 0:
-            yield "laser.position_m", f"height {self.position_m} m", "give a height above 0"
-        if self.range_m is not None and not self.range_m > 0:
-            yield "laser.range_m", f"range {self.range_m} m", "give a range above 0"
-        if self.sensitivity_per_mm is not None and not self.sensitivity_per_mm > 0:
-            yield "laser.sensitivity_per_mm", f"{self.sensitivity_per_mm:g}", "give a value above 0"
-        for name in ("volts", "milliamps"):
-            if not getattr(self, f"{name}_at_end") > getattr(self, f"{name}_at_start"):
-                remedy = "give the output at both ends; use sign: -1 to invert"
-                yield f"laser.{name}_at_end", f"not above {name}_at_start", remedy
-        ways = [way for way in SCALES if getattr(self, way) is not None]
-        if len(ways) > 1:
-            yield "laser", f"scaled twice, by {' and '.join(ways)}", "keep one"
+        mistakes = list[FreerockError]()
+        given = vars(self) | {"calibration": self.calibration and "given"}
+        validate(LaserSection, given, lambda loc: ".".join(("laser", *map(str, loc))), mistakes)
+        refuse(mistakes)
 
     @property
     def position(self) -> float:
@@ -211,14 +171,6 @@ def laser_of(section: Mapping[str, Any], raw: str | Path) -> Laser:
 
 SEVERAL_LEVELS = 0.2  # V: so much apart, and samples are not of one level with its noise
 SCALES = ("range_m", "sensitivity_per_mm", "calibration")
-_CHOICES = {
-    "beam": (None, "horizontal", "vertical"),
-    "face": ("left", "right"),
-    "sign": (1, -1),
-    "release_side": ("positive", "negative"),
-    "response": KINDS,
-    "units": ("", *CHANNEL_UNITS),
-}
 
 
 def looks_like_current(volts: Floats, laser: Laser) -> bool:
@@ -279,21 +231,8 @@ def distance_from_output(
     return np.interp(output, at, distance, left=np.nan, right=np.nan), slopes
 
 
-def delay_s(response_s: float, kind: str = "average") -> float:
-    """By how much a sensor is late [s]; its time is that of the mean, or the time constant."""
-    return response_s / 2 if kind == "average" else response_s
-
-
-def moments(response_s: float, kind: str = "average") -> tuple[Floats, Floats]:
+def moments(response_s: float) -> tuple[Floats, Floats]:
     """Instants [s] beside the one that a sample belongs to, its delay taken off, and their weights."""
     if response_s == 0:
         return np.zeros(1), np.ones(1)
-    at, weight = _rule(kind)
-    return (at * response_s / 2, weight / 2) if kind == "average" else ((1 - at) * response_s, weight)
-
-
-@cache
-def _rule(kind: str) -> tuple[Floats, Floats]:
-    """Abscissas and weights of Gauss and Legendre, or of Gauss and Laguerre."""
-    polynomial = np.polynomial
-    return (polynomial.legendre.leggauss if kind == "average" else polynomial.laguerre.laggauss)(MOMENTS)
+    return AT * response_s / 2, WEIGHT / 2

@@ -15,7 +15,7 @@ from freerock.rotation import beam_kernel
 from freerock.rotation.beam import beam_of, mirrored
 from freerock.rotation.sensor import Laser, moments
 
-KEYS = ("beam", "position_m", "face", "release_side", "response_ms", "response")
+KEYS = ("beam", "position_m", "face", "release_side", "response_ms")
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class View:
     @cached_property
     def moments(self) -> tuple[Floats, Floats]:
         """Instants beside that of a sample [s] and their weights: the sensor gives their mean."""
-        return moments(self.laser.response_ms / 1e3, self.laser.response)
+        return moments(self.laser.response_ms / 1e3)
 
     def is_plain(self, block: Block, foundation: Foundation | None) -> bool:
         """Whether the rotation of such a block is seen as it is."""
