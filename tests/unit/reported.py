@@ -81,7 +81,7 @@ def tables_of(folder, datasets, shapes=BLOCKS):
     frames["summary"] = summary_table(frames)
     frames |= {
         "table1": table1(records, shapes, {"b1": 10.0}),
-        "table2": table2(frames["populations"], frames["paper"], PUBLISHED),
+        "table2": table2(frames["populations"], frames["paper"], frames["choice"], PUBLISHED),
         "table3": table3(frames["paper"], PUBLISHED),
     }
     for name, frame in frames.items():

@@ -228,7 +228,8 @@ def test_every_way_of_lmfit_gives_one_standard_error(model):
     with_offset = params + lmfit.models.ConstantModel(prefix="off_").make_params(c=0.0)
     fit = fit_run(model.law, BLOCK, motion)
     plain = pickle.loads(pickle.dumps(own.fit(motion.theta, params, **data)))
-    sums = own + lmfit.models.ConstantModel(prefix="off_")
+    offset = lmfit.models.ConstantModel(prefix="off_")
+    sums, offset_first = own + offset, offset + own
     ways = ("leastsq", "least_squares")
     shifted = [sums.fit(motion.theta, with_offset, method=each, x=motion.time_s, **data) for each in ways]
     first = next(iter(own.func.names))
@@ -237,6 +238,7 @@ def test_every_way_of_lmfit_gives_one_standard_error(model):
     ((_, least), _, (_, most)) = fit.conf_interval(name, sigmas=[1])[first]
     told = dict(zip(fit.parameters, fit.u_total, strict=True))[name]
     errors = [told, (high - low) / 2, (most - least) / 2]
+    shifted.append(offset_first.fit(motion.theta, with_offset, x=motion.time_s, **data))
     errors += [result.params[first].stderr for result in (plain, *shifted)]
     np.testing.assert_allclose(errors, told, rtol=0.1)
     band = plain.eval_uncertainty()
@@ -260,7 +262,9 @@ def test_a_guess_starts_at_the_measured_release_within_the_bounds_of_a_fit():
     assert found["theta0"].value == motion.theta0
     for name in ("k", "c", "theta0", "t0"):
         limits = fit.params[name].min, fit.params[name].max
-        assert (found[name].min, found[name].max) == pytest.approx(limits, rel=0.01)
+        far = name in ("k", "c")  # lmfit's steps are coarse between two far bounds
+        assert found[name].min == pytest.approx(limits[0], rel=0.01)
+        assert found[name].max == (np.inf if far else pytest.approx(limits[1], rel=0.01))
     deep = model.guess(motion.theta, time=motion.time_s, k={"min": 1e6})
     assert deep["k"].min == 1e6
 

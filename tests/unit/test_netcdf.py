@@ -294,7 +294,7 @@ def test_attributes_follow_cf_and_acdd(folder):
         assert file.time_coverage_start == ATTRS["start_time"]
         assert "license" not in file.ncattrs()
         assert json.loads(file.provenance) == {"inputs": {"a.tdms": "00"}, "config": {"hum": True}}
-        assert file["time"].units == "s"
+        assert file["time"].units == f"seconds Since {ATTRS['start_time']}"
         assert file["time"].long_name == "time from the start of the record"
         assert "_FillValue" not in file["time"].ncattrs()
         assert file["theta"].ancillary_variables == "sigma_theta flags"
@@ -362,7 +362,17 @@ def test_readers_of_netcdf_and_hdf5_open_the_products(folder):
     last, theta = (SAMPLES - 1) / 400, pytest.approx(0.17 * np.cos(3.5))
     record = ["float64", last, theta, 0.1]
     fit = [1.0, "k"]
-    assert printed_by(PLAIN_NETCDF, folder) == [*record, *fit, *record, "s", "measured", *fit]
+    since = f"seconds Since {ATTRS['start_time']}".split()
+    assert printed_by(PLAIN_NETCDF, folder) == [*record, *fit, *record, *since, "measured", *fit]
+
+
+def test_xarray_reads_times_in_seconds_though_cf_has_a_date(folder):
+    record = xr.load_dataset(folder / "record_a.nc")
+    assert record["time"].dtype == float and record["theta"].sel(time=0.5).dtype == float
+    fit = xr.load_dataset(folder / "fits_a.nc", group="run_1/winkler")
+    assert fit["time"].attrs == {"long_name": "time since the release", "units": "s"}
+    with netCDF4.Dataset(folder / "fits_a.nc") as file:
+        assert json.loads(file.long_names)["u_law"].startswith("standard uncertainty of the parameter")
 
 
 @pytest.mark.skipif(not shutil.which("ncdump"), reason="no ncdump here: apt-get install netcdf-bin")
@@ -371,3 +381,10 @@ def test_ncdump_shows_the_head_of_a_product(folder, product):
     done = subprocess.run(["ncdump", "-h", folder / f"{product}_a.nc"], capture_output=True, text=True)
     assert done.returncode == 0
     assert "group: run_2" in done.stdout
+    if product == "fits":
+        law = (
+            done.stdout.partition("  group: winkler {")[2]
+            .partition("\n  group: ")[0]
+            .partition("group: inputs")[0]
+        )
+        assert 20 < law.count("\n") <= 60  # a screen

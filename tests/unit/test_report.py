@@ -1,8 +1,10 @@
 """The report: its first screen, tables as in the CSV, reasons, methods; nothing from outside."""
 
 import json
+import math
 import re
 
+import pandas as pd
 import pytest
 from fabricated import campaign, fits, record
 from reported import PUBLISHED, make, tables_of
@@ -62,10 +64,15 @@ def test_printed_numbers_are_those_of_the_tables(tables):
     row = tables["table3"].query("block == 'b1' and foundation == 'marble' and model == 'housner'").iloc[0]
     (cell,) = third[third.iloc[:, 0] == "Housner"]["Marble"].head(1)
     assert cell == f"{quantity(100 * row['epsilon_theta'])} [15.25]"
-    k = tables["table2"].query("foundation == 'mat' and model == 'winkler' and parameter == 'k'").iloc[0]
-    of_k = [text.split(", ")[0] for text in second[second.iloc[:, 0] == "Winkler"]["Soft mat"]]
-    assert of_k == [f"k = {quantity(k['mean'], k['u_total'])}", f"k = {quantity(k['paper'])}"]
-    assert second.iloc[-1].tolist() == ["Housner, Slender", "r = 0.958", "–"]
+    k = tables["table2"].query("foundation == 'mat' and parameter == 'k'")
+    of_law = second[second.iloc[:, 0] == "Winkler"]["Soft mat"].tolist()
+    paper = k.query("model == 'winkler' and block == 'b1'").iloc[0]
+    assert of_law[0].split(", ")[0] == f"k̄ = {quantity(paper['paper'])}" and of_law[-1] == "rejected"
+    over = k[k["block"].isna() & (k["model"] == "hunt_crossley")].iloc[0]
+    last = second.iloc[-1]["Soft mat"].split(", ")[0]
+    assert last == f"k = {quantity(over['mean'], over['u_total'])}"
+    heads = second.iloc[:, 0].tolist()
+    assert second.iloc[heads.index("Slender, published") + 1].tolist() == ["Housner", "r = 0.958", "–"]
     impacts = printed["restitution"].text
     first = tables["restitution"].query("test == 'b1_marble' and run == '1' and impact == 1")
     seen, hunt = (first[first["source"] == each].iloc[0] for each in ("experiment", "hunt_crossley"))
@@ -76,16 +83,46 @@ def test_printed_numbers_are_those_of_the_tables(tables):
     assert printed["table1"].text.set_index("").loc["θ_cr / °", "Slender"] == "14.04"
 
 
-def test_table_2_has_k_of_the_foundation_and_r_of_each_block(tables):
+def test_table_2_has_each_block_by_the_papers_procedure_and_the_mean_of_a_foundation(tables):
     table = tables["table2"]
     assert set(table.query("parameter == 'r'")["block"]) == {"b1", "b2"}
-    assert table.query("parameter != 'r'")["block"].isna().all()
+    own = table.fillna({"block": "all"}).query("foundation == 'mat' and parameter == 'c'").set_index("block")
     over = tables["populations"].query(
         "level == 'foundation' and foundation == 'mat' and model == 'winkler' and parameter == 'c'"
     )
-    own = table.query("foundation == 'mat' and parameter == 'c'")
-    assert own["mean"].tolist() == over["mean"].tolist() and own["n_records"].tolist() == [2]
+    assert own.loc["all", "mean"] == over["mean"].item() and own.loc["all", "n_records"] == 2
+    assert own.loc["all", "rejected"] and math.isnan(own.loc["all", "paper"])
+    fits = tables["paper"].query(
+        "foundation == 'mat' and block == 'b1' and model == 'winkler' and parameter == 'c'"
+    )
+    assert own.loc["b1", "paper"] == fits["value"].median()
     assert PUBLISHED["b1"]["marble"]["housner"]["r"] in table["published"].tolist()
+
+
+def test_a_fit_of_the_paper_that_is_no_likeness_is_marked(tables):
+    table = tables["table2"].copy()
+    far = (table["model"] == "housner") & (table["block"] == "b1") & (table["foundation"] == "marble")
+    table.loc[far, "epsilon_theta"] = 0.79
+    apart = (table["model"] == "winkler") & (table["block"] == "b1") & (table["foundation"] == "marble")
+    table.loc[apart & (table["parameter"] == "k"), "paper_high"] *= 2.1
+    printed = printed_tables(tables | {"table2": table}, "simulated", labels=LABELS)["table2"]
+    assert printed.text["Marble"][1] == "no fit †" and "⁶ ‡, c = " in printed.text["Marble"][2]
+    assert "†: ε_θ above 50 %" in printed.notes[0] and "‡: the runs differ" in printed.notes[0]
+
+
+def test_many_blocks_have_a_line_each_and_laws_beside(tables):
+    second, third = (tables[name] for name in ("table2", "table3"))
+    of_b1 = second["block"] == "b1", third["block"] == "b1"
+    many = {
+        name: pd.concat([frame, *(frame[own].assign(block=f"b{i}") for i in range(3, 6))], ignore_index=True)
+        for name, frame, own in zip(("table2", "table3"), (second, third), of_b1, strict=True)
+    }
+    printed = printed_tables(tables | many, "simulated", labels=LABELS)
+    laws = ["Housner", "Winkler", "Hunt–Crossley"]
+    assert list(printed["table2"].text)[1:] == laws == list(printed["table3"].text)[1:]
+    lines = printed["table2"].text.iloc[:, 0].tolist()
+    assert "b4, paper's procedure, Marble" in lines
+    assert lines[-1] == "All blocks, inputs and impacts free, Soft mat"
 
 
 def test_every_run_stands_with_its_verdict_and_reasons(page):

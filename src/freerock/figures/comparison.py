@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 from freerock.figures import looks, style
 from freerock.figures.style import Axes, Drawing, Labels, styled
-from freerock.models.laws import MODEL_LABELS
+from freerock.models.laws import MODEL_LABELS, PAPER_MODELS, law_of
 from freerock.products.groups import paper_fits, runs_of, selected_fit
 from freerock.tables.number_text import percent
 
@@ -56,8 +56,7 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
         _legend(motion, run)
         parts.append(own.assign(test=tree.attrs["test"], run=number, block=scene[0], foundation=scene[1]))
     data = style.gathered(parts, COLUMNS).reindex(columns=COLUMNS)
-    furthest = 1.05 * float(data["residual_over_theta0"].astype(float).abs().max() or 1.0)
-    furthest = furthest if np.isfinite(furthest) else 1.0  # no law of the paper was fitted
+    furthest = _furthest(data)
     for _, over_release, _ in panels.values():
         over_release.set_ylim(-furthest, furthest)
     handles = [Line2D([], [], **style.recorded(origin))]
@@ -67,6 +66,15 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
 
 
 caption = style.drawn_runs
+
+
+def _furthest(data: pd.DataFrame) -> float:
+    """Where the scale of Δθ/θ₀ ends: a rigid base does not rule it, whose law may lie far off."""
+    sizes = data.assign(size=data["residual_over_theta0"].astype(float).abs()).groupby("source")["size"].max()
+    sizes = sizes[[source in PAPER_MODELS for source in sizes.index]].dropna()
+    soft = sizes[[law_of(law).is_foundation for law in sizes.index]]
+    known = soft if len(soft) else sizes
+    return 1.05 * float(known.max()) if len(known) and known.max() else 1.0
 
 
 def _curves(run: xr.DataTree, sigma_deg: float) -> pd.DataFrame:

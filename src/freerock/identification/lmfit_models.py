@@ -87,7 +87,7 @@ class _WithSteps(lmfit.Model):  # type: ignore[misc]
         fit_kws: Mapping[str, Any] | None = None,
         **options: Any,
     ) -> "lmfit.model.ModelResult":
-        """As `lmfit.Model.fit`; least squares take `derivatives`, since lmfit's own steps are too short."""
+        """As `lmfit.Model.fit`; least squares take `derivatives`, which need fewer motions."""
         own: dict[str, dict[str, Any]] = {"leastsq": {}, "least_squares": {"x_scale": "jac"}}
         if method in own:
             fit_kws = {"Dfun": self.derivatives, **own[method], **(fit_kws or {})}
@@ -120,8 +120,9 @@ class RockingModel(_WithSteps):
     Its parameters are those of the law, lambda as `lambda_`, then theta0 and t0 [SI]; `time` [s] is the
     independent variable. A fit takes the noise to be white and each impact as the law has it; `fit_run`
     takes the noise as at rest, impacts that scatter, and the laboratory's inputs for what they are.
-    In a sum the law comes first: `HuntCrossleyModel(block) + ConstantModel()` keeps the derivatives, which
-    `ConstantModel() + HuntCrossleyModel(block)` leaves to the short steps of lmfit.
+    `HuntCrossleyModel(block) + ConstantModel()` keeps the derivatives, `ConstantModel() +
+    HuntCrossleyModel(block)` leaves them to the steps of lmfit: 50 motions instead of 9, and ± within 1 %.
+    k has no upper bound for that: near the lower of two far bounds, lmfit's steps are coarse.
 
     Parameters
     ----------
@@ -144,7 +145,7 @@ class RockingModel(_WithSteps):
         self.set_param_hint("t0", value=0.0)
         for name in LAWS[self.law].parameters:
             low, high = (0.0, np.inf) if PARAMETERS[name].fitted_as == "ratio" else PARAMETERS[name].bounds
-            self.set_param_hint(legal(name), min=low, max=high, value=_first_value(name))
+            self.set_param_hint(legal(name), min=low, max=_upper(name, high), value=_first_value(name))
 
     def guess(self, data: Floats, time: Floats, **given: Any) -> lmfit.Parameters:
         """Parameters to start a fit from, with the bounds that `fit_run` has, as it finds its own start.
@@ -181,7 +182,8 @@ class RockingModel(_WithSteps):
         found = Followed(model, sigma).to_the_end().at.values
         for name, value in found.items():
             low, high = bounds_of(model, name)
-            said[legal(name)] = {"value": value, "min": low, "max": high} | said.get(legal(name), {})
+            own = {"value": value, "min": low, "max": _upper(name, high)}
+            said[legal(name)] = own | said.get(legal(name), {})
         return self.make_params(**said)
 
 
@@ -207,6 +209,11 @@ class HuntCrossleyModel(RockingModel):
     """
 
     law = "hunt_crossley"
+
+
+def _upper(name: str, high: float) -> float:
+    """The upper bound of a parameter; none of those that the optimiser of `fit_run` moves by logarithms."""
+    return np.inf if PARAMETERS[name].is_logarithm else high
 
 
 def _first_value(name: str) -> float:

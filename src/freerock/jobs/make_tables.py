@@ -63,7 +63,7 @@ def make_tables(
     published = settings["published"]
     printed = {
         "table1": table1(records, blocks, settings["release_angles_deg"]),
-        "table2": table2(tables["populations"], tables["paper"], published),
+        "table2": table2(tables["populations"], tables["paper"], tables["choice"], published),
         "table3": table3(tables["paper"], published),
     }
     tables |= {name: frame.assign(origin=origin) for name, frame in printed.items()}

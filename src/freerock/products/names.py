@@ -45,14 +45,20 @@ BESIDE = {
     **{name: (f"{name}_u",) for name in ("theta0", *WITH_TOTAL)},
     "value": ("stderr", "u_law", "u_total", "unit"),
 }
+DRAWN = {"time", "theta", "theta_model", "residual"}  # along an axis of a plot that xarray labels
 SINGLE_PRECISION = {"sigma_theta", *(f"{name}{n}" for name in ("voltage", "current") for n in ("", "_2"))}
 
 
-def describe(name: str, present: Container[object]) -> dict[str, Any]:
-    """CF attributes of a variable among those present beside it."""
-    row = VARIABLES[name.removesuffix("_stderr").removesuffix("_2")]
+def long_name_of(name: str) -> str:
+    """What a variable is."""
     error = "standard error of the " if name.endswith("_stderr") else ""
-    attrs: dict[str, Any] = {"long_name": error + row["long_name"]}
+    return error + _row(name)["long_name"]
+
+
+def describe(name: str, present: Container[object], named: bool = True) -> dict[str, Any]:
+    """CF attributes of a variable among those present beside it, with its long name if `named` or drawn."""
+    row = _row(name)
+    attrs: dict[str, Any] = {"long_name": long_name_of(name)} if named or name in DRAWN else {}
     if row["unit"] not in ("", "1"):
         attrs["units"] = row["unit"]
     beside = [other for other in (f"{name}_stderr", *BESIDE.get(name, ())) if other in present]
@@ -61,6 +67,10 @@ def describe(name: str, present: Container[object]) -> dict[str, Any]:
     if row["flag_meanings"]:
         attrs |= {"flag_values": np.array([0, 1], np.int8), "flag_meanings": row["flag_meanings"]}
     return attrs | (SAMPLE_FLAGS if name == "flags" else {})
+
+
+def _row(name: str) -> dict[str, str]:
+    return VARIABLES[name.removesuffix("_stderr").removesuffix("_2")]
 
 
 def root_attributes(product: str, done: str, attrs: Mapping[Any, Any]) -> dict[str, Any]:

@@ -15,8 +15,9 @@ from freerock.products.names import IMPACT_VARIABLES, RUN_VARIABLES, WITH_TOTAL,
 from freerock.products.storage import open_product, root_of, root_text, write_groups
 from freerock.runs.verdict import Level, Reason
 
-# In seconds: of a time "since" a date xarray makes dates.
-FROM_START = {"long_name": "time from the start of the record"}
+FROM_START = "time from the start of the record"
+# CF wants a date in the units of `time`. With a capital S, which UDUNITS reads alike, xarray keeps seconds.
+SINCE, ANY_DATE = "seconds Since {}", "1970-01-01"
 SINCE_RELEASE = {"long_name": "time since the release"}
 
 # Numbers of the evidence of a fit that are attributes.
@@ -115,6 +116,8 @@ def _root(
     """What stands in the root of a record's file."""
     attrs = {**record.attrs, **attrs}
     start_time = attrs.pop("start_time", None)
+    from_start = {"long_name": FROM_START + (" (its date is not known)" if start_time is None else "")}
+    from_start["units"] = SINCE.format(start_time or ANY_DATE)
     own = ("flag_masks", "flag_meanings")  # more of them where samples are left out by hand
     return xr.Dataset(
         {
@@ -122,7 +125,7 @@ def _root(
             for name, each in record.data_vars.items()
         },
         {
-            name: (_dims(each), each.values, FROM_START if name == "time" else {})
+            name: (_dims(each), each.values, from_start if name == "time" else {})
             for name, each in record.coords.items()
         },
         root_attributes("record", done, attrs)
@@ -174,7 +177,7 @@ def write_fits(
             groups[f"run_{number}/{PAPER_GROUP.format(law)}"] = _paper(paper)
         if choices and number in choices:
             groups[f"run_{number}/{CHOICE_GROUP}"] = _choice(choices[number])
-    write_groups(path, groups, packed)
+    write_groups(path, groups, packed, named=False)
 
 
 def open_record(path: str | Path, samples: bool = True, only: Collection[str] = ()) -> xr.DataTree:

@@ -16,7 +16,7 @@ import xarray as xr
 
 from freerock.errors import FreerockError
 from freerock.files import atomic
-from freerock.products.names import SINGLE_PRECISION, describe
+from freerock.products.names import DRAWN, SINGLE_PRECISION, describe, long_name_of
 
 if TYPE_CHECKING:
     import h5py
@@ -27,17 +27,29 @@ MISSING = "there is no such file", "run snakemake to make it"
 DAMAGED = "delete the file and run snakemake again"
 
 
-def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], packed: bool = True) -> None:
-    """Write the groups of a file, what runs over time compressed unless it is read back at once."""
+def write_groups(
+    path: str | Path, groups: Mapping[str, xr.Dataset], packed: bool = True, named: bool = True
+) -> None:
+    """Write the groups of a file, what runs over time compressed unless it is read back at once.
+
+    `named`: each variable has its long name. Else only what is drawn has it, so that the head of a file whose
+    groups are alike stays short, and the root's attribute long_names has the others.
+    """
     import netCDF4
 
     with ONE_THREAD, atomic(path) as partial:
         try:
             with netCDF4.Dataset(partial, "w") as file:
+                if not named:
+                    known = {str(name) for each in groups.values() for name in each.variables}
+                    told = {name: long_name_of(name) for name in sorted(known - DRAWN)}
+                    file.setncatts(_plain({"long_names": told}))
                 defined = [
                     each
                     for name, dataset in groups.items()
-                    for each in _define(file if name == "/" else file.createGroup(name), dataset, packed)
+                    for each in _define(
+                        file if name == "/" else file.createGroup(name), dataset, packed, named
+                    )
                 ]
                 for variable, values in defined:  # last: each return to definitions walks all groups
                     variable[...] = values
@@ -46,7 +58,7 @@ def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], packed: boo
 
 
 def _define(
-    group: "netCDF4.Dataset", dataset: xr.Dataset, packed: bool
+    group: "netCDF4.Dataset", dataset: xr.Dataset, packed: bool, named: bool
 ) -> Iterator[tuple["netCDF4.Variable[Any]", Any]]:
     """Define the content of a group; yields each variable and its values."""
     group.setncatts(_plain(dataset.attrs))
@@ -66,7 +78,7 @@ def _define(
         filters: dict[str, Any] = {"compression": "zlib", "complevel": 4} if over_time else {}
         dimensions = [str(each) for each in variable.dims]
         written = group.createVariable(name, dtype, dimensions, fill_value=missing, **filters)
-        attrs = describe(name, dataset) | variable.attrs
+        attrs = describe(name, dataset, named) | variable.attrs
         coordinates = [str(other) for other in beside if beside[other] <= set(variable.dims)]
         if coordinates and name not in dataset.coords:
             attrs["coordinates"] = " ".join(coordinates)

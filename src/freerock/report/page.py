@@ -115,10 +115,7 @@ def _content(
         "n_excluded": int(excluded.sum()),
         "n_to_look_at": int(((runs["verdict"] != "ok") & ~excluded).sum()),
         "n_lost": int((runs["run"].isna() & (runs["verdict"] == "fail")).sum()),
-        "tables": [
-            each._replace(notes=[note for note in each.notes if note != SIMULATED_NOTE])
-            for each in printed_tables(tables, config["origin"], doi=doi, labels=labels).values()
-        ],
+        "tables": list(printed_tables(tables, config["origin"], doi=doi, labels=labels).values()),
         "runs": printed_runs(some, choice, labels, len(runs)),
         "told": [row for row in some.itertuples() if row.reasons],
         "choices": printed_choices(choice, some),

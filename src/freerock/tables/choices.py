@@ -25,3 +25,19 @@ def laws_of_foundations(choice: pd.DataFrame) -> dict[str, str]:
         named = own[own["status"] == "selected"]["model"].value_counts()
         found[str(foundation)] = str(named.index[0]) if len(named) else ""
     return found
+
+
+def rejected_laws(choice: pd.DataFrame) -> set[tuple[str, str, str]]:
+    """Block, foundation and candidate that some runs reject and none may have; "" stands for all blocks.
+
+    Parameters
+    ----------
+    choice : pandas.DataFrame
+        Tidy table.
+    """
+    found = set()
+    for block, own in [("", choice), *choice.groupby("block")]:
+        for (foundation, model), statuses in own.groupby(["foundation", "model"])["status"]:
+            if "rejected" in {*statuses} and not {*statuses} & {*POSSIBLE}:
+                found.add((str(block), str(foundation), str(model)))
+    return found

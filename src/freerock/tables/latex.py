@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import pandas as pd
 
-from freerock.tables.choices import POSSIBLE
+from freerock.tables.choices import rejected_laws
 from freerock.tables.number_text import SIMULATED_NOTE, quantity, value_text
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
@@ -27,7 +27,7 @@ TEX = {
     **{"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"},
     **{"…": r"\ldots{}", "−": "$-$", "°": r"$^\circ$", "–": "--", "’": "'"},
     **{"ε_θ": r"$\varepsilon_\theta$", "θ₀": r"$\theta_0$", "θ_cr": r"$\theta_\mathrm{cr}$"},
-    **{"t_f": "$t_f$", "t₀": "$t_0$"},
+    **{"t_f": "$t_f$", "t₀": "$t_0$", "k̄": r"$\bar{k}$"},
 }
 _TEX_TOKEN = re.compile(
     r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|[₀₁₂₃₄₅₆₇₈₉ₙ]+|\bt_f\b|"
@@ -39,7 +39,7 @@ _NORMAL_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅
 COLUMN_PT, SIZE_PT = 229.5, 9.0  # of `article` in two columns: width of one, and size of \\small
 WIDE = 0.56  # width of a character over the size of its font, in Computer Modern, at most on the mean
 MOST_HIGH = 0.76  # a figure over the text of a page: its caption needs the rest
-GAP = 2.5  # on either side of a column [pt]
+GAPS = 2.5, 12.0  # on either side of a column, at least, and of all columns [pt]
 _NUMBER = re.compile(  # with a standard error, a power of ten or both; others are set as they are
     r"\(−?[\d.]+ ± [\d.]+\)·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|(?<![\d.(])−?[\d.]+·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|−?[\d.]+ ± [\d.]+"
 )
@@ -68,17 +68,18 @@ def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: st
     across = [len(row) > 1 and bool(row[0]) and not any(row[1:]) for row in cells]
     inside = [row for row, alone in zip(cells, across, strict=True) if not alone]
     widths = [max(map(len, column)) for column in zip(*inside, strict=True)]
-    wide = WIDE * SIZE_PT * sum(widths) + 2 * GAP * len(widths) > COLUMN_PT
+    gap = round(max(GAPS[0], GAPS[1] / len(widths)), 1)
+    wide = WIDE * SIZE_PT * sum(widths) + 2 * gap * len(widths) > COLUMN_PT
     environment = "table*" if wide else "table"
     rows = [
-        rf"\multicolumn{{{len(row)}}}{{@{{}}l}}{{{_tex(row[0])}}} \\"
+        rf"\addlinespace[2pt]\multicolumn{{{len(row)}}}{{@{{}}l}}{{\emph{{{_tex(row[0])}}}}} \\"
         if alone
         else " & ".join(map(_cell, row)) + r" \\"
         for row, alone in zip(cells, across, strict=True)
     ]
     written = [
         rf"\begin{{{environment}}}",
-        rf"\centering\small\setlength{{\tabcolsep}}{{{GAP}pt}}",
+        rf"\centering\small\setlength{{\tabcolsep}}{{{gap}pt}}",
         r"\sisetup{separate-uncertainty=true, exponent-product=\cdot}",
         rf"\caption{{{_tex(caption)}}}",
         *([rf"\label{{{label}}}"] if label else []),
@@ -90,7 +91,7 @@ def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: st
         r"\bottomrule",
         r"\end{tabular}}",
         r"\leavevmode\ifdim\wd0>\linewidth\resizebox{\linewidth}{!}{\box0}\else\box0\fi",
-        *(rf"\par\footnotesize {_cell(note)}" for note in notes),
+        *([rf"\par\smallskip\footnotesize {' '.join(map(_cell, notes))}"] if notes else []),
         rf"\end{{{environment}}}",
         "",
     ]
@@ -147,11 +148,10 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
 
     macro(["Records"], runs["test"].nunique())
     macro(["Runs"], runs["run"].notna().sum())
-    statuses = tidy["choice"].groupby(["foundation", "model"])["status"].agg(set)
-    rejected = {law for law, found in statuses.items() if "rejected" in found and not found & {*POSSIBLE}}
+    rejected = rejected_laws(tidy["choice"])
     populations = tidy["populations"]
     for row in populations[populations["level"] != "campaign"].itertuples():
-        if row.level == "foundation" and (row.foundation, row.model) in rejected:
+        if row.level == "foundation" and ("", row.foundation, row.model) in rejected:
             continue
         value = value_text(row.mean, row.u_total, row.unit)
         of = _letters(row.test) if row.level == "record" else f"mean{_letters(row.foundation)}"
@@ -208,6 +208,7 @@ def paper_tex(captions: Mapping[str, tuple[str, str]], tables: Sequence[str]) ->
         r"\graphicspath{{../figures/}}",
         r"\begin{document}",
         *(rf"\input{{{name}}}" for name in tables),
+        r"\setcounter{figure}{1}",  # the paper's first figure is a sketch
         figures_tex(captions),
         r"\end{document}",
         "",

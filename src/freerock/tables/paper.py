@@ -10,9 +10,10 @@ import xarray as xr
 
 from freerock.columns import columns_of
 from freerock.models.block import Block
-from freerock.models.laws import LAWS, PAPER_MODELS, law_of
+from freerock.models.free_parameters import unit_of
+from freerock.models.laws import MODELS, PAPER_MODELS, law_of
 from freerock.products.groups import usable_runs
-from freerock.tables.choices import laws_of_foundations
+from freerock.tables.choices import laws_of_foundations, rejected_laws
 
 Published = Mapping[str, Any] | None  # values by block, foundation, model and quantity
 QUOTED = ("r", "k", "c", "lambda")  # parameters of a foundation
@@ -64,14 +65,17 @@ def table1(
     return pd.DataFrame(rows)
 
 
-def table2(populations: pd.DataFrame, paper: pd.DataFrame, published: Published = None) -> pd.DataFrame:
-    """Parameters of the paper's laws on each foundation: means with u, and by the paper's own procedure.
+def table2(
+    populations: pd.DataFrame, paper: pd.DataFrame, choice: pd.DataFrame, published: Published = None
+) -> pd.DataFrame:
+    """Parameters of the paper's laws by its own procedure for each block, and means over a foundation with u.
 
-    r belongs to a block on a foundation, k and damping to the foundation.
+    r belongs to a block on a foundation, k and damping to the foundation: these have a row over all blocks.
+    A candidate beside the paper's laws has rows where most runs of a foundation select it.
 
     Parameters
     ----------
-    populations, paper : pandas.DataFrame
+    populations, paper, choice : pandas.DataFrame
         Tidy tables.
     published : mapping, optional
         Published values by block, foundation, model and quantity.
@@ -79,27 +83,55 @@ def table2(populations: pd.DataFrame, paper: pd.DataFrame, published: Published 
     Returns
     -------
     pandas.DataFrame
-        Columns of table2.csv but origin: block is empty where it is several.
+        Columns of table2.csv but origin: block is empty in a row over all blocks of a foundation, which has
+        nothing by the paper's procedure.
     """
+    rejected = rejected_laws(choice)
     rows = []
-    for law in PAPER_MODELS:
-        for parameter in LAWS[law].parameters:
-            of = (populations["model"] == law) & (populations["parameter"] == parameter)
-            own = paper[(paper["model"] == law) & (paper["parameter"] == parameter)]
-            alone = not law_of(law).is_foundation
-            for key, each in own.groupby(["foundation", "block"] if alone else ["foundation"], sort=False):
-                foundation, block = (*key, "")[:2]
-                means = populations[of & (populations["foundation"] == foundation)]
-                if alone:
-                    means = means[means["block"] == block]
-                usable = each[each["success"].astype(bool)]
+    for model in dict.fromkeys((*PAPER_MODELS, *filter(None, laws_of_foundations(choice).values()))):
+        for parameter in MODELS[model]:
+            for block, foundation in _scenes(paper, choice, model):
+                own = _of(paper, block, foundation, model, parameter)
+                means = _of(populations, block, foundation, model, parameter)
+                usable = own[own["success"].astype(bool)]
                 rows.append(
-                    {"block": block, "foundation": foundation, "model": law, "parameter": parameter}
-                    | {"unit": each["unit"].iloc[0], "n_records": each["test"].nunique()}
-                    | {"n_runs": len(each), **_mean(means), "paper": usable["value"].median()}
-                    | {"published": _published(published, each["block"].unique(), foundation, law, parameter)}
+                    {"block": block, "foundation": foundation, "model": model, "parameter": parameter}
+                    | {"unit": unit_of(parameter), "n_records": own["test"].nunique() or len(means)}
+                    | {"n_runs": len(own) or means["n_runs"].sum(), **_mean(means)}
+                    | {"rejected": (block, foundation, model) in rejected}
+                    | (_by_procedure(usable) if block else {})
+                    | {"published": _published(published, [block], foundation, model, parameter)}
                 )
     return pd.DataFrame(rows, columns=[name for name in columns_of("table2") if name != "origin"])
+
+
+def _scenes(paper: pd.DataFrame, choice: pd.DataFrame, model: str) -> list[tuple[str, str]]:
+    """Block and foundation of the rows of a candidate in table 2; the block is empty for all of them."""
+    scenes = paper[["block", "foundation"]].drop_duplicates().itertuples(index=False, name=None)
+    of_blocks = [(str(block), str(foundation)) for block, foundation in scenes]
+    over_all = [("", foundation) for foundation in dict.fromkeys(each for _, each in of_blocks)]
+    named = laws_of_foundations(choice)
+    if model in PAPER_MODELS:
+        return of_blocks + over_all * law_of(model).is_foundation
+    own = over_all if law_of(model).is_foundation else of_blocks
+    return [(block, foundation) for block, foundation in own if named.get(foundation) == model]
+
+
+def _of(table: pd.DataFrame, block: str, foundation: str, model: str, parameter: str) -> pd.DataFrame:
+    """The rows of a parameter of a candidate on a foundation, of one block where one is named."""
+    own = (table["foundation"] == foundation) & (table["model"] == model) & (table["parameter"] == parameter)
+    return table[own & (table["block"] == block)] if block else table[own]
+
+
+def _by_procedure(fits: pd.DataFrame) -> dict[str, float]:
+    """Median and range over runs by the paper's own procedure, and their ε_θ."""
+    value = fits["value"]
+    return {
+        "paper": value.median(),
+        "paper_low": value.min(),
+        "paper_high": value.max(),
+        "epsilon_theta": fits["epsilon_theta"].median(),
+    }
 
 
 def table3(paper: pd.DataFrame, published: Published = None) -> pd.DataFrame:

@@ -7,14 +7,21 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from freerock.models.free_parameters import SYMBOLS
-from freerock.models.laws import MODEL_LABELS, PAPER_MODELS
-from freerock.tables.number_text import SIMULATED_NOTE, fixed, percent, quantity, unit_text
+from freerock.models.laws import MODEL_LABELS, PAPER_MODELS, law_of
+from freerock.tables.number_text import fixed, percent, quantity, unit_text
 
 Labels = Mapping[str, str]
 PROCEDURE = "by the paper's own procedure: one motion over the whole run, no input or impact free"
 MOST_IMPACTS, MOST_ROWS = 8, 40  # in the table of restitution, of a run and of a page
-LEAST_R = 0.1  # with less a block falls to rest at once
 MOST_BESIDE = 4  # blocks that have a column each
+FAR = 0.5  # ε_θ above it is no likeness: set on Palermo, where 0.3 still swings and 0.51 lies still
+APART = 2.0  # runs of one scene whose values differ by more have no common value
+OVER_ALL = ("All blocks, inputs and impacts free", "Inputs and impacts free")  # of several, of one
+MARKS = {
+    "†": "†: ε_θ above 50 %; a block that never moves has 100 %.",
+    "‡": "‡: the runs differ more than twofold.",
+}
+Cell = tuple[str, str, str, str]  # part, law, foundation and text
 
 
 class Printed(NamedTuple):
@@ -44,17 +51,19 @@ def printed_tables(
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
     """
-    labels, simulated = labels or {}, [SIMULATED_NOTE] if "simulated" in origin else []
+    labels, simulated = labels or {}, "simulated" in origin
     published = [f"Published: doi:{doi}."] if doi else []
-    return {
-        "table1": _table1(frames["table1"], labels, simulated),
-        "table2": _table2(frames["table2"], labels, [*published, *simulated]),
-        "table3": _table3(frames["table3"], labels, [*published, *simulated]),
+    tables = {
+        "table1": _table1(frames["table1"], labels),
+        "table2": _table2(frames["table2"], labels, published),
+        "table3": _table3(frames["table3"], labels, published),
         "restitution": _restitution(frames["restitution"], labels, simulated),
     }
+    said = " (simulated records)" * simulated
+    return {name: each._replace(caption=each.caption + said) for name, each in tables.items()}
 
 
-def _table1(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
+def _table1(frame: pd.DataFrame, labels: Labels) -> Printed:
     """A column per block; a row each of many."""
     rows: dict[str, Any] = {
         "2h / m": lambda row: _stated(row.height_m),
@@ -76,39 +85,82 @@ def _table1(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printe
     beside = len(names) <= MOST_BESIDE
     text = text.reset_index(names="") if beside else text.T.reset_index(names="Block")
     about = "α: release angle; recorded: mean of the runs ± their standard deviation. θ_cr: critical angle."
-    return Printed(text, "Block configurations", [about, *notes])
+    return Printed(text, "Block configurations", [about])
 
 
 def _table2(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
-    """Laws by foundations: identified, by the paper's own procedure, and as published."""
-    kinds: dict[str, Callable[[Any], str]] = {
-        "Identified": lambda row: _of_law(row.parameter, row.mean, row.u_total),
-        "Paper's procedure": lambda row: _of_law(row.parameter, row.paper),
-        "Published": lambda row: _of_law(row.parameter, row.published),
-    }
-    frame = frame.fillna({"block": ""})
-    several = frame["block"].nunique() > 2  # one of Housner's r, and those of foundations
-    cells: list[tuple[str, str, str, str]] = []
-    for kind, cell in kinds.items():
-        for (law, block, base), own in frame.groupby(["model", "block", "foundation"], sort=False):
-            name = MODEL_LABELS[law] + f", {labels.get(block, block)}" * bool(block and several)
-            if told := [text for row in own.itertuples() if (text := cell(row))]:
-                cells.append((kind, name, base, ", ".join(told)))
-    units = frame[frame["unit"] != "1"].drop_duplicates("parameter")
-    known = [f"{SYMBOLS[row.parameter]} in {unit_text(row.unit)}" for row in units.itertuples()]
+    """Laws by foundations: by the paper's own procedure for each block, as published, and over all blocks."""
+    frame = frame.fillna({"block": "", "rejected": False})
+    blocks = [block for block in frame["block"].unique() if block]
+    one = len(blocks) == 1
+    cells: list[Cell] = []
+    for block in blocks:
+        name = labels.get(block, block)
+        own = frame[(frame["block"] == block) & frame["model"].isin(PAPER_MODELS)]
+        cells += _cells("Paper's procedure" if one else f"{name}, paper's procedure", own, _by_procedure)
+        cells += _cells("Published" if one else f"{name}, published", own, _published)
+    of_foundations = frame[frame["model"].map(lambda model: law_of(model).is_foundation)]
+    means = of_foundations[of_foundations["block"] == ""]
+    alone = frame.drop(of_foundations.index)
+    cells += _cells(OVER_ALL[one], alone, _mean, {} if one else labels)
+    cells += _cells(OVER_ALL[one], means, _mean)
+    text = _by_law("", cells, labels) if len(blocks) <= MOST_BESIDE else _by_block(cells, labels)
+    units: dict[str, list[str]] = {}
+    for row in frame[frame["unit"] != "1"].drop_duplicates(["model", "parameter"]).itertuples():
+        units.setdefault(unit_text(row.unit), []).append(_symbol(row))
+    known = [f"{' and '.join(dict.fromkeys(symbols))} in {unit}" for unit, symbols in units.items()]
+    told = {mark for *_, cell in cells for mark in MARKS if mark in cell}
     about = (
-        "Identified: mean of the records ± total standard uncertainty, inputs and impacts free. Paper's "
-        "procedure: median of the runs, one motion over the whole run, no input or impact free. "
-        f"{', '.join(known)}."
+        "Median of the runs; with inputs and impacts free: mean of the records ± total standard uncertainty, "
+        f"rejected where the residual of every run exceeds the noise. {', '.join(known)}."
     )
-    return Printed(_by_law("", cells, labels), "Identified parameters", [about, *notes])
+    marks = [text for mark, text in MARKS.items() if mark in told]
+    return Printed(text, "Identified parameters", [" ".join([about, *marks]), *notes])
 
 
-def _of_law(parameter: str, value: float, u: float = math.nan) -> str:
-    """A parameter as table 2 has it; empty where it is not known."""
-    if parameter == "r" and value < LEAST_R:
-        return f"r < {LEAST_R}"
-    return f"{SYMBOLS[parameter]} = {identified(value, u)}" if math.isfinite(value) else ""
+def _cells(
+    part: str, rows: pd.DataFrame, told: Callable[[Sequence[Any]], str], blocks: Labels | None = None
+) -> list[Cell]:
+    """The cells of a part of table 2: of each law on each foundation, and block where `blocks` has names."""
+    possible = {*rows[~rows["rejected"].astype(bool)]["model"]}
+    cells = []
+    for (model, block, base), own in rows.groupby(["model", "block", "foundation"], sort=False):
+        name = MODEL_LABELS[model]
+        if blocks and model in possible:
+            name += f", {blocks.get(block, block)}"
+        if text := told(list(own.itertuples())):
+            cells.append((part, name, str(base), text))
+    return cells
+
+
+def _by_procedure(rows: Sequence[Any]) -> str:
+    """A law by the paper's own procedure, marked where it is no likeness or no value of the runs."""
+    rows = [row for row in rows if math.isfinite(row.paper)]
+    if rows and rows[0].epsilon_theta > FAR:
+        return "no fit †"
+    return ", ".join(
+        f"{_symbol(row)} = {quantity(row.paper)}" + " ‡" * (row.paper_high > APART * row.paper_low)
+        for row in rows
+    )
+
+
+def _published(rows: Sequence[Any]) -> str:
+    return ", ".join(
+        f"{_symbol(row)} = {quantity(row.published)}" for row in rows if math.isfinite(row.published)
+    )
+
+
+def _mean(rows: Sequence[Any]) -> str:
+    """A law with inputs and impacts free, unless its runs reject it."""
+    if any(row.rejected for row in rows):
+        return "rejected"
+    known = (row for row in rows if math.isfinite(row.mean))
+    return ", ".join(f"{_symbol(row)} = {identified(row.mean, row.u_total)}" for row in known)
+
+
+def _symbol(row: Any) -> str:
+    """The paper's symbol of a parameter of a law."""
+    return "k̄" if (row.model, row.parameter) == ("winkler", "k") else SYMBOLS[row.parameter]
 
 
 def _table3(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
@@ -120,10 +172,12 @@ def _table3(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printe
     about = f"Median of the runs, {PROCEDURE}."
     beside = " In brackets: published." if frame["published"].notna().any() else ""
     caption = "ε_θ between recorded and modelled rotation"
-    return Printed(_by_law("ε_θ / %", cells, labels), caption, [about + beside, *notes])
+    few = frame["block"].nunique() <= MOST_BESIDE
+    text = _by_law("ε_θ / %", cells, labels) if few else _by_block(cells, labels, "ε_θ / %")
+    return Printed(text, caption, [about + beside, *notes])
 
 
-def _by_law(first: str, cells: Sequence[tuple[str, str, str, str]], labels: Labels) -> pd.DataFrame:
+def _by_law(first: str, cells: Sequence[Cell], labels: Labels) -> pd.DataFrame:
     """Cells, of part, law, foundation and text: laws by foundations, the parts below each other."""
     foundations = list(dict.fromkeys(base for _, _, base, _ in cells))
     text = {cell[:3]: cell[3] for cell in cells}
@@ -135,14 +189,26 @@ def _by_law(first: str, cells: Sequence[tuple[str, str, str, str]], labels: Labe
     return pd.DataFrame(lines, columns=[first, *(labels.get(base, base) for base in foundations)])
 
 
+def _by_block(cells: Sequence[Cell], labels: Labels, first: str = "") -> pd.DataFrame:
+    """The same cells where blocks are many: a line for each part on each foundation, a column per law."""
+    laws = list(dict.fromkeys(law for _, law, *_ in cells))
+    text = {cell[:3]: cell[3] for cell in cells}
+    several = len({base for _, _, base, _ in cells}) > 1
+    lines = [
+        [part + f", {labels.get(base, base)}" * several, *(text.get((part, law, base), "–") for law in laws)]
+        for part, base in dict.fromkeys((part, base) for part, _, base, _ in cells)
+    ]
+    return pd.DataFrame(lines, columns=[first, *laws])
+
+
 def _epsilon(row: Any) -> str:
     text = percent(row.epsilon_theta, 3) if row.n_runs else "failed fit"
     return text + (f" [{fixed(100 * row.published, 2)}]" if math.isfinite(row.published) else "")
 
 
-def _restitution(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
-    """r of the first impacts of the first run of each record beside the three laws; notes if simulated."""
-    kind = "Simulated record" if notes else "Experiment"
+def _restitution(frame: pd.DataFrame, labels: Labels, simulated: bool) -> Printed:
+    """r of the first impacts of the first run of each record beside the three laws."""
+    kind = "Simulated record" if simulated else "Experiment"
     heads = ["Impact", "|θ| / °", kind, *(MODEL_LABELS[law] for law in PAPER_MODELS)]
     lines: list[list[str]] = []
     scenes = frame.groupby(["block", "foundation"], sort=False)
@@ -166,8 +232,8 @@ def _restitution(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> P
         "r from the peaks before and after each impact, as the sensor shows them; by energy: r_energy in "
         f"restitution.csv. Laws {PROCEDURE}. –: the law has none there."
     )
-    caption = f"Restitution of each impact from peaks, {kind.lower()} and laws"
-    return Printed(pd.DataFrame(lines, columns=heads), caption, [about, *notes])
+    caption = "Restitution of each impact from peaks, record and laws"
+    return Printed(pd.DataFrame(lines, columns=heads), caption, [about])
 
 
 def identified(mean: float, u: float) -> str:
