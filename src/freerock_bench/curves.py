@@ -19,7 +19,7 @@ import numpy as np
 
 from freerock.config.campaign import load_campaign
 from freerock.config.step_settings import fit_settings, record_settings
-from freerock.identification.start import horizons_s
+from freerock.identification.start import whole_s
 from freerock.jobs.make_fits import make_fits
 from freerock.jobs.make_record import make_record
 from freerock.models import kernel, series, simulate
@@ -28,7 +28,12 @@ from freerock.runs.motion import Motion
 from freerock.selection.candidates import Allowed
 from freerock.selection.identify import Identified, identify_record
 
-PURPOSES = {"paper_fit": "the paper's fits", "_scan": "scans", "_round": "rounds", "_grow": "horizons"}
+PURPOSES = {
+    "paper_fit": "the paper's fits",
+    "_scan": "scans",
+    "_round": "rounds",
+    "_ends": "first swings and whole runs",
+}
 WITHIN = {"_quotient": "by numbers", "_by_later_r": "by numbers", "tangents": "by impacts"}
 WITHIN |= {"by_inputs": "by inputs"}
 SOLVERS: list[tuple[Any, str, Callable[..., Any]]] = [
@@ -45,7 +50,7 @@ def identify(block: Block, motions: Mapping[int, Motion], allowed: Allowed) -> I
     seconds = -time.process_time()
     found = identify_record(block, motions, allowed)
     seconds += time.process_time()
-    counts, run_s = Counter[str](), sum(horizons_s(motion)[-1] for motion in motions.values())
+    counts, run_s = Counter[str](), sum(whole_s(motion) for motion in motions.values())
     with ExitStack() as patched:
         for module, name, span_s in SOLVERS:
             counted = _counted(getattr(module, name), span_s, counts)

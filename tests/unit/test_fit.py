@@ -17,7 +17,7 @@ from freerock.identification.paper_fit import RELEASE_WALLS, paper_fit
 from freerock.identification.posed import release_prior
 from freerock.identification.run_model import Point, RunModel, Samples
 from freerock.identification.scatter import Told, find_scatter, told_by
-from freerock.identification.start import crossings_s, horizons_s
+from freerock.identification.start import crossings_s, in_step, screening_s, whole_s
 from freerock.models.block import Block
 from freerock.models.simulate import Solver, simulate_fitted
 from freerock.noise.spectrum import white_noise
@@ -173,12 +173,24 @@ def test_goodness_tells_noise_from_a_law_that_is_wrong():
     assert not swing.agrees and swing.low_hz <= 400 / (2 * np.pi * 30) <= swing.high_hz
 
 
-def test_horizons_grow_from_the_first_peak_to_the_last_clear_swing(record):
+def test_what_a_fit_takes_of_a_run_ends_with_the_last_impact_that_is_seen(record):
     motion = record[0][0]
-    horizons, crossings = horizons_s(motion), crossings_s(motion)
-    assert crossings[0] < horizons[0] < crossings[1] and horizons[-1] == crossings[-1]
-    assert horizons == sorted(horizons)
+    crossings = crossings_s(motion)
+    assert 0 < screening_s(motion) <= whole_s(motion) == crossings[-1]
     assert np.abs(motion.theta[motion.time_s < crossings[-1]]).max() > 10 * SIGMA
+
+
+def test_a_point_in_step_has_swings_that_last_as_long_as_measured():
+    motion, _ = scattered_run("hunt_crossley", 0.01, 3)
+    model, true = RunModel("hunt_crossley", BLOCK, motion, FitSettings()), TRUTH["hunt_crossley"]
+    values = {"k": 1.03 * true["k"], "lambda": true["lambda"], "theta0": motion.theta0, "t0": 0.0}
+    start = Point(values, np.zeros(len(model.inputs)), np.zeros(0))
+    found = in_step(model, start, whole_s(motion))
+    measured = crossings_s(motion)
+    own = crossings_s(replace(motion, theta=model.curve(found, motion.time_s)))
+    n = min(own.size, measured.size)
+    assert n > 0.8 * measured.size
+    assert np.abs(own[1:n] - measured[1:n]).max() < 0.03 * np.diff(measured).max()
 
 
 def test_a_rigid_block_with_many_impacts_that_scatter_is_followed_to_its_end():
@@ -189,12 +201,12 @@ def test_a_rigid_block_with_many_impacts_that_scatter_is_followed_to_its_end():
     theta = theta + SIGMA * generator.standard_normal(time_s.size)
     motion = Motion(time_s, theta, SIGMA, 0.12, SIGMA / 30, 1e-4)
     left, _ = Followers("housner", block, {1: motion}, FitSettings()).end_of_first()
-    assert left < 4  # 54 where horizons don't shrink
+    assert left < 4  # 54 where no swing is brought into step
 
 
 def test_a_width_that_is_freed_is_found_below_the_stated_one():
     worn = replace(BLOCK, width_m=0.94 * BLOCK.width_m)
-    motion, _ = scattered_run("hunt_crossley", 0.01, 3, theta0=0.2, block=worn)
+    motion, _ = scattered_run("hunt_crossley", 0.01, 3, theta0=0.15, block=worn)
     followers = Followers("hunt_crossley_width", BLOCK, {1: motion}, FitSettings())
     left, _ = followers.screened()
     assert left < 1.5  # 1e5 from the stated width alone

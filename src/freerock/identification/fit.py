@@ -3,22 +3,22 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
 from freerock.config.fit_settings import FitSettings
-from freerock.errors import FreerockError
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, Uncertainty
 from freerock.identification.goodness import noise_of
 from freerock.identification.posed import Ended, Posed, minimised
 from freerock.identification.posterior import Posterior
-from freerock.identification.run_model import RTOL, Point, RunModel
+from freerock.identification.run_model import RTOL, RunModel
 from freerock.identification.scatter import NONE, Scatter, Told, find_scatter
 from freerock.identification.settings import check
-from freerock.identification.start import Followed, horizons_s, with_impacts
+from freerock.identification.start import Followed, whole_s, with_impacts
 from freerock.models.block import Block
 from freerock.models.given import legal
 from freerock.runs.motion import Motion
@@ -78,8 +78,8 @@ def fit_record(
 ) -> dict[int, Fit]:
     """Identify a candidate on each run of a record, with one scatter of the impacts for all.
 
-    A scan over a grid gives starts on the first swing. Horizons grow from there with the impacts free. Then
-    inputs of the laboratory move within their priors, and σ_r follows from the marginal likelihood.
+    A scan over a grid gives starts on the first swing. From there the first swings are fitted and then the
+    whole run, with the impacts free. σ_r follows from the marginal likelihood.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def fit_record(
 
 
 class Followers:
-    """The runs of a record, each followed over growing horizons with wide priors of the impacts.
+    """The runs of a record, each followed to its end with wide priors of the impacts.
 
     Parameters are those of `fit_record`, and the errors.
     """
@@ -130,46 +130,39 @@ class Followers:
 
     def screened(self) -> tuple[float, int]:
         """Mean square over the noise on the first swings of the first run, and the number of samples."""
-        end = self._followed.screened()
+        end = self._followed.screened
         return self._followed.over_noise(end), end.n_samples
 
     def end_of_first(self) -> tuple[float, int]:
         """As `screened`, on the whole first run."""
-        end = self._followed.to_the_end()
-        return self._followed.over_noise(end), end.n_samples
+        return self._followed.over_noise(self._end), self._end.n_samples
+
+    @cached_property
+    def _end(self) -> Ended:
+        return self._followed.whole()
 
     def ends(self, roughly: bool = False) -> dict[int, Ended]:
         """Where each run ends; a run starts with the law's numbers of the one before it.
 
         `roughly` of a law that is far from the runs.
         """
-        if roughly:
-            self._followed.hurry()
-        found = {self.first: self._followed.to_the_end()}
+        found = {self.first: self._followed.whole(roughly) if roughly else self._end}
         left = {self.first: self._followed.over_noise(found[self.first])}
         for run in self.models:
             if run == self.first:
                 continue
             followed = self._of(run, found[min(left, key=lambda other: left[other])])
-            if roughly:
-                followed.hurry()
-            end = followed.to_the_end()
+            end = followed.whole(roughly)
             if not roughly and followed.over_noise(end) > ROUNDS.poor * max(min(left.values()), 1.0):
-                anew = self._of(run)
-                other = anew.to_the_end()
-                end = min(end, other, key=followed.over_noise)
+                end = min(end, self._of(run).whole(), key=followed.over_noise)
             found[run], left[run] = end, followed.over_noise(end)
         return found
 
-    def _of(self, run: int, best: Ended | None = None) -> Followed:
-        """A run from the law's numbers of another one, with the release as measured."""
-        model = self.models[run]
-        noise = float(max(model.motion.sigma_theta, noise_of(model.motion).variance ** 0.5))
-        if best is None:
-            return Followed(model, noise)
-        values = {**best.at.values, "theta0": model.motion.theta0, "t0": 0.0}
-        start = Point({name: values[name] for name in model.names}, best.at.inputs, np.zeros(0))
-        return Followed(model, noise, [start])
+    def _of(self, run: int, known: Ended | None = None) -> Followed:
+        """A run; from the law's numbers of another one where these are known."""
+        motion = self.models[run].motion
+        noise = float(max(motion.sigma_theta, noise_of(motion).variance ** 0.5))
+        return Followed(self.models[run], noise, known)
 
 
 def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple[Posterior, Ended, Scatter]]:
@@ -184,13 +177,9 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple
     """
     posteriors = {run: _posterior(end) for run, end in ends.items()}
     now, scatter = dict(ends), find_scatter(_told(posteriors))
-    for i in range(1 if roughly else ROUNDS.most):
+    for _ in range(1 if roughly else ROUNDS.most):
         for run, end in now.items():
-            try:
-                now[run] = _round(end, scatter.sigma_r, posteriors[run].level, roughly)
-            except FreerockError:  # a law that is rejected may wander off: it ends where it was
-                if i == 0:
-                    raise
+            now[run] = _round(end, scatter.sigma_r, posteriors[run].level, roughly)
         posteriors = {run: _posterior(end) for run, end in now.items()}
         sigma_r, wanted = scatter.sigma_r, find_scatter(_told(posteriors))
         changes = [np.log(each.level / each.posed.level) for each in posteriors.values()]
@@ -214,7 +203,7 @@ def _posterior(end: Ended) -> Posterior:
 def _round(end: Ended, sigma_r: float, level: float, roughly: bool) -> Ended:
     """The fit of a run to all its samples, or roughly to those of its end."""
     model, m = end.posed.model, noise_of(end.posed.model.motion).averaged
-    every = replace(model.until(horizons_s(model.motion)[-1], 10**9), m=m)
+    every = replace(model.until(whole_s(model.motion), 10**9), m=m)
     samples = end.posed.samples if roughly else every
     start = with_impacts(end.at, len(end.at.impacts) if sigma_r else 0)
     posed = Posed(model, samples, sigma_r, level, RTOL)

@@ -179,7 +179,7 @@ class RockingModel(_WithSteps):
         candidate = Candidate(self.law, rules.kinematics if law.is_foundation else law.kinematics[0]).name
         settings = FitSettings(debonding=rules.debonding)
         model = RunModel(candidate, self.func.block, motion, settings, moves_inputs=False)
-        found = Followed(model, sigma).to_the_end().at.values
+        found = Followed(model, sigma).whole().at.values
         for name, value in found.items():
             low, high = bounds_of(model, name)
             own = {"value": value, "min": low, "max": _upper(name, high)}

@@ -102,7 +102,7 @@ def paper_fit(
         starts.append(Point({name: values[name] for name in model.names}, np.zeros(0), np.zeros(0)))
     quick = Posed(model, few, 0.0, level, RTOL_SCREENING / 10, walls=RELEASE_WALLS)
     starts = sorted(starts, key=lambda at: float(np.sum(quick.residual(at) ** 2)))[:STARTS]
-    ends = [minimised(quick, each, 15, 1e-3) for each in starts]
+    ends = [minimised(quick, each, 15, 1e-3, "trf") for each in starts]
     best = min((_last(model, end, level) for end in promising(ends)[:2]), key=lambda end: end.objective)
     curve = Curve(model.whole.time_s, model.whole.theta, model.curve(best.at, model.whole.time_s))
     epsilon = epsilon_theta(curve.time, curve.theta_model, curve.theta)
@@ -123,7 +123,7 @@ def paper_fit(
 def _last(model: RunModel, end: Ended, level: float) -> Ended:
     """The last fit, with standard errors as lmfit has them of a white residual."""
     posed = Posed(model, model.until(np.inf, ENOUGH), 0.0, level, 10 * RTOL, walls=RELEASE_WALLS)
-    found = minimised(posed, end.at, 40, 1e-7)
+    found = minimised(posed, end.at, 40, 1e-7, "trf")
     scale = found.result.chisqr / max(found.result.nfree, 1)
     for parameter in found.result.params.values():
         if parameter.stderr is not None:

@@ -14,13 +14,14 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.identification.run_model import FARTHEST_INPUT, RTOL, Point, RunModel, Samples
+from freerock.identification.run_model import RTOL, Point, RunModel, Samples
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.given import Given, arithmetic, legal
 from freerock.models.laws import law_of
 from freerock.runs.release import FAR, lowered
 
 RENEWED = 0.4  # standard uncertainties by which an input moves before its derivatives are renewed
+FARTHEST_INPUT = 8.0  # standard uncertainties: a law that needs more is rejected by its pull
 ROUGH = 1e-5  # relative change of the objective, above which a search is a rough one
 WIDEST_IMPACT = 0.5  # |δ| of an impact
 EPS = float(np.finfo(float).eps)
@@ -69,7 +70,7 @@ def bounds_of(model: RunModel, name: str) -> tuple[float, float]:
         return -2 * RELEASE.loose_s, 2 * RELEASE.loose_s
     low, high = PARAMETERS[name].bounds
     if PARAMETERS[name].fitted_as == "ratio":
-        return 0.0, np.inf
+        return low * PARAMETERS["k"].bounds[0], high * PARAMETERS["k"].bounds[1]
     if PARAMETERS[name].fitted_as == "share":
         return low * model.block.width_m, high * model.block.width_m
     return low, high
@@ -91,8 +92,6 @@ class Posed:
         Of the integrator.
     walls : float
         Where it is not 0, the release lies within so many of its standard uncertainties, instead of a prior.
-    holds_inputs : bool
-        Whether the inputs stay where they are.
     """
 
     model: RunModel
@@ -101,7 +100,6 @@ class Posed:
     level: float
     rtol: float = RTOL
     walls: float = 0.0
-    holds_inputs: bool = False
 
     @cached_property
     def release(self) -> list[tuple[str, float, float]]:
@@ -129,13 +127,16 @@ class Posed:
         for name in own:
             if given.get(name, Given()).expr:
                 others = tuple(other for other in own if other != name)
-                found[legal(name)].set(expr=arithmetic(given[name].expr, others))
+                tied_to = found[legal(name)]
+                low, high = tied_to.min, tied_to.max
+                tied_to.set(expr=arithmetic(given[name].expr, others), min=-np.inf, max=np.inf)
+                if not low <= tied_to.value <= high:
+                    what = f"{name} is tied to {tied_to.value:g}, where no motion is"
+                    raise FreerockError("fits", what, "correct the expr of fits.parameters")
         for j, source in enumerate(self.model.inputs):
-            low, high = self.model.farthest(source), FARTHEST_INPUT
-            inside = 1e-3 * min(high - low, 1.0)
-            value = float(np.clip(at.inputs[j], low + inside, high - inside))
-            vary = not self.holds_inputs
-            found.add(f"input_{j + 1}_{source.name}", value=value, min=low, max=high, vary=vary)
+            far = FARTHEST_INPUT
+            value = float(np.clip(at.inputs[j], -0.99 * far, 0.99 * far))  # "dogbox" does not leave a bound
+            found.add(f"input_{j + 1}_{source.name}", value=value, min=-far, max=far)
         for i, value in enumerate(at.impacts.tolist()):
             found.add(f"impact_{i + 1}", value=value, min=-WIDEST_IMPACT, max=WIDEST_IMPACT)
         return found
@@ -177,8 +178,6 @@ class Posed:
 
     def by_inputs(self, at: Point) -> Floats:
         """Derivatives of the samples' rows by the inputs."""
-        if self.holds_inputs:
-            return np.zeros((self.samples.measured.size, len(at.inputs)))
         return self.model.by_inputs(at, self.samples, self.rtol) / self.level
 
 
@@ -223,12 +222,17 @@ class _Objective:
     """What lmfit calls; derivatives by the inputs are renewed where these have moved, if they are to be."""
 
     def __init__(self, posed: Posed, begun: Point, renews: bool) -> None:
+        posed.residual(begun)  # raises where the start is no motion
         self.posed, self.inputs, self.by_inputs = posed, begun.inputs, posed.by_inputs(begun)
         self.renews, self.last = renews, dict[bytes, tuple[Floats, Floats]]()
 
     def residual(self, moved: lmfit.Parameters) -> Floats:
-        """As `Posed.residual`."""
-        return self.posed.residual(self.posed.point(moved))
+        """As `Posed.residual`; a block that can't be, as one of no inertia, lies overturned."""
+        at = self.posed.point(moved)
+        try:
+            return self.posed.residual(at)
+        except FreerockError:
+            return self.posed.residual(at, np.full(self.posed.samples.measured.size, np.pi / 2))
 
     def jacobian(self, moved: lmfit.Parameters) -> Floats:
         """Derivatives by the parameters that vary."""
@@ -247,7 +251,9 @@ class _Objective:
         return self.last[key]
 
 
-def minimised(posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7) -> Ended:
+def minimised(
+    posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7, method: str = "dogbox"
+) -> Ended:
     """The end of `lmfit.Minimizer.least_squares` with our derivatives.
 
     Parameters
@@ -258,6 +264,8 @@ def minimised(posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7) ->
         Evaluations of the residual.
     ftol : float
         Relative change of the objective at which it ends.
+    method : str
+        Of `scipy.optimize.least_squares`. Bounds slow "trf" down where priors hold most numbers.
 
     Raises
     ------
@@ -268,7 +276,9 @@ def minimised(posed: Posed, start: Point, most: int = 60, ftol: float = 1e-7) ->
     objective = _Objective(posed, posed.point(parameters), renews=ftol < ROUGH)
     minimizer = lmfit.Minimizer(objective.residual, parameters, scale_covar=False, Dfun=objective.jacobian)
     try:
-        result = minimizer.least_squares(x_scale="jac", ftol=ftol, xtol=1e-10, gtol=EPS, max_nfev=most)
+        result = minimizer.least_squares(
+            method=method, x_scale="jac", ftol=ftol, xtol=EPS, gtol=EPS, max_nfev=most
+        )
     except ValueError as error:  # lmfit's answer to a residual that is no number
         what = "a fit met parameters that no motion has"
         raise FreerockError("fits", what, "correct values, bounds and ties of fits.parameters") from error

@@ -34,7 +34,6 @@ RTOL_SCREENING = 1e-5
 STEP = 3e-7
 JUMP_RAD = 3e-5  # a step `STEP` moves a curve by less: by 100 rad over the logarithm of a number
 STEP_BOTH_WAYS = 1e-4  # where the integrator's error is larger: edges, an offset, the tensionless rule
-FARTHEST_INPUT = 8.0  # standard uncertainties: a law that needs more is rejected by its pull
 MOST_STEPS = 20_000  # of a curve: a real one takes a tenth; where an optimiser wanders, one takes minutes
 INPUT_STEP = 0.01  # standard uncertainties
 SMALL_STEP = 1e-7  # rad, m: of what a sensor reads
@@ -282,14 +281,6 @@ class RunModel:
         if laboratory is None or not self.moves_inputs:
             return ()
         return tuple(each for each in laboratory.inputs if self._moves(each))
-
-    def farthest(self, source: Input) -> float:
-        """Lowest number of standard uncertainties by which a fit moves an input; a response stays above 0."""
-        laboratory = self.motion.laboratory
-        if source.name != "response_ms" or laboratory is None:
-            return -FARTHEST_INPUT
-        response = max(each.response_ms for each in laboratory.lasers.values())
-        return max(-(response**2) / ((response + source.u) ** 2 - response**2), -FARTHEST_INPUT)
 
     def _moves(self, source: Input) -> bool:
         is_freed = {"levelled_deg": "tilt", "com_offset_m": "tilt", "contact_width_m": "width"}

@@ -1,15 +1,17 @@
-"""Starts of a fit: a scan over a grid on the first swings, then horizons that grow with the impacts free."""
+"""Starts of a fit: a scan over a grid on the first swing, then swings that last as long as measured."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from freerock.arrays import Floats, Mask
-from freerock.identification.posed import Ended, Posed, minimised
+from freerock.identification.posed import WIDEST_IMPACT, Ended, Posed, minimised
 from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel, Samples
+from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import LAWS, law_of
 from freerock.runs.motion import Motion
@@ -21,32 +23,29 @@ class StartSettings:
 
     Parameters
     ----------
-    grid, screening : int
-        Samples of the error over a grid, and of a horizon before the whole run.
+    grid, samples : int
+        Samples of the error over a grid, and of what follows before the rounds of `fit`.
     followed : int
         Local minima of the grid that are followed.
-    sigma_r : float
-        Prior of the impacts' scatter while horizons grow: wide, so that no start loses the phase.
-    ftol, most : float, int
-        Relative change at which a horizon ends, and its evaluations.
-    first : int
-        Evaluations of the first horizon: a grid knows nothing of a width that is freed.
     worn : tuple of float
         Shares of the stated width, from which one that is freed starts.
-    lost : float
-        Times the mean square of the horizon before it, from which an end has lost the phase.
-    hurried : (int, float)
-        Evaluations and relative change of a law that is far from the run.
+    sigma_r : float
+        Prior of the impacts' scatter meanwhile: wide.
+    passes : int
+        Curves at most, over which the swings are brought to the durations that were measured.
+    in_step : float
+        Of a swing, up to which the instants of its impacts agree with the measured ones.
+    first, whole, hurried : (int, float)
+        Evaluations, and the relative change at which they end: on the first swings, on the whole run, and
+        there of a law that is far from it.
     clear : float
         Standard deviations of the noise, above which a rotation has a sign.
     missing : float
         Times the two swings before it, from which a swing holds one that the noise hides.
-    growth : int
-        Times the swings of a horizon, those of the next one; where that loses the phase, half of it.
     screened : int
         Swings of the first run, on which candidates are screened.
     promising : float
-        Times the least mean square of a horizon, up to which its ends are followed.
+        Times the least mean square of the first swings, up to which their ends are followed.
     misfit : float
         Times the noise's power, from which a residual sets the level of a sample itself.
     same : float
@@ -54,18 +53,17 @@ class StartSettings:
     """
 
     grid: int = 250
-    screening: int = 1000
+    samples: int = 1000
     followed: int = 3
-    sigma_r: float = 0.03
-    ftol: float = 1e-3
-    most: int = 12
-    first: int = 60
     worn: tuple[float, ...] = (0.9, 0.95, 1.0)
-    lost: float = 4.0
+    sigma_r: float = 0.03
+    passes: int = 6
+    in_step: float = 0.01
+    first: tuple[int, float] = (30, 1e-3)
+    whole: tuple[int, float] = (12, 1e-3)
     hurried: tuple[int, float] = (8, 3e-3)
     clear: float = 10.0
     missing: float = 1.4
-    growth: int = 2
     screened: int = 6
     promising: float = 5.0
     misfit: float = 1.5
@@ -81,11 +79,7 @@ def crossings_s(motion: Motion) -> Floats:
     Swings grow shorter: what follows one that is missing in the noise is left out.
     """
     counts = np.isfinite(motion.theta) & (motion.time_s >= 0)
-    time_s, theta = motion.time_s[counts], motion.theta[counts]
-    clear = np.abs(theta) > START.clear * motion.sigma_theta
-    time_s, theta = time_s[clear], theta[clear]
-    turned = np.flatnonzero(np.signbit(theta[1:]) != np.signbit(theta[:-1]))
-    found = 0.5 * (time_s[turned] + time_s[turned + 1])
+    found = _crossings_s(motion, motion.time_s[counts], motion.theta[counts])
     swings = np.diff(found)
     longer = np.flatnonzero(swings[2:] > START.missing * np.maximum(swings[1:-1], swings[:-2]))
     return np.asarray(found[: longer[0] + 3] if longer.size else found)
@@ -102,21 +96,71 @@ def _moves(motion: Motion) -> Mask:
     return np.asarray(np.abs(motion.theta) > max(10 * motion.sigma_theta, 1e-3 * abs(motion.theta0)))
 
 
-def horizons_s(motion: Motion) -> list[float]:
-    """Ends of growing horizons [s]: the first peak after an impact, then more and more swings.
+def whole_s(motion: Motion) -> float:
+    """End of what a fit takes of a run [s]: the last impact that is seen.
 
-    What follows these is no more than noise, and holds impacts that no one sees. Up to the first peak the
-    error has few minima.
+    What follows it is no more than noise, and holds impacts that no one sees.
     """
     crossings = crossings_s(motion)
-    if crossings.size < 3:
-        return [1.1 * moving_s(motion) + 0.1]
-    last = float(crossings[-1])
-    found, n = [0.5 * float(crossings[0] + crossings[1])], 2
-    while n < crossings.size:
-        found.append(float(crossings[n]))
-        n *= START.growth
-    return [*(each for each in found if each < 0.95 * last), last]
+    return float(crossings[-1]) if crossings.size > 2 else 1.1 * moving_s(motion) + 0.1
+
+
+def screening_s(motion: Motion) -> float:
+    """End of the first swings [s], on which candidates are screened."""
+    crossings = crossings_s(motion)
+    return float(crossings[START.screened]) if crossings.size > START.screened else whole_s(motion)
+
+
+def _first_peak_s(motion: Motion) -> float:
+    """Instant of the first peak after an impact [s]; up to it the error has few minima."""
+    crossings = crossings_s(motion)
+    return 0.5 * float(crossings[0] + crossings[1]) if crossings.size > 2 else whole_s(motion)
+
+
+def in_step(model: RunModel, at: Point, end_s: float) -> Point:
+    """A point with δ of the impacts up to an instant, by which swings last as long as measured.
+
+    The rate after an impact follows from the duration of the swing as of a rigid block. What a bed adds to
+    both durations is about the same, so that a few passes bring them together.
+    """
+    measured = crossings_s(model.motion)
+    at = with_impacts(at, int(np.searchsorted(measured, end_s)))
+    time_s = model.until(1.1 * end_s, 4 * START.samples).time_s
+    for _ in range(START.passes):
+        own = _crossings_s(model.motion, time_s, model.curve(at, time_s, 10 * RTOL_SCREENING))
+        n = min(own.size, measured.size, at.impacts.size + 1)
+        if n < 2:
+            break
+        wanted = np.diff(np.append(own[0], measured[1:n]))
+        late = np.max(np.abs(own[1:n] - measured[1:n]) / wanted)
+        if n == min(measured.size, at.impacts.size + 1) and late < START.in_step:
+            break
+        ratio = _rate_after(model.block, wanted) / _rate_after(model.block, np.diff(own[:n]))
+        impacts = at.impacts.copy()
+        impacts[: n - 1] = (1 + impacts[: n - 1]) * ratio / np.append(1.0, ratio[:-1]) - 1
+        at = replace(at, impacts=np.clip(impacts, -WIDEST_IMPACT, WIDEST_IMPACT))
+    if "r" in at.values and at.impacts.size:  # what the impacts of a rigid block share is its restitution
+        shared = float(np.exp(np.mean(np.log1p(at.impacts))))
+        values = {**at.values, "r": min(at.values["r"] * shared, 0.999)}
+        at = replace(at, values=values, impacts=(1 + at.impacts) / shared - 1)
+    return at
+
+
+def _crossings_s(motion: Motion, time_s: Floats, theta: Floats) -> Floats:
+    """Instants between samples clear of the noise at which a rotation changes its sign [s]."""
+    clear = np.abs(theta) > START.clear * motion.sigma_theta
+    time_s, theta = time_s[clear], theta[clear]
+    i = np.flatnonzero(np.signbit(theta[1:]) != np.signbit(theta[:-1]))
+    return np.asarray(time_s[i] + np.diff(time_s)[i] * theta[i] / (theta[i] - theta[i + 1]))
+
+
+def _rate_after(block: Block, duration_s: Floats) -> Floats:
+    """Rate after an impact of a slender rigid block whose swing lasts so long, over a constant.
+
+    With φ = θ_cr - |θ| and φ̈ = p² φ (Housner 1963, equation 6, doi:10.1785/BSSA0530020403) it is
+    p θ_cr tanh(p T/2) after a duration T.
+    """
+    return np.asarray(np.tanh(0.5 * block.p * duration_s))
 
 
 def scan(model: RunModel) -> list[Point]:
@@ -124,7 +168,7 @@ def scan(model: RunModel) -> list[Point]:
 
     A law with cases starts from the minima of these, with a trace of the number that each lacks.
     """
-    return _scan(model, horizons_s(model.motion)[0], START.followed)
+    return _scan(model, _first_peak_s(model.motion), START.followed)
 
 
 def scan_whole(model: RunModel, most: int) -> list[Point]:
@@ -146,8 +190,9 @@ def _scan(model: RunModel, horizon_s: float, most: int) -> list[Point]:
         ratios = np.geomspace(*PARAMETERS[ratio].grid)
         lacking = {name: PARAMETERS[name].trace for name in law.ratios if name != ratio}
         middle = {ratio: float(ratios[len(ratios) // 2]), **lacking}
-        first_s = horizons_s(model.motion)[0]
-        k_grid = np.sort(np.append(k_grid, _first_swing_k(model, first_s, middle, beside)))
+        k_grid = np.sort(
+            np.append(k_grid, _first_swing_k(model, _first_peak_s(model.motion), middle, beside))
+        )
         points = [
             _at(
                 model,
@@ -246,83 +291,60 @@ def _scan_rigid(model: RunModel, horizon_s: float, beside: Mapping[str, float], 
     return [point for _, point in _lowest(model, points, (len(points),), samples, most)]
 
 
+@dataclass(frozen=True, eq=False)
 class Followed:
-    """The starts of a run, followed over growing horizons with the impacts free.
+    """The starts of a run, followed over the first swings and the whole run with the impacts free.
 
-    A horizon of one swing knows nothing of what follows; with the impacts free none loses the phase. Where a
-    law leaves more than the noise, the level of a sample is that of its residual.
+    Where a law leaves more than the noise, the level of a sample is that of its residual.
 
     Parameters
     ----------
     model : RunModel
     noise : float
         Standard deviation of the noise of a sample [rad].
-    starts : list of Point, optional
-        By default those of `scan`.
+    known : Ended, optional
+        Where another run of the record ends; its numbers of the law are the start, else those of `scan`.
     """
 
-    def __init__(self, model: RunModel, noise: float, starts: list[Point] | None = None) -> None:
-        self.model, self.noise = model, noise
-        self._starts, self._ends, self._done, self._left = starts, list[Ended](), 0, 1.0
-        self._horizons, self._crossings = horizons_s(model.motion), crossings_s(model.motion)
-        self.search = START.most, START.ftol
+    model: RunModel
+    noise: float
+    known: Ended | None = None
 
-    @property
-    def _hurries(self) -> bool:
-        """Whether the law is far from the run."""
-        return self.search == START.hurried
-
-    def hurry(self) -> None:
-        """Follow a law that is far from the run with fewer evaluations."""
-        self.search = START.hurried
-
+    @cached_property
     def screened(self) -> Ended:
-        """The best end of the first horizon that holds `START.screened` swings, or of the last one."""
-        while self._done < len(self._horizons) and self._swings(self._done - 1) < START.screened:
-            self._grow()
-        return min(self._ends, key=lambda end: end.objective)
+        """The best end of the first swings."""
+        return self._of_first[0]
 
-    def to_the_end(self) -> Ended:
-        """The best end of the last horizon."""
-        while self._done < len(self._horizons):
-            self._grow()
-        return min(self._ends, key=lambda end: end.objective)
+    def whole(self, roughly: bool = False) -> Ended:
+        """The best end of the whole run; `roughly` of a law that is far from it."""
+        search = START.hurried if roughly else START.whole
+        if self.known is None:
+            starts, left = [end.at for end in self._of_first], self.over_noise(self.screened)
+        else:
+            values = {**self.known.at.values, "theta0": self.model.motion.theta0, "t0": 0.0}
+            values = {name: values[name] for name in self.model.names}
+            starts = [Point(values, self.known.at.inputs, np.zeros(0))]
+            left = self.over_noise(self.known)
+        return self._ends(whole_s(self.model.motion), starts, left, search, RTOL)[0]
 
     def over_noise(self, end: Ended) -> float:
         """Mean square of the residual and the priors at an end, over the noise."""
         return end.mean_square * (end.posed.level / self.noise) ** 2
 
-    def _swings(self, i: int) -> int:
-        """Swings that a horizon holds; none before the first."""
-        return int(np.searchsorted(self._crossings, self._horizons[i])) if i >= 0 else 0
+    @cached_property
+    def _of_first(self) -> list[Ended]:
+        end_s = screening_s(self.model.motion)
+        return promising(self._ends(end_s, scan(self.model), 1.0, START.first, 10 * RTOL))
 
-    def _grow(self) -> None:
-        """One horizon more; inputs move up to that of `screened`, and in the last one."""
-        horizon_s = self._horizons[self._done]
-        begun = [end.at for end in promising(self._ends)] if self._ends else self._starts or scan(self.model)
-        last, (most, ftol) = self._done == len(self._horizons) - 1, self.search
-        n_impacts, before = self._swings(self._done), self._swings(self._done - 1)
-        samples = self.model.until(horizon_s, START.screening)
-        level = self.noise * float(np.sqrt(self._left)) if self._left > START.misfit else self.noise
-        rtol, holds = RTOL if last else 10 * RTOL, not last and before >= START.screened
-        posed = Posed(self.model, samples, START.sigma_r, level, rtol, holds_inputs=holds)
-        most = most if self._ends else max(most, START.first)
-        ends = [minimised(posed, with_impacts(start, n_impacts), most, ftol) for start in begun]
-        left = min(map(self.over_noise, ends))
-        is_lost = self._ends and not self._hurries and left > START.lost * max(self._left, 1.0)
-        if is_lost and self._halved(horizon_s):
-            return
-        self._ends, self._left = ends, left
-        self._done += 1
-
-    def _halved(self, horizon_s: float) -> bool:
-        """Whether a horizon with half of the further swings could be put before one."""
-        before = int(np.searchsorted(self._crossings, self._horizons[self._done - 1]))
-        further = int(np.searchsorted(self._crossings, horizon_s)) - before
-        if further < 2:
-            return False
-        self._horizons.insert(self._done, float(self._crossings[before + further // 2]))
-        return True
+    def _ends(
+        self, end_s: float, starts: list[Point], left: float, search: tuple[int, float], rtol: float
+    ) -> list[Ended]:
+        """Ends of starts on the samples up to an instant, the best one first."""
+        level = self.noise * float(np.sqrt(left)) if left > START.misfit else self.noise
+        samples = self.model.until(end_s, START.samples)
+        posed = Posed(self.model, samples, START.sigma_r, level, rtol)
+        ends = [minimised(posed, in_step(self.model, start, end_s), *search) for start in starts]
+        return sorted(ends, key=lambda end: end.objective)
 
 
 def promising(ends: list[Ended]) -> list[Ended]:

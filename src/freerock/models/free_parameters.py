@@ -51,7 +51,7 @@ class Parameter:
 
 
 PARAMETERS = {
-    "r": Parameter("1", "r", "value", -1e-5, bounds=(0.0, 1.0), grid=(1e-4, 0.95, 170)),
+    "r": Parameter("1", "r", "value", -1e-5, bounds=(1e-3, 1.0), grid=(1e-4, 0.95, 170)),
     "k": Parameter("N m-2", "k", "logarithm", 1e-5, bounds=(1e4, 1e11), grid=(3e5, 1e9, 16)),
     "c": Parameter(
         "N s m-2",

@@ -15,7 +15,7 @@ from freerock.arrays import Floats
 from freerock.identification.fitted import Fit
 from freerock.identification.posed import Posed, minimised
 from freerock.identification.run_model import Point, RunModel
-from freerock.identification.start import START, crossings_s, horizons_s
+from freerock.identification.start import START, crossings_s, whole_s
 
 EVALUATIONS = 12
 LEAST_SWINGS = 5  # of which a difference and its chance can be told
@@ -105,14 +105,14 @@ def _left_out(fit: Fit, numbers: Mapping[str, float]) -> Floats:
     settings = replace(own.settings, parameters=laws)
     model = RunModel(own.candidate, own.block, own.motion, settings, moves_inputs=False)
     crossings = crossings_s(own.motion)
-    samples = model.until(horizons_s(own.motion)[-1], START.screening)
+    samples = model.until(whole_s(own.motion), START.samples)
     level = max(posterior.level, own.motion.sigma_theta)
     impacts = posterior.at.impacts
     if impacts.size < crossings.size:
         impacts = np.append(impacts, np.zeros(crossings.size - impacts.size))
     start = Point({**fit.values, **numbers}, np.zeros(0), impacts)
     wide = Posed(model, samples, START.sigma_r, level, 1e-7)
-    end = minimised(wide, start, EVALUATIONS, START.ftol)
+    end = minimised(wide, start, EVALUATIONS, START.whole[1])
     left = model.curve(end.at, samples.time_s) - samples.theta
     swing = np.searchsorted(crossings, samples.time_s)
     n = np.bincount(swing, minlength=crossings.size + 1)
