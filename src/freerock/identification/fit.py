@@ -109,7 +109,7 @@ def fit_record(
     >>> record = freerock.load("raw/palermo_virtual/config2_marble.tdms", block, laser)
     >>> fits = freerock.fit_record("hunt_crossley", block, record.motions)
     >>> print([f"{fit.values['k']:.2e}" for fit in fits.values()])
-    ['6.90e+06', '6.88e+06', '6.71e+06']
+    ['6.90e+06', '6.87e+06', '6.70e+06']
     """
     return finished(settled(Followers(candidate, block, motions, settings or FitSettings()).ends()))
 
