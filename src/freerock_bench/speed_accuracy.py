@@ -21,7 +21,7 @@ from ruamel.yaml import YAML
 from freerock.arrays import Floats
 from freerock.models.laws import LAWS, MODEL_LABELS, MODELS, Rules
 from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
-from freerock.models.simulate import Solver, simulate_theta
+from freerock.models.simulate import Solver, simulate_fitted
 from freerock_bench import peers
 from freerock_bench.document import in_markdown
 from freerock_bench.golden.files import read_golden
@@ -160,12 +160,11 @@ class Scale:
     def _theta(self, other: Mapping[str, float], later_s: float) -> Floats:
         problem = self.problem
         values = {**problem.parameters, "theta0": problem.theta0, **other}
-        theta, _ = simulate_theta(
+        theta = simulate_fitted(
             problem.model,
             problem.block,
-            {name: values[name] for name in MODELS[problem.model]},
+            {**{name: values[name] for name in MODELS[problem.model]}, "theta0": values["theta0"]},
             self.time - later_s,
-            theta0=values["theta0"],
             rules=Rules(problem.debonding),
             solver=Solver(1e-12),
         )

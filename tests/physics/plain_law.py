@@ -9,8 +9,10 @@ Rounded edges of radius ρ lie w = ρ - sqrt(ρ² - v²) higher at v beyond the 
 import math
 from itertools import pairwise
 
+from numpy.polynomial.legendre import leggauss
+
 from freerock.models.block import Block
-from freerock.models.contact import Foundation, State, _edge_ends, _gauss
+from freerock.models.contact import Foundation, State
 from freerock.models.laws import GEOMETRIC, Rules
 
 
@@ -147,7 +149,7 @@ def _edge_force(block: Block, foundation: Foundation, state: State, side: int) -
     v0, v1 = _edge_ends(z + side * block.flat * slope, side * slope, radius)
     first, last = math.asin(v0 / radius), math.asin(v1 / radius)
     force = moment = 0.0
-    for node, weight in _gauss(12):
+    for node, weight in zip(*map(list, leggauss(12)), strict=True):
         phi = 0.5 * (first + last) + 0.5 * (last - first) * node
         u = side * (block.flat + radius * math.sin(phi))
         depth = z + u * slope - radius * (1 - math.cos(phi))
@@ -183,3 +185,15 @@ def _roots(a0: float, a1: float, a2: float = 0.0) -> list[float]:
         return []
     q = -0.5 * (a1 + math.copysign(math.sqrt(discriminant), a1))
     return [q / a2, a0 / q] if q else [0.0]
+
+
+def _edge_ends(depth: float, slope: float, radius: float) -> tuple[float, float]:
+    """From which v to which an edge touches that begins so deep [m]: depth + v slope > ρ - sqrt(ρ² - v²)."""
+    rest, root = radius - depth, (radius * slope) ** 2 + depth * (2 * radius - depth)
+    whole = radius * slope >= rest
+    if not whole and (root <= 0 or (depth < 0 and slope <= 0)):
+        return 0.0, 0.0
+    half = math.sqrt(max(root, 0.0))
+    v0 = (rest * slope - half) / (1 + slope**2) if depth < 0 else 0.0
+    v1 = radius if whole else min((rest * slope + half) / (1 + slope**2), radius)
+    return v0, max(v0, v1)

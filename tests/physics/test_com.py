@@ -9,7 +9,7 @@ import pytest
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, lean
 from freerock.models.laws import Rules
-from freerock.models.simulate import Solver, simulate, simulate_theta
+from freerock.models.simulate import Solver, simulate, simulate_fitted
 from freerock.runs.impacts import find_impacts
 from freerock_bench.golden import dop853, ours
 from freerock_bench.golden.scenes import scenes
@@ -45,10 +45,10 @@ def test_an_independent_integrator_finds_the_same_motion(name):
 def test_an_offset_does_what_a_tilt_does(law, kinematics):
     """Weight acts through the same point of the base: of a slender block the two differ by little."""
     tau, time, rules = 1e-3, np.linspace(0, 1.5, 301), Rules(kinematics=kinematics)
-    level = simulate_theta(law, BLOCK, LAWS[law], time, theta0=0.17, rules=rules)[0]
-    tilted = simulate_theta(law, BLOCK, {**LAWS[law], "tilt": tau}, time, theta0=0.17, rules=rules)[0]
+    level = simulate_fitted(law, BLOCK, {**LAWS[law], "theta0": 0.17}, time, rules=rules)
+    tilted = simulate_fitted(law, BLOCK, {**LAWS[law], "tilt": tau, "theta0": 0.17}, time, rules=rules)
     off = replace(BLOCK, com_offset_m=BLOCK.h * tau)
-    offset = simulate_theta(law, off, LAWS[law], time, theta0=0.17, rules=rules)[0]
+    offset = simulate_fitted(law, off, {**LAWS[law], "theta0": 0.17}, time, rules=rules)
     assert np.linalg.norm(offset - tilted) < 0.2 * np.linalg.norm(tilted - level)
 
 
@@ -60,7 +60,7 @@ def test_an_offset_block_stands_where_it_leans():
     assert stands == pytest.approx(expected, rel=0.05)
     theta = simulate("winkler", ODD, law, time, theta0=stands).theta
     assert np.abs(theta - stands).max() < 1e-5 * stands
-    let_go, _ = simulate_theta("winkler", ODD, law, np.linspace(0, 8, 801), theta0=0.1)
+    let_go = simulate_fitted("winkler", ODD, {**law, "theta0": 0.1}, np.linspace(0, 8, 801))
     assert np.abs(let_go[-50:]).max() < 1e-2 * stands
 
 

@@ -156,11 +156,12 @@ def test_the_foundation_carries_a_block_with_rounded_edges(k, radius, theta):
 @given(st.floats(1e5, 1e9), radii)
 def test_depth_and_contact_of_an_upright_block_by_the_area_of_a_circle(k, radius):
     block = rounded(radius)
-    depth, half = kernel._upright(k / block.mass_kg, block.flat, radius, GRAVITY)
-    assert depth == pytest.approx(static_depth(block, Foundation(k), 0.0), rel=1e-9)
+    depth, stiffness = kernel.depth_at_rest(0.0, Foundation(k).constants(block))
     if depth < radius:
         angle = math.acos(1 - depth / radius)
-        assert half == pytest.approx(block.flat + radius * math.sin(angle), rel=1e-9)
+        assert stiffness * block.mass_kg / (2 * k) == pytest.approx(
+            block.flat + radius * math.sin(angle), rel=1e-9
+        )
         segments = radius**2 * (angle - math.sin(angle) * math.cos(angle))
         area = 2 * block.flat * depth + segments
         assert k * area == pytest.approx(block.mass_kg * GRAVITY, rel=1e-9)

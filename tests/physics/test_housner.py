@@ -33,25 +33,10 @@ def test_impacts_and_peaks_of_configuration_2(r, impacts, peaks):
     assert np.degrees(swings.peak[1 : len(peaks) + 1]) == pytest.approx(peaks, abs=6e-5)
 
 
-@pytest.mark.parametrize(
-    ("theta0", "theta_rate0"),
-    [
-        (ALPHA, 0.0),
-        (-ALPHA, 0.0),
-        (0.1, 0.8),  # pushed outward
-        (0.1, -0.8),  # inward
-        (0.0, 1.0),  # struck at rest
-        (0.15, -2.5),  # inward, too fast ever to have been at rest
-        (0.3, -1.5),  # thrown back from beyond the critical angle
-        (BLOCK.theta_cr - 1e-9, 0.0),
-    ],
-)
-def test_first_swing_of_any_start(theta0, theta_rate0):
-    swings = housner_swings(BLOCK, 0.5, theta0, theta_rate0)
-    time = np.linspace(0, swings.impact_time[0], 60)
-    theta, theta_rate = housner_motion(swings, time, theta0, theta_rate0)
-    side = swings.sign[0]
-    expected = solve_ivp(
+def pendulum(theta0, theta_rate0, time, **options):
+    """Rotation and rate until the first impact, by SciPy."""
+    side = math.copysign(1.0, theta0 or theta_rate0)
+    return solve_ivp(
         lambda t, y: [y[1], -(BLOCK.p**2) * math.sin(side * BLOCK.theta_cr - y[0])],
         (0, time[-1]),
         [theta0, theta_rate0],
@@ -59,13 +44,49 @@ def test_first_swing_of_any_start(theta0, theta_rate0):
         t_eval=time,
         rtol=3e-14,
         atol=1e-16,
-    ).y
+        **options,
+    )
+
+
+@pytest.mark.parametrize("theta0", [ALPHA, -ALPHA, BLOCK.theta_cr - 1e-9])
+def test_first_swing_from_rest(theta0):
+    swings = housner_swings(BLOCK, 0.5, theta0)
+    time = np.linspace(0, swings.impact_time[0], 60)
+    theta, theta_rate = housner_motion(swings, time, theta0)
+    expected = pendulum(theta0, 0.0, time).y
     # near the critical angle an error grows as exp(p t)
     growth = math.exp(BLOCK.p * time[-1])
     assert theta == pytest.approx(expected[0], abs=1e-13 * growth)
     assert theta_rate == pytest.approx(expected[1], abs=1e-12 * growth)
     assert theta[-1] == pytest.approx(0, abs=2e-15)
-    assert theta_rate[-1] == pytest.approx(-side * swings.impact_rate[0], rel=1e-12)
+    assert theta_rate[-1] == pytest.approx(-swings.sign[0] * swings.impact_rate[0], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("theta0", "theta_rate0"),
+    [
+        (0.1, 0.8),  # pushed outward
+        (0.1, -0.8),  # inward
+        (0.0, 1.0),  # struck at rest
+        (0.15, -2.5),  # inward, too fast ever to have been at rest
+        (0.3, -1.5),  # thrown back from beyond the critical angle
+    ],
+)
+def test_first_swing_of_a_block_that_is_pushed(theta0, theta_rate0):
+    def upright(_, y):
+        return y[0] if theta0 else y[0] + 1e-3
+
+    upright.terminal, upright.direction = True, -1
+    last = pendulum(theta0, theta_rate0, np.array([0.0, 2.0]), events=upright).t_events[0][0]
+    time = np.linspace(0, last, 60)[:-1]
+    start = State(0.0, 0.0, theta0, theta_rate0)
+    response = simulate(
+        "housner", BLOCK, {"r": 0.5}, [*time, last + 1e-6], theta0=start, solver=Solver(1e-12)
+    )
+    expected = pendulum(theta0, theta_rate0, time).y
+    assert response.theta[:-1] == pytest.approx(expected[0], abs=1e-9)
+    assert response.theta_rate[:-1] == pytest.approx(expected[1], abs=1e-8)
+    assert not theta0 or response.impacts == pytest.approx([last], abs=1e-9)
 
 
 @given(blocks, st.floats(1e-6, 1 - 1e-6), st.floats(0.05, 1.0))
@@ -109,10 +130,10 @@ def test_beyond_return(theta0, theta_rate0):
 
 
 def test_thrown_over_to_the_other_side():
-    swings = housner_swings(BLOCK, 0.95, 0.1, -5.0)
-    assert swings.outcome == "overturned" and len(swings.impact_time) == 1
-    theta, _ = housner_motion(swings, swings.impact_time[0] * np.array([0.5, 0.999, 1.001]), 0.1, -5.0)
-    assert np.isfinite(theta[:2]).all() and np.isnan(theta[2])
+    start = State(0.0, 0.0, 0.1, -5.0)
+    response = simulate("housner", BLOCK, {"r": 0.95}, np.linspace(0, 1, 101), theta0=start)
+    assert response.outcome == "overturned" and len(response.impacts) == 1
+    assert np.isfinite(response.theta[:2]).all() and np.isnan(response.theta[-1])
 
 
 def test_endless_rocking_has_a_limit():

@@ -7,7 +7,7 @@ import pytest
 
 from freerock.models.block import GRAVITY, Block
 from freerock.models.housner import housner_swings
-from freerock.models.simulate import simulate_theta
+from freerock.models.simulate import simulate, simulate_fitted
 from freerock.runs.impacts import find_impacts
 
 BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
@@ -20,9 +20,9 @@ SIGMA = math.radians(0.01)
 def motion(model, number, parameters, theta0_deg=None, duration_s=8.0, rate_hz=2000.0):
     time = np.arange(round(duration_s * rate_hz)) / rate_hz
     theta0 = math.radians(RELEASE_DEG[number] if theta0_deg is None else theta0_deg)
-    theta, outcome = simulate_theta(model, BLOCKS[number], parameters, time, theta0=theta0)
-    assert outcome in ("completed", "at_rest")
-    return time, theta, theta0
+    found = simulate(model, BLOCKS[number], parameters, time, theta0=theta0)
+    assert found.outcome in ("completed", "at_rest")
+    return time, found.theta, theta0
 
 
 def noisy(theta, seed, sigma=SIGMA):
@@ -56,7 +56,7 @@ def test_no_bias_and_honest_errors_on_rigid_motion_down_to_ten_sigma():
         block = BLOCKS[generator.integers(1, 4)]
         r, theta0 = generator.uniform(0.75, 0.96), block.theta_cr * generator.uniform(0.5, 0.8)
         time = generator.uniform(0, 5e-4) + np.arange(16000) / 2000
-        theta, _ = simulate_theta("housner", block, {"r": r}, time, theta0=theta0)
+        theta = simulate_fitted("housner", block, {"r": r, "theta0": theta0}, time)
         theta += SIGMA * generator.standard_normal(theta.size)
         found = find_impacts(time, theta, SIGMA, block, theta0=theta0)
         swings = housner_swings(block, r, theta0, until=9.0)

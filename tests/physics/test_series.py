@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 import plain_law
 import pytest
+import recurrences
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from freerock.models import contact, kernel, recurrences, series, series_sums
+from freerock.models import contact, kernel, series, series_sums
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State
 from freerock.models.ground import tilted
@@ -19,7 +20,7 @@ from freerock.models.simulate import Solver, simulate
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
 BLOCK = Block(0.28, 0.07, 5.84)
-NO_GROUND = np.empty(0), np.empty((0, 14))
+NO_GROUND = np.empty(0), np.empty((0, 10))
 NO_SCATTER = np.empty(0), np.empty((0, 5))
 SCENES = [
     (CONFIGURATIONS[block][0], CONFIGURATIONS[block][1], model, TABLE_2[foundation][model])

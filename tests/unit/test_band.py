@@ -6,7 +6,7 @@ import pytest
 from freerock.columns import columns_of
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
-from freerock.models.simulate import simulate_theta
+from freerock.models.simulate import simulate_fitted
 from freerock.populations.band import bands, swings_of
 from freerock.populations.estimate import Estimate
 from freerock.rotation.laboratory import Input
@@ -19,7 +19,7 @@ def record(restitutions, stderr=1e-4):
     """Estimates, motions and measured peaks [°] of the runs of a rigid block."""
     estimates, motions, peaks = [], {}, {}
     for run, r in enumerate(restitutions, 1):
-        theta, _ = simulate_theta("housner", BLOCK, {"r": r}, TIME, theta0=0.17)
+        theta = simulate_fitted("housner", BLOCK, {"r": r, "theta0": 0.17}, TIME)
         names = "made_up", "a_marble", run, "a", "marble", "housner"
         estimates.append(Estimate(*names, {"r": r, "theta0": 0.17}, np.array([[stderr**2]])))
         motions[run] = Motion(TIME, theta, sigma_theta=1e-5, theta0=0.17)
@@ -29,7 +29,7 @@ def record(restitutions, stderr=1e-4):
 
 
 def test_peaks_are_those_of_the_closed_form():
-    theta, _ = simulate_theta("housner", BLOCK, {"r": 0.9}, TIME, theta0=0.17)
+    theta = simulate_fitted("housner", BLOCK, {"r": 0.9, "theta0": 0.17}, TIME)
     peaks, times = swings_of(TIME, theta)
     exact = housner_swings(BLOCK, 0.9, 0.17, max_impacts=6)
     np.testing.assert_allclose(np.radians(peaks[:5]), exact.peak[1:6], rtol=2e-4)

@@ -30,14 +30,24 @@ def one_run(draw, block):
     leaving = solve_ivp(rates, (0, fade_s), begins, rtol=1e-9, atol=1e-12, dense_output=True)
     leaves = leaving.sol(np.arange(math.ceil(fade_s * RATE_HZ)) / RATE_HZ)[0]
     theta, rate = leaving.y[:, -1]
-    swings = housner_swings(block, 0.92, theta, rate)
+    # the top from which the block falls as it does then lies before
+
+    def stands(_, y):
+        return y[1]
+
+    def falls(_, y):
+        return [y[1], -(p**2) * math.sin(theta_cr - y[0])]
+
+    stands.terminal = True
+    back = solve_ivp(falls, (0, -1), [theta, rate], rtol=1e-10, atol=1e-13, events=stands)
+    top_s, top = back.t_events[0][0], back.y_events[0][0, 0]
+    swings = housner_swings(block, 0.92, top)
     t = np.arange(leaves.size, round((fade_s + swings.rest_time + 1.5) * RATE_HZ)) / RATE_HZ
-    free = housner_motion(swings, t - fade_s, theta, rate, rates=False)[0]
+    free = housner_motion(swings, t - fade_s - top_s, top, rates=False)[0]
     share = np.linspace(0, 1, round(TILT_S * RATE_HZ))
     tilt = theta0 * np.sin(np.pi / 2 * share) ** 2 + share**2 * tremor[0]
-    top = theta_cr - 2 * math.asin(math.sqrt(swings.k2[0]))
     parts = np.concatenate([tilt, theta0 + tremor, leaves, free])
-    return parts, TILT_S + n / RATE_HZ, fade_s + float(swings.peak_time[0]), top
+    return parts, TILT_S + n / RATE_HZ, fade_s + top_s, top
 
 
 def test_no_run_of_a_hand_is_lost_and_its_release_is_known_as_well_as_it_says():

@@ -9,7 +9,7 @@ from freerock.identification.fit import fit_record
 from freerock.models.block import Block
 from freerock.models.contact import Foundation, energy
 from freerock.models.laws import GEOMETRIC
-from freerock.models.simulate import Solver, simulate, simulate_theta
+from freerock.models.simulate import Solver, simulate, simulate_fitted
 from freerock.noise.spectrum import white_noise
 from freerock.populations.impact_energy import impact_energy, of_measured
 from freerock.runs.motion import Motion
@@ -57,7 +57,7 @@ def test_true_energies_lie_within_the_uncertainty(sigma_r):
 def test_a_rigid_blocks_impacts_scatter_about_its_r():
     draw, r = np.random.default_rng(4), 0.92
     delta = 0.01 * draw.standard_normal(30)
-    theta, _ = simulate_theta("housner", BLOCK, {"r": r, "impacts": delta}, TIME, theta0=THETA0)
+    theta = simulate_fitted("housner", BLOCK, {"r": r, "impacts": delta, "theta0": THETA0}, TIME)
     fit = fit_record("housner", BLOCK, {1: measured(theta, draw)})[1]
     found = impact_energy(fit, BLOCK, np.linspace(0.2, 2.0, N))
     off = (found.restitution - r * (1 + delta[:N])) / found.u_total

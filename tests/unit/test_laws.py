@@ -2,11 +2,7 @@
 
 import pytest
 
-from freerock.models.free_parameters import (
-    PARAMETERS,
-    parameter_of,
-    unit_of,
-)
+from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS, Rules
 
 
@@ -36,13 +32,6 @@ def test_candidates_are_the_laws_with_their_kinematics_and_width_from_few_number
     assert MODELS["general_pivoting_width"] == ("k", "c", "lambda")
     assert MODEL_LABELS["hunt_crossley_pivoting_width"] == "Hunt–Crossley, pivoting, width free"
     assert MODEL_LABELS["housner_width"] == "Housner, width free"
-
-
-def test_parameters_are_numbered_by_run():
-    assert unit_of("theta0") == unit_of("theta0_2") == "rad"
-    assert parameter_of("theta0_12") is PARAMETERS["theta0"]
-    with pytest.raises(KeyError):
-        unit_of("stiffness")
 
 
 def test_tensionless_rule_is_for_one_damping_at_a_time():

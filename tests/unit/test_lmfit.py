@@ -13,7 +13,7 @@ from freerock.identification.fit import fit_run
 from freerock.identification.lmfit_models import HousnerModel, HuntCrossleyModel, WinklerModel
 from freerock.models.block import Block
 from freerock.models.given import Given, faults
-from freerock.models.simulate import Solver, simulate_theta
+from freerock.models.simulate import Solver, simulate_fitted
 from freerock.products.netcdf import open_fits, write_fits
 from freerock.runs.motion import Motion
 
@@ -29,7 +29,7 @@ ALPHA = 0.17
 
 def released(law, seed=1, span=2.0):
     time_s = np.arange(0, span, 2e-3)
-    theta, _ = simulate_theta(law, BLOCK, TRUTHS[law], time_s, theta0=ALPHA, solver=Solver(1e-10))
+    theta = simulate_fitted(law, BLOCK, {**TRUTHS[law], "theta0": ALPHA}, time_s, solver=Solver(1e-10))
     theta += SIGMA * np.random.default_rng(seed).standard_normal(time_s.size)
     return Motion(time_s, theta, SIGMA, ALPHA, 2e-5, 5e-4)
 
@@ -40,12 +40,11 @@ def fitted(law, given, motion=None, **options):
 
 
 def chi_square(law, motion, values):
-    theta, _ = simulate_theta(
+    theta = simulate_fitted(
         law,
         BLOCK,
-        {name: values[name] for name in TRUTHS[law]},
+        {**{name: values[name] for name in TRUTHS[law]}, "theta0": values.get("theta0", ALPHA)},
         motion.time_s - values.get("t0", 0.0),
-        theta0=values.get("theta0", ALPHA),
         solver=Solver(1e-9),
     )
     return np.sum((theta - motion.theta) ** 2) / SIGMA**2

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from freerock.models.block import Block
-from freerock.models.simulate import Solver, simulate_theta
+from freerock.models.simulate import Solver, simulate_fitted
 from freerock.rotation.faults import signal_quality
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.rotation import find_rotation
@@ -92,7 +92,7 @@ def test_a_base_off_level_counts_as_in_the_motion_on_it(lean_deg):
     """r of a rigid block on a base that leans, taken for level: the tilt contributes what it is off."""
     time_s = np.arange(0, 4.0, 5e-4)
     law = {"r": 0.92, "tilt": math.radians(lean_deg)}
-    theta, _ = simulate_theta("housner", BLOCK, law, time_s, theta0=THETA0, solver=Solver(1e-11))
+    theta = simulate_fitted("housner", BLOCK, {**law, "theta0": THETA0}, time_s, solver=Solver(1e-11))
     impacts = find_impacts(time_s, theta, 0.0, BLOCK, theta0=THETA0)
     laboratory = Laboratory(BLOCK, {"l": Laser(units="rad")}, (Input("f", "levelled_deg", 0.01, True),))
     shift = measured_contributions(THETA0, impacts, laboratory).values[-len(impacts.time_s) :, 0]
@@ -103,7 +103,7 @@ def test_a_base_off_level_counts_as_in_the_motion_on_it(lean_deg):
 
 def test_the_total_is_a_root_sum_of_squares_and_without_inputs_the_noise():
     time_s = np.arange(0, 4.0, 5e-4)
-    theta, _ = simulate_theta("housner", BLOCK, {"r": 0.92}, time_s, theta0=THETA0)
+    theta = simulate_fitted("housner", BLOCK, {"r": 0.92, "theta0": THETA0}, time_s)
     theta = theta + 1e-4 * np.random.default_rng(1).standard_normal(theta.size)
     impacts = find_impacts(time_s, theta, 1e-4, BLOCK, theta0=THETA0, theta0_stderr=1e-5)
     known = measured_total(THETA0, 1e-5, impacts, Laboratory(BLOCK, {"l": NEAR}))
@@ -129,7 +129,7 @@ def test_it_holds_where_the_inputs_are_wrong_by_what_is_stated_of_them():
         stated = true = Laboratory(BLOCK, {"l": NEAR}, known)
         for source in known:
             true = true.moved(source, float(generator.standard_normal()))
-        theta, _ = simulate_theta("housner", true.block, {"r": 0.9}, time_s, theta0=THETA0)
+        theta = simulate_fitted("housner", true.block, {"r": 0.9, "theta0": THETA0}, time_s)
         theta = true.reread(theta, stated) + 1e-4 * generator.standard_normal(theta.size)
         held = float(true.reread(np.array([THETA0]), stated)[0])
         impacts = find_impacts(time_s, theta, 1e-4, BLOCK, theta0=held, theta0_stderr=1e-6)

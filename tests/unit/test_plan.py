@@ -13,7 +13,7 @@ from freerock.config.mistakes import ConfigError
 from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
 from freerock.identification.paper_fit import paper_fit
-from freerock.models.simulate import Solver, simulate_theta
+from freerock.models.simulate import Solver, simulate_fitted
 from freerock.noise.spectrum import white_noise
 from freerock.planning.bound import ExpectedRun, information_bound
 from freerock.planning.plan import CASE_COLUMNS, COLUMNS, plan, sigma_theta_of
@@ -34,7 +34,7 @@ ANGLES = {"laser": Laser(units="rad")}  # the rotation is what is measured
 
 
 def fitted(model, block, parameters, theta0, seed, time_s=TIME, noise=None, laboratory=None, **options):
-    theta, _ = simulate_theta(model, block, parameters, time_s, theta0=theta0, solver=Solver(1e-10))
+    theta = simulate_fitted(model, block, {**parameters, "theta0": theta0}, time_s, solver=Solver(1e-10))
     noisy = theta + np.random.default_rng(seed).normal(0, SIGMA, time_s.size)
     motion = Motion(time_s, noisy, SIGMA, theta0, 1e-3, 3e-3, noise=noise, laboratory=laboratory)
     return fit_run(model, block, motion, FitSettings(**options))
@@ -122,8 +122,8 @@ def test_derivatives_by_inputs_are_those_of_a_laboratory_that_is_wrong_by_them(n
     scale = np.linalg.norm(by_numbers, axis=0)
     shift = np.linalg.lstsq(by_numbers / scale, by_input[:, 0], rcond=None)[0] / scale
     true = laboratory.moved(source, 1.0)
-    theta, _ = simulate_theta(
-        "hunt_crossley", true.block, values, TIME * true.clock, theta0=TEN, solver=Solver(1e-10)
+    theta = simulate_fitted(
+        "hunt_crossley", true.block, {**values, "theta0": TEN}, TIME * true.clock, solver=Solver(1e-10)
     )
     motion = Motion(TIME, true.reread(theta, laboratory), 1e-6, TEN, 1e-3, 3e-3)
     fit = paper_fit("hunt_crossley", CONFIG2, motion)  # neither inputs nor impacts move

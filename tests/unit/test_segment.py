@@ -13,7 +13,7 @@ from hypothesis.extra.numpy import arrays
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.models.contact import Foundation
+from freerock.models.contact import Foundation, State
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
 from freerock.rotation.faults import Fault, SignalQuality, signal_quality
@@ -31,9 +31,12 @@ def one_run(
     """θ [rad] from the start of the tilt to the end of the pause, and the instant of release [s]."""
     theta0 = math.radians(theta0_deg)
     release = tilt_s + hold_s
-    swings = housner_swings(BLOCK, r, theta0, rate0)
+    swings = housner_swings(BLOCK, r, theta0)
     t = np.arange(round((release + swings.rest_time + pause_s) * RATE_HZ)) / RATE_HZ
-    theta = housner_motion(swings, t - release, theta0, rate0, rates=False)[0]
+    theta = housner_motion(swings, t - release, theta0, rates=False)[0]
+    if rate0:
+        start = State(0.0, 0.0, theta0, rate0)
+        theta = simulate("housner", BLOCK, {"r": r}, t - release, theta0=start).theta
     tilt, hold = t < tilt_s, (t >= tilt_s) & (t < release)
     theta[tilt] = theta0 * np.sin(np.pi / 2 * t[tilt] / tilt_s) ** 2
     theta[hold] += math.radians(creep_deg) * (t[hold] - release)

@@ -89,19 +89,6 @@ COMMON_NUISANCES = (*OF_RECORD, *PER_RUN)
 SYMBOLS = {name: parameter.symbol for name, parameter in PARAMETERS.items()}
 
 
-def parameter_of(name: str) -> Parameter:
-    """The row of a freed parameter, also of a numbered one: theta0_2 of the second run."""
-    return PARAMETERS[name if name in PARAMETERS else name.rpartition("_")[0]]
-
-
-def symbol_of(name: str) -> str:
-    """Symbol of a freed parameter; with its number that of a run of a joint fit."""
-    if name in PARAMETERS:
-        return SYMBOLS[name]
-    kind, _, number = name.rpartition("_")
-    return f"{SYMBOLS[kind]} of run {number}"
-
-
 def unit_of(name: str) -> str:
-    """Unit of a freed parameter, also of a numbered one."""
-    return parameter_of(name).unit
+    """Unit of a freed parameter."""
+    return PARAMETERS[name].unit

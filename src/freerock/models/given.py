@@ -6,7 +6,6 @@ Only a text that `arithmetic` let pass by its syntax tree may reach lmfit.
 import ast
 import keyword
 import math
-import operator
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -17,13 +16,7 @@ from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import LAWS
 
 LONGEST = 200  # characters of an expression
-OPERATORS: dict[type[ast.operator], Any] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.Pow: operator.pow,
-}
+OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow)
 REMEDY = "use names of the law's other parameters, numbers, + - * / ** and brackets"
 
 
@@ -153,24 +146,18 @@ def _tree(text: str) -> ast.expr:
     for node in ast.walk(tree):
         fine = isinstance(node, ast.Name | ast.Load | ast.USub | ast.operator | ast.BinOp | ast.UnaryOp)
         fine = fine or (isinstance(node, ast.Constant) and type(node.value) in (int, float))
-        if not fine or (isinstance(node, ast.operator) and type(node) not in OPERATORS):
+        if not fine or (isinstance(node, ast.operator) and not isinstance(node, OPERATORS)):
             raise _refused(text, "is no arithmetic")
     return tree
 
 
 def _value(text: str, tree: ast.expr, values: Mapping[str, float]) -> float:
-    def of(node: ast.expr) -> float:
+    for node in ast.walk(tree):
         if isinstance(node, ast.Constant):
-            return float(node.value)  # type: ignore[arg-type]
-        if isinstance(node, ast.Name):
-            return float(values[node.id])
-        if isinstance(node, ast.UnaryOp):
-            return -of(node.operand)
-        assert isinstance(node, ast.BinOp)
-        return float(OPERATORS[type(node.op)](of(node.left), of(node.right)))
-
+            node.value = float(node.value)  # type: ignore[arg-type]  # whose powers overflow at once
     try:
-        value = of(tree)
+        code = compile(ast.Expression(tree), "expr", "eval")
+        value = float(eval(code, {"__builtins__": {}}, {**values}))
     except (ArithmeticError, TypeError, RecursionError):  # a root of a negative number is complex
         value = math.nan
     if not math.isfinite(value):

@@ -1,6 +1,6 @@
 """Motion of the ground under the block: sampled accelerograms and analytic pulses.
 
-Both are segments on which the acceleration is a cubic plus a harmonic, so that an integrator can stop
+Both are segments on which the acceleration is linear plus a harmonic, so that an integrator can stop
 where the motion is not smooth and evaluate it exactly elsewhere. A positive horizontal acceleration
 keeps the sign of eq. (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024): the ground
 accelerates to the left, and the block tilts clockwise, to the right. A positive vertical
@@ -17,9 +17,8 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY
 
-INTERPOLATIONS = ("linear", "cubic")
 PULSES = ("sine", "half_sine", "cosine")
-VARYING = (1, 2, 3, 4, 8, 9, 10, 11)  # coefficients of what changes in time
+VARYING = (1, 2, 6, 7)  # coefficients of what changes in time
 
 
 @dataclass(frozen=True)
@@ -27,14 +26,14 @@ class GroundMotion:
     """Ground acceleration by segments; the ground is still before the first and after the last.
 
     With τ since the start of a segment, each component is
-    c0 + c1 τ + c2 τ² + c3 τ³ + A sin(ω τ + φ).
+    c0 + c1 τ + A sin(ω τ + φ).
 
     Parameters
     ----------
     breaks : ndarray, shape (n_segments + 1,)
         Increasing instants at which segments begin and end [s].
-    coefficients : ndarray, shape (n_segments, 14)
-        c0, c1, c2, c3, A, ω, φ of the horizontal acceleration ẍ_g, then of the vertical z̈_g [SI].
+    coefficients : ndarray, shape (n_segments, 10)
+        c0, c1, A, ω, φ of the horizontal acceleration ẍ_g, then of the vertical z̈_g [SI].
     """
 
     breaks: np.ndarray
@@ -45,7 +44,7 @@ class GroundMotion:
         horizontal acceleration that stays, and less gravity."""
         if len(self.coefficients) != 1:
             return False
-        along, less = self.coefficients[0, [0, 7]]
+        along, less = self.coefficients[0, [0, 5]]
         spans = self.breaks[0] <= 0 and self.breaks[1] > time[-1] and not self.coefficients[0, VARYING].any()
         return bool(spans and along and -gravity < less <= 0)
 
@@ -55,19 +54,16 @@ class GroundMotion:
         segment = np.searchsorted(self.breaks, time, side="right") - 1
         moving = (segment >= 0) & (segment < len(self.coefficients))
         tau = np.where(moving, time - self.breaks[np.maximum(segment, 0)], 0.0)
-        c = self.coefficients[np.where(moving, segment, 0)].T.reshape(2, 7, *time.shape)
-        value = c[:, 0] + tau * (c[:, 1] + tau * (c[:, 2] + tau * c[:, 3]))
-        return np.where(moving, value + c[:, 4] * np.sin(c[:, 5] * tau + c[:, 6]), 0.0)
+        c = self.coefficients[np.where(moving, segment, 0)].T.reshape(2, 5, *time.shape)
+        return np.where(moving, c[:, 0] + tau * c[:, 1] + c[:, 2] * np.sin(c[:, 3] * tau + c[:, 4]), 0.0)
 
 
 def accelerogram(
     time_s: ArrayLike,
     x: ArrayLike | None = None,
     z: ArrayLike | None = None,
-    *,
-    interpolation: str = "linear",
 ) -> GroundMotion:
-    """Ground motion from a sampled record.
+    """Ground motion from a sampled record, linear between the samples.
 
     Parameters
     ----------
@@ -75,8 +71,6 @@ def accelerogram(
         Increasing instants [s]; the ground is still outside them.
     x, z : array_like, shape (n,), optional
         Horizontal (the ground to the left positive) and vertical (upward positive) acceleration [m/s²].
-    interpolation : str
-        "linear" between the samples, or "cubic": the not-a-knot spline.
 
     Raises
     ------
@@ -92,12 +86,8 @@ def accelerogram(
     time = np.array(time_s, dtype=float)
     if time.ndim != 1 or time.size < 2 or not np.all(np.diff(time) > 0):
         raise FreerockError("time_s", "not an increasing array of two or more instants", "sort the record")
-    if interpolation not in INTERPOLATIONS:
-        raise FreerockError(
-            "interpolation", f"unknown {interpolation!r}", f"use {' or '.join(INTERPOLATIONS)}"
-        )
-    coefficients = np.zeros((time.size - 1, 14))
-    for name, values, column in (("x", x, 0), ("z", z, 7)):
+    coefficients = np.zeros((time.size - 1, 10))
+    for name, values, column in (("x", x, 0), ("z", z, 5)):
         if values is None:
             continue
         values = np.asarray(values, dtype=float)
@@ -105,13 +95,8 @@ def accelerogram(
             raise FreerockError(
                 name, f"not {time.size} finite accelerations", "give one sample [m/s²] for each instant"
             )
-        if interpolation == "linear":
-            coefficients[:, column] = values[:-1]
-            coefficients[:, column + 1] = np.diff(values) / np.diff(time)
-        else:
-            from scipy.interpolate import CubicSpline
-
-            coefficients[:, column : column + 4] = CubicSpline(time, values).c[::-1].T
+        coefficients[:, column] = values[:-1]
+        coefficients[:, column + 1] = np.diff(values) / np.diff(time)
     return GroundMotion(time, coefficients)
 
 
@@ -121,9 +106,9 @@ def tilted(tilt_rad: float, until_s: float, gravity: float = GRAVITY) -> GroundM
     Along a base that leans to the right by τ, and so sees the block tilted clockwise, gravity is g sin τ,
     across it g cos τ.
     """
-    coefficients = np.zeros((1, 14))
+    coefficients = np.zeros((1, 10))
     coefficients[0, 0] = gravity * math.sin(tilt_rad)
-    coefficients[0, 7] = -2 * gravity * math.sin(tilt_rad / 2) ** 2
+    coefficients[0, 5] = -2 * gravity * math.sin(tilt_rad / 2) ** 2
     return GroundMotion(np.array([-1.0, max(until_s, 0.0) + 1.0]), coefficients)
 
 
@@ -134,7 +119,6 @@ def pulse(
     x: float = 0.0,
     z: float = 0.0,
     start_s: float = 0.0,
-    cycles: float | None = None,
 ) -> GroundMotion:
     """Analytic pulse.
 
@@ -148,13 +132,11 @@ def pulse(
         Amplitudes of the horizontal and vertical acceleration [m/s²].
     start_s : float
         Instant of the start [s].
-    cycles : float, optional
-        Length of the pulse in periods, instead of the one of its shape.
 
     Raises
     ------
     FreerockError
-        Unknown shape, or a period or length that is not positive.
+        Unknown shape, or a period that is not positive.
 
     Examples
     --------
@@ -163,10 +145,10 @@ def pulse(
     """
     if shape not in PULSES:
         raise FreerockError("shape", f"unknown pulse {shape!r}", f"use one of {', '.join(PULSES)}")
-    cycles = (0.5 if shape == "half_sine" else 1.0) if cycles is None else cycles
-    if not (period_s > 0 and cycles > 0):
-        raise FreerockError("period_s", "the pulse has no length", "give a positive period and length")
-    harmonic = (0.0, 0.0, 0.0, 0.0, 1.0, 2 * math.pi / period_s, 0.5 * math.pi if shape == "cosine" else 0.0)
+    if not period_s > 0:
+        raise FreerockError("period_s", "the pulse has no length", "give a positive period")
+    cycles = 0.5 if shape == "half_sine" else 1.0
+    harmonic = (0.0, 0.0, 1.0, 2 * math.pi / period_s, 0.5 * math.pi if shape == "cosine" else 0.0)
     row = np.array([harmonic, harmonic])
-    row[:, 4] = x, z
-    return GroundMotion(np.array([start_s, start_s + cycles * period_s]), row.reshape(1, 14))
+    row[:, 2] = x, z
+    return GroundMotion(np.array([start_s, start_s + cycles * period_s]), row.reshape(1, 10))

@@ -1,4 +1,4 @@
-"""Free rocking of Housner's block in closed form.
+"""Free rocking of Housner's block from rest, in closed form.
 
 A rigid block turns about its corners; an impact multiplies its angular rate by r (Housner 1963,
 doi:10.1785/BSSA0530020403). With φ = θ_cr - |θ|, φ̈ = p² sinφ between impacts: a pendulum turned upside
@@ -7,7 +7,8 @@ down, whose energy E = sin²(φ/2) + (its kinetic part) decides the swing. From 
     sin(φ/2) = k' / dn(p (t - t_peak) | 1 - k'²),    k' = sin(φ_peak/2),
 
 an impact happens at φ = θ_cr, and sin²(θ_cr/2) - k'² is multiplied by r² there. The block comes to rest
-after infinitely many impacts in finite time. Elliptic integrals are Carlson's; dn and sn/dn are
+after infinitely many impacts in finite time. A block that is pushed or thrown is integrated by `kernel`.
+Elliptic integrals are Carlson's; dn and sn/dn are
 quotients of theta functions of the complementary nome exp(-π K/K') (DLMF 20.7.30-33, 22.2.4-22.2.9),
 of which four terms give every digit.
 """
@@ -16,7 +17,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ellipj, elliprf
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
@@ -44,11 +44,11 @@ class Swings:
     sign : ndarray, shape (n_swings,)
         Sign of θ.
     k2 : ndarray, shape (n_swings,)
-        k'² = sin²(φ_peak/2); negative in a first swing thrown in from beyond the critical angle.
+        k'² = sin²(φ_peak/2).
     energy : ndarray, shape (n_swings,)
         sin²(θ_cr/2) - k'², which is (θ̇/2p)² at the impact.
     peak_time : ndarray, shape (n_swings,)
-        Instant of the peak [s]; of the first swing perhaps before the release.
+        Instant of the peak [s].
     impact_time : ndarray, shape (n_swings,)
         Instant of the impact that ends the swing [s].
     rest_time : float
@@ -70,8 +70,7 @@ class Swings:
     def peak(self) -> Floats:
         """|θ| at the peak of each swing, shape (n_swings,) [rad]."""
         s, c = math.sin(self.block.theta_cr / 2), math.cos(self.block.theta_cr / 2)
-        k2 = np.maximum(self.k2, 0.0)
-        return np.asarray(2 * np.arcsin(self.energy / (s * np.sqrt(1 - k2) + c * np.sqrt(k2))))
+        return np.asarray(2 * np.arcsin(self.energy / (s * np.sqrt(1 - self.k2) + c * np.sqrt(self.k2))))
 
     @property
     def impact_rate(self) -> Floats:
@@ -83,11 +82,10 @@ def housner_swings(
     block: Block,
     r: float | Floats,
     theta0: float,
-    theta_rate0: float = 0.0,
     until: float = math.inf,
     max_impacts: int = 1_000_000,
 ) -> Swings:
-    """Impacts and peaks of free rocking, up to an instant or to rest.
+    """Impacts and peaks of a block released from rest, up to an instant or until it rests again.
 
     Parameters
     ----------
@@ -96,8 +94,8 @@ def housner_swings(
     r : float or ndarray, shape (n_impacts,)
         Restitution, 0 <= r <= 1: ratio of angular rates after and before an impact; or that of each of the
         first impacts, the last one being that of all further ones.
-    theta0, theta_rate0 : float
-        Rotation [rad] and angular rate [rad/s] at t = 0.
+    theta0 : float
+        Rotation at t = 0 [rad].
     until : float
         Instant up to which swings are wanted [s].
     max_impacts : int
@@ -107,21 +105,22 @@ def housner_swings(
     -------
     Swings
     """
-    first = _first_swing(block, theta0, theta_rate0)
-    if isinstance(first, str):
+    s2, phi0 = math.sin(block.theta_cr / 2) ** 2, block.theta_cr - abs(theta0)
+    if theta0 == 0 or phi0 <= 0:
         none: Floats = np.empty(0)
-        rest_time = 0.0 if first == "completed" else math.inf
-        return Swings(block, none, none, none, none, none, rest_time, first)
+        rest_time, outcome = (0.0, "completed") if theta0 == 0 else (math.inf, "overturned")
+        return Swings(block, none, none, none, none, none, rest_time, outcome)
+    # sin²(θ_cr/2) - sin²(φ0/2), without cancellation
+    energy = math.sin(abs(theta0) / 2) * math.sin(block.theta_cr - abs(theta0) / 2)
     kept: Floats = np.ones(1)  # shares of the energy
     if np.ndim(r):
         kept = np.cumprod(np.append(1.0, np.asarray(r, dtype=float)[:-1])) ** 2
         r = r[-1]  # type: ignore[index]
     r = float(r)
-    n_rest = _number_to_rest(kept, r, first[1], block.theta_cr)
-    s2 = math.sin(block.theta_cr / 2) ** 2
-    side = math.copysign(1.0, theta0 if theta0 else theta_rate0)
+    n_rest = _number_to_rest(kept, r, energy, block.theta_cr)
+    first = math.copysign(1.0, theta0), math.sin(phi0 / 2) ** 2, energy
     sign, k2, energies, peak_time, impact_time = _find_swings(
-        side, first, s2, block.p, kept, r, float(until), float(min(n_rest, max_impacts))
+        first, s2, block.p, kept, r, float(until), float(min(n_rest, max_impacts))
     )
     outcome = "completed"
     if impact_time[-1] < until and len(k2) < n_rest:
@@ -134,30 +133,6 @@ def housner_swings(
     return Swings(block, sign, k2, energies, peak_time, impact_time, rest_time, outcome)
 
 
-def _first_swing(
-    block: Block, theta0: float, theta_rate0: float
-) -> tuple[float, float, float, float, float] | str:
-    """k'², energy, time from the peak to the impact, instants of the impact and of the peak.
-
-    The outcome where there is no impact.
-    """
-    p, theta_cr = block.p, block.theta_cr
-    phi0 = theta_cr - abs(theta0)
-    inward = -math.copysign(1.0, theta0 if theta0 else theta_rate0) * theta_rate0
-    k2 = math.sin(phi0 / 2) ** 2 - (theta_rate0 / (2 * p)) ** 2
-    # sin²(θ_cr/2) - sin²(φ0/2), without cancellation
-    energy = math.sin(abs(theta0) / 2) * math.sin(theta_cr - abs(theta0) / 2) + (theta_rate0 / (2 * p)) ** 2
-    if theta0 == 0 and theta_rate0 == 0:
-        return "completed"
-    if (phi0 <= 0 and k2 >= 0) or (k2 <= 0 and inward <= 0):
-        return "overturned"
-    start = _from_peak(math.sin(phi0 / 2) ** 2, k2, phi0) / p
-    if inward < 0:
-        start = -start
-    impact = _from_peak(math.sin(theta_cr / 2) ** 2, k2, theta_cr) / p - start
-    return k2, energy, impact + start, impact, -start
-
-
 def _number_to_rest(kept: Floats, r: float, energy: float, theta_cr: float) -> float:
     """Number of impacts after which the rest of them is summed; inf without losses."""
     if r >= 1:
@@ -167,43 +142,6 @@ def _number_to_rest(kept: Floats, r: float, energy: float, theta_cr: float) -> f
     if r > 0 and kept[-1] * energy > rest_energy:
         n_rest += math.ceil(0.5 * math.log(rest_energy / (kept[-1] * energy)) / math.log(r))
     return n_rest
-
-
-@compiled()
-def _find_swings(
-    side: float,
-    first: tuple[float, float, float, float, float],
-    s2: float,
-    p: float,
-    kept: Floats,
-    r: float,
-    until: float,
-    most: float,
-) -> Floats:
-    """Sign, k'², energy, peak and impact time of the swings, shape (5, n_swings), until one overturns."""
-    table = np.empty((5, 64))
-    k2, energy, _, impact_time, peak_time = first
-    table[0, 0], table[1, 0], table[2, 0] = side, k2, energy
-    table[3, 0], table[4, 0] = peak_time, impact_time
-    n = 1
-    while table[4, n - 1] < until and n < most:
-        own = min(n, kept.size - 1)
-        energy = first[1] * kept[own] * r ** (2.0 * (n - own))
-        if energy >= s2:
-            break
-        if n == table.shape[1]:
-            longer = np.empty((5, 2 * n))
-            longer[:, :n] = table
-            table = longer
-        k2 = s2 - energy
-        m = 1 - k2
-        # from the peak to the impact, as `_from_peak`
-        half = math.sqrt(energy / (s2 * m)) * _carlson(k2 * (1 - s2) / (s2 * m), k2 / s2, 1.0) / p
-        impact_time = table[4, n - 1] + 2 * half
-        table[0, n], table[1, n], table[2, n] = -table[0, n - 1], k2, energy
-        table[3, n], table[4, n] = impact_time - half, impact_time
-        n += 1
-    return table[:, :n]
 
 
 @compiled()
@@ -223,9 +161,46 @@ def _carlson(x: float, y: float, z: float) -> float:
         x, y, z = 0.25 * (x + root), 0.25 * (y + root), 0.25 * (z + root)
 
 
-def housner_motion(
-    swings: Swings, time: Floats, theta0: float, theta_rate0: float = 0.0, rates: bool = True
-) -> tuple[Floats, Floats]:
+@compiled()
+def _from_peak(k2: float, energy: float, s2: float) -> float:
+    """p times the time from a peak to the impact, s2 = sin²(θ_cr/2)."""
+    m = 1 - k2
+    return math.sqrt(energy / (s2 * m)) * _carlson(k2 * (1 - s2) / (s2 * m), k2 / s2, 1.0)
+
+
+@compiled()
+def _find_swings(
+    first: tuple[float, float, float],
+    s2: float,
+    p: float,
+    kept: Floats,
+    r: float,
+    until: float,
+    most: float,
+) -> Floats:
+    """Sign, k'², energy, peak and impact time of the swings, shape (5, n_swings), until one overturns."""
+    table = np.empty((5, 64))
+    table[0, 0], table[1, 0], table[2, 0] = first
+    table[3, 0], table[4, 0] = 0.0, _from_peak(first[1], first[2], s2) / p
+    n = 1
+    while table[4, n - 1] < until and n < most:
+        own = min(n, kept.size - 1)
+        energy = first[2] * kept[own] * r ** (2.0 * (n - own))
+        if energy >= s2:
+            break
+        if n == table.shape[1]:
+            longer = np.empty((5, 2 * n))
+            longer[:, :n] = table
+            table = longer
+        half = _from_peak(s2 - energy, energy, s2) / p
+        table[0, n], table[1, n], table[2, n] = -table[0, n - 1], s2 - energy, energy
+        table[3, n] = table[4, n - 1] + half
+        table[4, n] = table[4, n - 1] + 2 * half
+        n += 1
+    return table[:, :n]
+
+
+def housner_motion(swings: Swings, time: Floats, theta0: float, rates: bool = True) -> tuple[Floats, Floats]:
     """Rotation and angular rate of the closed form.
 
     Parameters
@@ -233,9 +208,9 @@ def housner_motion(
     swings : Swings
         From `housner_swings`, for the same start.
     time : ndarray, shape (n_time,)
-        Increasing instants [s]; the initial state is held up to t = 0.
-    theta0, theta_rate0 : float
-        Start [rad, rad/s].
+        Increasing instants [s]; the block is held up to t = 0.
+    theta0 : float
+        Rotation at the release [rad].
     rates : bool
         Whether angular rates are wanted.
 
@@ -252,27 +227,10 @@ def housner_motion(
     theta = np.empty(time.shape)
     theta_rate = np.empty(time.shape if rates else 0)
     held = int(np.searchsorted(time, 0.0, side="right"))
-    theta[:held], theta_rate[:held] = theta0, theta_rate0
-    first = 0
-    if len(swings.k2) and swings.k2[0] <= 0:
-        first, begin = 1, held
-        held = int(np.searchsorted(time, swings.impact_time[0], side="right"))
-        theta[begin:held], thrown_rate = _thrown(swings, time[begin:held])
-        if rates:
-            theta_rate[begin:held] = thrown_rate
+    theta[:held], theta_rate[:held] = theta0, 0.0
     known = swings.sign, swings.k2, swings.peak_time, swings.impact_time
-    _fill_motion(*known, p, theta_cr, after, first, held, time, theta, theta_rate)
+    _fill_motion(*known, p, theta_cr, after, held, time, theta, theta_rate)
     return theta, theta_rate
-
-
-def _thrown(swings: Swings, time: Floats) -> tuple[Floats, Floats]:
-    """Rotation [rad] and rate [rad/s] in a first swing that has no peak, thrown in from beyond θ_cr."""
-    p, theta_cr = swings.block.p, swings.block.theta_cr
-    kappa = -swings.k2[0]
-    psi = ellipj(math.sqrt(1 + kappa) * p * (time - swings.peak_time[0]), 1 / (1 + kappa))[3]
-    half_phi = np.arctan(math.sqrt(kappa / (1 + kappa)) * np.tan(psi))
-    rate = -swings.sign[0] * 2 * p * np.sqrt(kappa + np.sin(half_phi) ** 2)
-    return swings.sign[0] * (theta_cr - 2 * half_phi), rate
 
 
 @compiled()
@@ -365,14 +323,13 @@ def _fill_motion(
     p: float,
     theta_cr: float,
     after: float,
-    swing: int,
     begin: int,
     time: Floats,
     theta: Floats,
     theta_rate: Floats,
 ) -> None:
-    """Fill θ from a swing and a sample on, and θ̇ where wanted; what comes after the last swing is `after`."""
-    for i in range(swing, k2.size):
+    """Fill θ from a sample on, and θ̇ where wanted; what comes after the last swing is `after`."""
+    for i in range(k2.size):
         end, beyond = begin, time.size
         while end < beyond:  # samples up to the impact
             middle = (end + beyond) // 2
@@ -386,15 +343,3 @@ def _fill_motion(
             begin = end
     theta[begin:] = after
     theta_rate[begin:] = after
-
-
-def _from_peak(sin2: float, k2: float, phi: float) -> float:
-    """p times the time from the peak to φ, where sin²(φ/2) = sin2."""
-    if k2 < 0:
-        # no peak: from the instant at which φ = 0
-        cot2 = 1 / math.tan(abs(phi) / 2) ** 2 if phi else math.inf
-        value = 0.0 if phi == 0 else elliprf(-k2 * cot2, -k2 * (1 + cot2), 1 - k2 * (1 + cot2))
-        return math.copysign(value, phi)
-    m = 1 - k2
-    sn2 = max(sin2 - k2, 0.0) / (sin2 * m)
-    return math.sqrt(sn2) * _carlson(k2 * (1 - sin2) / (sin2 * m), k2 / sin2, 1.0)

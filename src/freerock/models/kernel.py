@@ -26,8 +26,6 @@ from freerock.models.ground import VARYING
 
 COMPLETED, AT_REST, OVERTURNED, STEP_LIMIT, NON_FINITE = range(5)
 
-ONE, FRACTION = np.float64(1.0).view(np.int64), np.int64(2**52 - 1)  # bits of a float
-
 # Regimes of contact: 3 × lower end + upper end of the interval; an end is 0 a corner of the base,
 # 1 the root of z(u), 2 the root of the second factor of f(u) (tensionless only).
 FULL, LEFT, RIGHT, FLIGHT = 0, 1, 3, 9
@@ -47,29 +45,16 @@ D5, D6, D7 = 701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29
 
 # Rodas5P, in the form in which W k_i = f(y + Σ a_ij k_j) + Σ c_ij k_j / h + h d_i ∂f/∂t, W = I/(γ h) - J
 GAMMA = 0.21193756319429014
+# Gauss's rule on [0, 1]: f is quadratic and f u cubic in u
+NODES = np.array([0.5 - math.sqrt(0.15), 0.5, 0.5 + math.sqrt(0.15)])
+WEIGHTS = np.array([5 / 18, 8 / 18, 5 / 18])
+
 R_TABLE = np.loadtxt(Path(__file__).with_name("rodas5p.csv"), delimiter=",")
 R_A, R_C, R_NODES, R_D, R_H = R_TABLE[:8], R_TABLE[8:16], R_TABLE[16], R_TABLE[17], R_TABLE[18:]
 
 
 @compiled(forceinline=True)
-def _log2(x):
-    """Binary logarithm of a positive normal number by its bits, within 1.2e-4 and continuous."""
-    bits = np.float64(x).view(np.int64)
-    u = np.int64((bits & FRACTION) | ONE).view(np.float64) - 1
-    return (bits >> 52) - 1023 + u + u * (1 - u) * (0.43872 + u * (0.08212 * u - 0.23904))
-
-
-@compiled(forceinline=True)
-def _exp2(x):
-    """2^x by its bits, within 5e-6 of itself and continuous; for |x| < 1000."""
-    whole = math.floor(x)
-    u = x - whole
-    scale = np.int64((np.int64(whole) + 1023) << 52).view(np.float64)
-    return scale * (1 + u - u * (1 - u) * (0.306996 + u * (0.065446 + 0.013702 * u)))
-
-
-@compiled()
-def _sincos(x):
+def sincos(x):
     """sin and cos; the Taylor polynomials are exact to the last digit for |x| < 0.6."""
     if abs(x) < 0.6:
         q = x * x
@@ -91,17 +76,16 @@ def _sincos(x):
 def _ground(coefficients, segment, tau, g):
     """Horizontal acceleration and effective gravity at tau since the start of a segment of ground motion.
 
-    Each is a cubic plus a harmonic: c0 + c1 τ + c2 τ² + c3 τ³ + A sin(ω τ + φ).
+    Each is c0 + c1 τ + A sin(ω τ + φ).
     """
     if segment < 0 or segment >= coefficients.shape[0]:
         return 0.0, g
     q = coefficients[segment]
-    x = q[0] + tau * (q[1] + tau * (q[2] + tau * q[3]))
-    z = q[7] + tau * (q[8] + tau * (q[9] + tau * q[10]))
-    if q[4] != 0:
-        x += q[4] * math.sin(q[5] * tau + q[6])
-    if q[11] != 0:
-        z += q[11] * math.sin(q[12] * tau + q[13])
+    x, z = q[0] + tau * q[1], q[5] + tau * q[6]
+    if q[2] != 0:
+        x += q[2] * math.sin(q[3] * tau + q[4])
+    if q[7] != 0:
+        z += q[7] * math.sin(q[8] * tau + q[9])
     return x, g + z
 
 
@@ -111,13 +95,16 @@ def _ground_rate(coefficients, segment, tau):
     if segment < 0 or segment >= coefficients.shape[0]:
         return 0.0, 0.0
     q = coefficients[segment]
-    x = q[1] + tau * (2 * q[2] + tau * 3 * q[3])
-    z = q[8] + tau * (2 * q[9] + tau * 3 * q[10])
-    if q[4] != 0:
-        x += q[4] * q[5] * math.cos(q[5] * tau + q[6])
-    if q[11] != 0:
-        z += q[11] * q[12] * math.cos(q[12] * tau + q[13])
+    x = q[1] + q[2] * q[3] * math.cos(q[3] * tau + q[4])
+    z = q[6] + q[7] * q[8] * math.cos(q[8] * tau + q[9])
     return x, z
+
+
+@compiled(forceinline=True)
+def _pressure(depth, rate, law):
+    """The contact law f(z, ż) per unit width and mass, and its derivatives by z and by ż."""
+    k, c, lam = law[0], law[1], law[2]
+    return k * depth + (c + lam * depth) * rate, k + lam * rate, c + lam * depth
 
 
 @compiled()
@@ -149,19 +136,21 @@ def _ends(regime, z, v, s, spin, law):
 
 
 @compiled()
-def _partial_force(regime, z, v, s, spin, law):
-    """Force and moment / cosθ per unit mass, of any contact interval."""
-    k, c, lam = law[0], law[1], law[2]
-    u0, u1 = _ends(regime, z, v, s, spin, law)
-    # Simpson's rule is exact: f is quadratic and f u cubic in u
-    force = moment = 0.0
-    for i in range(3):
-        u = u0 + 0.5 * i * (u1 - u0)
-        depth, rate = z + s * u, v + spin * u
-        f = (k * depth + (c + lam * depth) * rate) * ((u1 - u0) * (2 / 3 if i == 1 else 1 / 6))
-        force += f
-        moment += f * u
-    return force, moment
+def _moments(u0, u1, z, v, s, spin, law):
+    """Integrals over a contact interval of f, of f u, of ∂f/∂z and ∂f/∂ż, and of these by u and by u²."""
+    force = moment = f_z = f_v = f_s = f_spin = m_s = m_spin = 0.0
+    for i in range(NODES.size):
+        u, weight = u0 + NODES[i] * (u1 - u0), WEIGHTS[i] * (u1 - u0)
+        f, by_depth, by_rate = _pressure(z + s * u, v + spin * u, law)
+        force += weight * f
+        moment += weight * f * u
+        f_z += weight * by_depth
+        f_v += weight * by_rate
+        f_s += weight * by_depth * u
+        f_spin += weight * by_rate * u
+        m_s += weight * by_depth * u * u
+        m_spin += weight * by_rate * u * u
+    return force, moment, f_z, f_v, f_s, f_spin, m_s, m_spin
 
 
 @compiled(forceinline=True)
@@ -233,9 +222,10 @@ def _edge_ends(depth, slope, radius):
 
 @compiled()
 def _edges(z, s, cos, law):
-    """What the rounded edges add to `_force_factors`, by the integrals of depth and of 1, v and v²."""
+    """What the rounded edges add to `_force_factors`, by the integrals of depth and of 1, v and v²; at last
+    the derivative of f_0 by z."""
     k, c, lam, flat, radius = law[0], law[1], law[2], law[3], law[8]
-    f_0 = f_v = f_w = m_0 = m_v = m_w = 0.0
+    f_0 = f_v = f_w = m_0 = m_v = m_w = f_z = 0.0
     for side in (1.0, -1.0):
         depth, slope = z + side * flat * s, side * s
         v0, v1 = _edge_ends(depth, slope, radius)
@@ -253,29 +243,55 @@ def _edges(z, s, cos, law):
         d_1 += flat * d_0
         n_1 += flat * n_0
         f_0 += k * d_0
+        f_z += k * n_0
         f_v += c * n_0 + lam * d_0
         f_w += side * (c * n_1 + lam * d_1) * cos
         m_0 += side * k * d_1
         m_v += side * (c * n_1 + lam * d_1)
         m_w += (c * n_2 + lam * d_2) * cos
-    return f_0, f_v, f_w, m_0, m_v, m_w
+    return f_0, f_v, f_w, m_0, m_v, m_w, f_z
 
 
 @compiled()
-def _upright(k, flat, radius, g):
-    """Depth of a block at rest, and the half width of its base that then touches."""
-    depth = g / (2 * flat * k)
-    if radius == 0:
-        return depth, flat
-    touching = flat
-    for _ in range(50):
-        _, v1 = _edge_ends(depth, 0.0, radius)
-        touching = flat + v1
-        over = 2 * k * (touching * depth - _risen(v1, radius)[0]) - g
-        depth -= over / (2 * k * touching)
-        if abs(over) < 1e-14 * g:
+def depth_at_rest(s, law):
+    """Depth of the base centre at which the bed carries a block held still, s = |sinθ|, and the bed's force
+    per depth there, over the mass; by Newton's method from below that depth, where the force is convex."""
+    b, g, radius = law[3], law[6], law[8]
+    z, stiffness = b * s + radius + g / (2 * b * law[0]), 0.0
+    for _ in range(100):
+        moments = _moments(-z / s if abs(z) < b * s else -b, b, z, 0.0, s, 0.0, law)
+        force, stiffness = moments[0], moments[2]
+        if radius > 0:
+            of_edges = _edges(z, s, 1.0, law)
+            force += of_edges[0]
+            stiffness += of_edges[6]
+        step = (force - g) / stiffness
+        z -= step
+        if abs(step) <= 1e-15 * b:
             break
-    return depth, touching
+    return z, stiffness
+
+
+@compiled()
+def stored(z, s, law):
+    """Energy in the bed over the mass, ∫ k z²/2 du over the contact z > 0."""
+    k, b, radius = law[0], law[3], law[8]
+    energy, slope = 0.0, abs(s)
+    u0 = -z / slope if abs(z) < b * slope else math.copysign(b, -z)
+    for i in range(NODES.size):
+        depth = z + slope * (u0 + NODES[i] * (b - u0))
+        energy += WEIGHTS[i] * (b - u0) * (0.5 * k * depth * depth)
+    for side in (1.0, -1.0):
+        depth, tilt = z + side * b * s, side * s
+        v0, v1 = _edge_ends(depth, tilt, radius)
+        if radius > 0 and v1 > v0:
+            # the rise w has w² = 2 ρ w - v²
+            low, high = _risen(v0, radius), _risen(v1, radius)
+            square = depth * depth * (v1 - v0) + depth * tilt * (v1 * v1 - v0 * v0)
+            square += (tilt * tilt - 1) * (v1**3 - v0**3) * (1 / 3)
+            square -= 2 * (depth - radius) * (high[0] - low[0]) + 2 * tilt * (high[1] - low[1])
+            energy += 0.5 * k * square
+    return energy
 
 
 @compiled(forceinline=True)
@@ -313,15 +329,15 @@ def _about_corner(law):
 @compiled(forceinline=True)
 def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
     """z̈_cb and θ̈ of eq. (1); NaN where the regime's formula cannot be continued to this state."""
-    s, cos = _sincos(theta)
+    s, cos = sincos(theta)
     lever, fall, reduced = _inertia(s, cos, law)
     if regime >= HOUSNER:
         return 0.0, (x_ground * lever + gravity * fall) / _about_corner(law)
     f_0, f_v, f_w, m_0, m_v, m_w = _force_factors(regime, z, s, cos, law)
-    if f_0 != f_0:
-        return math.nan, math.nan
     if regime not in (RIGHT, LEFT, FULL, FLIGHT):
-        f_0, m_0 = _partial_force(regime, z, v, s, w * cos, law)
+        u0, u1 = _ends(regime, z, v, s, w * cos, law)
+        moments = _moments(u0, u1, z, v, s, w * cos, law)
+        f_0, m_0 = moments[0], moments[1]
     if law[8] > 0:
         of_edges = _edges(z, s, cos, law)
         f_0 += of_edges[0]
@@ -346,46 +362,25 @@ def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
 @compiled()
 def _jacobian(regime, y, x_ground, gravity, law):
     """Derivatives of z̈_cb and of θ̈ with respect to z_cb, ż_cb, θ, θ̇."""
-    k, c, lam = law[0], law[1], law[2]
     z, v, theta, w = y
-    s, cos = _sincos(theta)
+    s, cos = sincos(theta)
     lever, fall, reduced = _inertia(s, cos, law)
     if regime >= HOUSNER:
         slope = (gravity * lever - x_ground * fall) / _about_corner(law)
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, slope, 0.0
     spin = w * cos
     # force, moment/cosθ and their derivatives with respect to z, ż, sinθ, θ̇ cosθ
-    force = moment = 0.0
-    f_z = f_v = f_s = f_spin = 0.0
-    m_z = m_v = m_s = m_spin = 0.0
-    if regime != FLIGHT:
-        u0, u1 = _ends(regime, z, v, s, spin, law)
-        length = u1 - u0
-        for i in range(3):
-            # Simpson's rule is exact
-            u = u0 + 0.5 * i * length
-            weight = length * (2 / 3 if i == 1 else 1 / 6)
-            depth, rate = z + s * u, v + spin * u
-            by_depth, by_rate = weight * (k + lam * rate), weight * (c + lam * depth)
-            f = weight * (k * depth + (c + lam * depth) * rate)
-            force += f
-            moment += f * u
-            f_z += by_depth
-            f_v += by_rate
-            f_s += by_depth * u
-            f_spin += by_rate * u
-            m_s += by_depth * u * u
-            m_spin += by_rate * u * u
-        m_z, m_v = f_s, f_spin
-        # f = c ż where an end is a root of z(u), and that end moves
-        for end in range(2):
-            if (regime // 3 if end == 0 else regime % 3) == 1:
-                u = u0 if end == 0 else u1
-                by_end = c * (v + spin * u) / (s if end == 0 else -s)
-                f_z += by_end
-                f_s += by_end * u
-                m_z += by_end * u
-                m_s += by_end * u * u
+    u0, u1 = (0.0, 0.0) if regime == FLIGHT else _ends(regime, z, v, s, spin, law)
+    force, moment, f_z, f_v, f_s, f_spin, m_s, m_spin = _moments(u0, u1, z, v, s, spin, law)
+    m_z, m_v = f_s, f_spin
+    # an end at a root of z(u) moves, and f is not zero there
+    for is_root, u, slope in ((regime // 3 == 1, u0, s), (regime % 3 == 1, u1, -s)):
+        if is_root:
+            by_end = _pressure(0.0, v + spin * u, law)[0] / slope
+            f_z += by_end
+            f_s += by_end * u
+            m_z += by_end * u
+            m_s += by_end * u * u
     hs, hc = _com(s, cos, law)
     rise, shift = law[7] * s, law[7] * cos
     turn = (lever * (x_ground + fall * w * w) + hs * force - cos * moment) / reduced
@@ -427,7 +422,7 @@ def _event(i, y, law):
     if i == 5:
         return theta * math.copysign(1.0, law[7])
     k, c, lam, b = law[0], law[1], law[2], law[3]
-    s, cos = _sincos(theta)
+    s, cos = sincos(theta)
     spin = w * cos
     if i == 4:
         return _second_root(z, v, s, spin, law) + z / s
@@ -444,7 +439,7 @@ def _event_rate(i, y, law):
     """Rate of event functions 0, 1 and 5."""
     if i == 5:
         return y[3] * math.copysign(1.0, law[7])
-    swing = law[3] * y[3] * _sincos(y[2])[1]
+    swing = law[3] * y[3] * sincos(y[2])[1]
     return y[1] - swing if i == 1 else y[1] + swing
 
 
@@ -566,7 +561,7 @@ def _step_implicit(regime, h, y, f, ground, law, weights, dense, stages):
     x, gravity = _ground(coefficients, segment, tau, g)
     a_z, a_v, a_t, a_w, b_z, b_v, b_t, b_w = _jacobian(regime, y, x, gravity, law)
     x_rate, z_rate = _ground_rate(coefficients, segment, tau)
-    s, cos = _sincos(t)
+    s, cos = sincos(t)
     lever, fall, reduced = _inertia(s, cos, law)
     if regime < HOUSNER:
         b_time = lever * x_rate / reduced
@@ -729,7 +724,7 @@ def _first_event(regime, bits, tensionless, pivots, dense, law):
 def _may_cross(bits, pivots, y, swing, v_before, swing_before, law):
     """Whether a corner's depth, or a θ that counts, has changed its sign over a step, or its rate has."""
     z, v, theta, _ = y
-    reach, a = law[3] * _sincos(theta)[0], math.copysign(1.0, law[7])
+    reach, a = law[3] * sincos(theta)[0], math.copysign(1.0, law[7])
     return (
         (z + reach > 0) != (bits & 1 > 0)
         or (z - reach > 0) != (bits & 2 > 0)
@@ -743,7 +738,7 @@ def _may_cross(bits, pivots, y, swing, v_before, swing_before, law):
 def _lift(coefficients, segment, tau, duration, law):
     """Time from tau until Housner's block at rest lifts within the segment, at most `duration`."""
     slope, off = law[3] / law[4], law[9] / law[4]
-    parts = 64 if coefficients[segment, 4] != 0 or coefficients[segment, 11] != 0 else 4
+    parts = 64 if coefficients[segment, 2] != 0 or coefficients[segment, 7] != 0 else 4
     left = 0.0
     for i in range(parts + 1):
         right = duration * i / parts
@@ -759,19 +754,6 @@ def _lift(coefficients, segment, tau, duration, law):
             return right
         left = right
     return duration
-
-
-@compiled()
-def _sign_change(dense, sign):
-    """Fraction of the step at which θ leaves its sign."""
-    left, right = 0.0, 1.0
-    for _ in range(54):
-        middle = 0.5 * (left + right)
-        if sign * _at(dense, 2, middle) > 0:
-            left = middle
-        else:
-            right = middle
-    return right
 
 
 @compiled()
@@ -854,9 +836,9 @@ def _integrate(
     # where the block changes its corner, θ̈ jumps by w² times this; a step must make more of it to count
     kick = 2 * corner * h / inertia
     least = 0.01 * tolerance * p
-    flat, half = (0.0, b) if housner else _upright(k, b, radius, g)
+    flat, sinking = (0.0, 0.0) if housner else depth_at_rest(0.0, law)
     # stiffness of the upright block against turning, and the energy below which it is at rest
-    turning = (2 / 3) * k * half * half * half - g * h
+    turning = sinking * b * b * (1 / 3) - g * h
     rest = 0.5 * turning * (0.03 * tolerance) ** 2 if c > 0 or lam > 0 else -1.0
     dense = np.zeros((4, 5))
     stages = np.empty((8, 4))
@@ -879,9 +861,9 @@ def _integrate(
         regime = HOUSNER
     t = 0.0
     size = 0.01 / p
-    log_before = 0.0
+    error_before = 1.0
     stiffness_count = 0
-    stiff = stiffness_count > 0
+    stiff = False
     fresh = True
     f = (0.0, 0.0)
     swing = 0.0
@@ -925,7 +907,7 @@ def _integrate(
         if fresh:
             x, gravity = _ground(coefficients, segment, t - t_segment, g)
             f = _accelerations(regime, y[0], y[1], y[2], y[3], x, gravity, law)
-            swing = b * y[3] * _sincos(y[2])[1]
+            swing = b * y[3] * sincos(y[2])[1]
             evaluations += 1
             fresh = False
         whole = size >= left_in_segment
@@ -942,11 +924,11 @@ def _integrate(
                 if not accepted:
                     break
                 # proportional-integral control
-                log_error = _log2(max(error, 1e-12))
-                growth = min(5.0, 0.9 * _exp2(0.02 * log_before - 0.06 * log_error))
+                error = max(error, 1e-12)
+                growth = min(5.0, 0.9 * error_before**0.02 / error**0.06)
                 size = max(step * growth, size if whole else 0.0)
-                log_before = log_error
-                swing1 = b * y1[3] * _sincos(y1[2])[1]
+                error_before = error
+                swing1 = b * y1[3] * sincos(y1[2])[1]
                 lifted = lifted or regime != FULL
                 counts = lifted and n_passed < factors.size
                 pivots = housner or counts or kick * step * max(y[3] * y[3], y1[3] * y1[3]) > least
@@ -993,7 +975,9 @@ def _integrate(
         if turned := which == 5 or sign * y1[2] < 0:
             # a block upright at rest has no side to leave
             if record and (y[2] != 0 or y[3] != 0):
-                impacts = np.append(impacts, end if which == 5 else t + step * _sign_change(dense, sign))
+                impacts = np.append(
+                    impacts, end if which == 5 else t + step * _crossing(5, True, dense, 1.0, law)
+                )
             sign = -sign
             law = (k, c, lam, b, h, inertia, g, sign * corner, radius, e)
         steps += 1
@@ -1036,12 +1020,12 @@ def _integrate(
             outcome = OVERTURNED
             break
         if regime == FULL and turning > 0 and _is_steady(coefficients, segment):
-            energy = 0.5 * y[1] * y[1] + 0.5 * inertia * y[3] * y[3] + h * _sincos(y[2])[0] * y[1] * y[3]
+            energy = 0.5 * y[1] * y[1] + 0.5 * inertia * y[3] * y[3] + h * sincos(y[2])[0] * y[1] * y[3]
             if energy < rest:
                 # what bed and weight store, seen from where they balance: by how much they do not yet
                 x, gravity = _ground(coefficients, segment, 0.0, g)
                 rise, turn = _accelerations(regime, y[0], 0.0, y[2], 0.0, x, gravity, law)
-                energy += 0.25 * rise * rise / (k * half) + 0.5 * (inertia * turn) ** 2 / turning
+                energy += 0.5 * rise * rise / sinking + 0.5 * (inertia * turn) ** 2 / turning
             if energy < rest:
                 y = (y[0], 0.0, y[2], 0.0) if e != 0 or 0 <= segment < n_segments else (flat, 0.0, 0.0, 0.0)
                 if segment >= n_segments:
@@ -1080,7 +1064,7 @@ def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.floa
         z_cb, ż_cb, θ, θ̇ at t = 0.
     time : ndarray, shape (n_time,)
         Increasing; negative times get the initial state.
-    breaks : ndarray, shape (n_segments + 1,); coefficients : ndarray, shape (n_segments, 14)
+    breaks : ndarray, shape (n_segments + 1,); coefficients : ndarray, shape (n_segments, 10)
         Ground motion, as in `_ground`; no segments for free rocking.
     tolerance : float
         Error allowed in θ per step [rad]; that of the other components is scaled by b and p.

@@ -31,32 +31,14 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.models import kernel
 from freerock.models.compiled import compiled
+from freerock.models.kernel import AT_REST, COMPLETED, NON_FINITE, OVERTURNED, STEP_LIMIT, sincos
 from freerock.models.series_sums import FAST, ORDER, both_at, fill_theta, in_air, on_corner, on_whole_base
 
-COMPLETED, AT_REST, OVERTURNED, STEP_LIMIT, NON_FINITE, STIFF = range(6)
+STIFF = NON_FINITE + 1
 STABLE = 3.0  # times one over the fastest rate of the contact: steps as long are held by stability
 PATIENCE = 300  # such steps more than shorter ones, after which the law is stiff
 SHARPER = 0.05  # of the tolerance, as a rate: what the last terms of a step may be
 ONE = np.float64(1.0).view(np.int64)  # its bits
-
-
-@compiled(fastmath=FAST, forceinline=True)
-def _sincos(x):
-    """sin and cos; the Taylor polynomials are exact to the last digit for |x| < 0.6."""
-    if abs(x) < 0.6:
-        q = x * x
-        q2 = q * q
-        q4 = q2 * q2
-        s = x * (
-            ((1 - q * (1 / 6)) + (1 / 120 - q * (1 / 5040)) * q2)
-            + ((1 / 362880 - q * (1 / 39916800)) + (1 / 6227020800 - q * (1 / 1307674368000)) * q2) * q4
-        )
-        c = 1 - q * (
-            ((1 / 2 - q * (1 / 24)) + (1 / 720 - q * (1 / 40320)) * q2)
-            + ((1 / 3628800 - q * (1 / 479001600)) + (1 / 87178291200 - q * (1 / 20922789888000)) * q2) * q4
-        )
-        return s, c
-    return math.sin(x), math.cos(x)
 
 
 @compiled(fastmath=FAST)
@@ -64,7 +46,7 @@ def _corner_at(z, t, x, side, law):
     """Depth of the corner on a side at the time x into a step, and its rate."""
     b, h = law[3], law[4]
     depth, v, theta, w = both_at(z, t, x)
-    s, cos = _sincos(theta)
+    s, cos = sincos(theta)
     return depth + h * cos + side * b * s, v - (h * s - side * b * cos) * w
 
 
@@ -121,7 +103,7 @@ def _fill_rates(z, t, sign, start, time, h, rates):
     """z_cb, ż_cb and θ̇ at the samples of a step."""
     for i in range(time.size):
         depth, v, theta, w = both_at(z, t, time[i] - start)
-        s, cos = _sincos(theta)
+        s, cos = sincos(theta)
         rates[i, 0], rates[i, 1], rates[i, 2] = depth + h * cos, v - h * s * w, sign * w
 
 
@@ -169,7 +151,7 @@ def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passa
     # a block that stands on its left corner alone is seen from behind, as one on its right
     depth, v, angle, w = state
     sign, clock = 1.0, 0.0
-    s, cos = _sincos(angle)
+    s, cos = sincos(angle)
     right, left = depth + b * s > 0, depth - b * s > 0
     depth, v = depth - h * cos, v + h * s * w
     outcome = COMPLETED
@@ -210,7 +192,7 @@ def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passa
         if not (step > shortest and abs(depth1) + abs(v1) + abs(angle1) + abs(w1) < math.inf):
             outcome = NON_FINITE
             break
-        s1, cos1 = _sincos(angle1)
+        s1, cos1 = sincos(angle1)
         base, rate, rate1 = depth1 + h * cos1, v - h * s * w, v1 - h * s1 * w1
         turn, turn1 = b * w * cos, b * w1 * cos1
         of_right = of_left = math.inf
@@ -231,7 +213,7 @@ def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passa
         if min(of_right, of_left, turned) < math.inf:
             step = min(of_right, of_left, turned)
             depth1, v1, angle1, w1 = both_at(z, t, step)
-            s1, cos1 = _sincos(angle1)
+            s1, cos1 = sincos(angle1)
             # upright and not turning: what happens at one corner happens at the other
             both = angle1 == 0 and w1 == 0
             if turned < min(of_right, of_left):
@@ -291,7 +273,7 @@ def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passa
 def scene_of(law: tuple[float, ...], coefficients: Floats) -> tuple[tuple[float, ...], float]:
     """What `rock` takes of a block, its bed and a base that may lean, as `integrate_series` has them."""
     k, c, lam, b, h, inertia, g, corner, *_ = law
-    ground, less = (float(coefficients[0, 0]), float(coefficients[0, 7])) if len(coefficients) else (0.0, 0.0)
+    ground, less = (float(coefficients[0, 0]), float(coefficients[0, 5])) if len(coefficients) else (0.0, 0.0)
     return (k, c, lam, b, h, inertia - h * h, g + less, ground), corner
 
 

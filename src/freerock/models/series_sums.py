@@ -1,6 +1,6 @@
 """Sums of the Taylor series of `series`, order by order.
 
-Written by `python -m freerock.models.recurrences`: change that file, not this one.
+Written by `python tests/physics/recurrences.py`: change that file, not this one.
 """
 
 from freerock.models.compiled import compiled

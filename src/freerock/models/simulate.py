@@ -13,14 +13,15 @@ from freerock.models import kernel, series
 from freerock.models.block import Block
 from freerock.models.contact import Foundation, State, lean, static_depth
 from freerock.models.ground import GroundMotion, tilted
-from freerock.models.housner import Swings, housner_motion, housner_swings
+from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.laws import GEOMETRIC, LAWS, Law, Rules
 from freerock.models.refusals import check_scene
 from freerock.models.tangents import LATER_S, Tangents, swings_by_series
 
 OUTCOMES = ("completed", "at_rest", "overturned", "step_limit", "non_finite")
+STATISTICS = ("steps", "rejected", "implicit", "evaluations")
 NO_RATES, NO_IMPACTS, NO_PASSAGES = np.empty((0, 3)), np.empty(0), np.empty((0, 5))
-STILL = GroundMotion(np.empty(0), np.empty((0, 14)))
+STILL = GroundMotion(np.empty(0), np.empty((0, 10)))
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ def simulate(
 ) -> Response:
     """Motion of a rocking block released at t = 0.
 
-    Free rocking of the Housner model is evaluated in closed form; everything else is integrated.
+    Free rocking of the Housner model from rest is evaluated in closed form; everything else is integrated.
 
     Parameters
     ----------
@@ -128,49 +129,31 @@ def simulate(
     """
     start = theta0 if isinstance(theta0, State) else State(0.0, 0.0, theta0, 0.0)
     instants = check_scene(model, block, parameters, time, start, base_excitation, rules, solver.rtol)
-    if not LAWS[model].is_foundation:
-        if base_excitation is None and not block.e:
-            return _housner(block, parameters["r"], instants, start, solver.max_steps)
+    scene = _Scene(model, block, parameters, base_excitation, rules, solver)
+    if not scene.law.is_foundation:
         start = State(0.0, 0.0, start.theta, start.theta_rate)
     elif not isinstance(theta0, State):
-        start = start._replace(z=static_depth(block, Foundation.of(parameters), theta0))
-    theta, rates = np.empty(instants.size), np.empty((instants.size, 3))
-    scene = _Scene(model, block, parameters, base_excitation, rules, solver)
-    outcome, steps, rejected, implicit, evaluations, impacts = scene.integrate(start, instants, theta, rates)
-    statistics = {"steps": steps, "rejected": rejected, "implicit": implicit, "evaluations": evaluations}
-    z_cb, z_cb_rate, theta_rate = rates.T
-    if LAWS[model].is_foundation:
-        base = z_cb, z_cb_rate, _contact(block, z_cb, theta)
+        start = start._replace(z=static_depth(block, scene.foundation, theta0))
+    rates = np.empty((instants.size, 3))
+    if scene.is_closed_form and not start.theta_rate:
+        theta, outcome, impacts = scene.in_closed_form(start.theta, instants, rates)
+        counts = [len(impacts), 0, 0, 0]
     else:
-        base = _about_corners(block, theta, theta_rate)
-    return Response(instants, theta, theta_rate, *base, impacts, OUTCOMES[outcome], statistics)
-
-
-def simulate_theta(
-    model: str,
-    block: Block,
-    parameters: Mapping[str, float],
-    time: Floats,
-    *,
-    theta0: float,
-    rules: Rules = GEOMETRIC,
-    solver: Solver = SOLVER,
-    rates: Floats | None = None,
-) -> tuple[Floats, str]:
-    """Rotation of a block released from rest, for fits: `simulate` without checks of its arguments.
-
-    `parameters` may hold more: the tilt of the base counts [rad]. Angles count from where the block stands
-    at rest. `rates`, if given, receives z_cb, ż_cb and θ̇ [m, m/s, rad/s], shape (n_time, 3), or
-    θ̇ alone, shape (n_time, 1).
-
-    Returns
-    -------
-    theta : ndarray, shape (n_time,)
-        [rad]
-    outcome : str
-        As in `Response`.
-    """
-    return _released(_Scene(model, block, parameters, None, rules, solver), theta0, time, rates)
+        theta = np.empty(instants.size)
+        outcome, *counts, impacts = scene.integrate(start, instants, theta, rates)
+    z_cb, z_cb_rate, theta_rate = rates.T
+    if scene.law.is_foundation:
+        contact = _contact(block, z_cb, theta)
+    else:
+        contact = np.where(np.isnan(theta), 0.0, np.sign(theta)).astype(np.int8)
+        z_cb, z_cb_rate = (
+            -block.b * np.abs(np.sin(theta)),
+            -block.b * np.sign(theta) * np.cos(theta) * theta_rate,
+        )
+    statistics = dict(zip(STATISTICS, counts, strict=True))
+    return Response(
+        instants, theta, theta_rate, z_cb, z_cb_rate, contact, impacts, OUTCOMES[outcome], statistics
+    )
 
 
 def simulate_fitted(
@@ -188,13 +171,18 @@ def simulate_fitted(
 
     `values` holds the parameters of the model, theta0 [rad] and, where they were freed, the release t0 on the
     clock of `time` [s], the width of the corners and the radius of the edges [m], the tilt of the base
-    [rad] and, as "impacts", δ of each impact, after which the rate is multiplied by 1 + δ. Of a motion
-    that is integrated, `passages`, shape (n_impacts, 5), receives the instant since the release [s], z_cb,
-    ż_cb, θ and θ̇ after each impact that has a δ. All else as in `simulate_theta`, which fits share.
+    [rad] and, as "impacts", δ of each impact, after which the rate is multiplied by 1 + δ. Angles count from
+    where the block stands at rest. `rates`, if given, receives z_cb, ż_cb and θ̇ [m, m/s, rad/s], shape
+    (n_time, 3); of a rigid block θ̇ in its last column is enough. Of a motion that is integrated, `passages`,
+    shape (n_impacts, 5), receives the instant since the release [s], z_cb, ż_cb, θ and θ̇ after each impact
+    that has a δ. Arguments are not checked.
     """
     scene = _Scene(model, block.as_found(values), values, None, rules, solver)
     later = time - values["t0"] if "t0" in values else time
-    theta, _ = _released(scene, values["theta0"], later, rates, passages)
+    if scene.is_closed_form:
+        theta, *_ = scene.in_closed_form(values["theta0"], later, rates)
+    else:
+        theta = scene.released_and_integrated(values["theta0"], later, rates, passages)
     if theta.size and np.isnan(theta[-1]):
         lost = np.isnan(theta)
         theta[lost] = np.copysign(np.pi / 2, values["theta0"])
@@ -290,7 +278,7 @@ def _swings_in_closed_form(
     scene: "_Scene", theta0: float, time: Floats, theta: Floats, rate: Floats, step: float
 ) -> Tangents:
     """Of Housner's block: all swings after an impact keep their ratios of energy."""
-    kept, limits = scene.restitutions, (theta0, 0.0, time[-1], scene.solver.max_steps)
+    kept, limits = scene.restitutions, (theta0, time[-1], scene.solver.max_steps)
     lost = np.append(1 + step, np.ones(kept.size - 1))
     whole, moved = (housner_swings(scene.block, each, *limits) for each in (kept, kept * lost))
     n = min(scene.factors.size, whole.impact_time.size, moved.impact_time.size)
@@ -299,7 +287,7 @@ def _swings_in_closed_form(
     found = Tangents.empty(begin, 1 / scene.factors[:n], time.size)
     late = (moved.impact_time[:n] - whole.impact_time[:n]) / step
     found.onward[:, 2, 2], found.onward[:-1, 3, 2] = 1.0, np.diff(late)
-    later, _ = housner_motion(moved, time, theta0, 0.0, rates=False)
+    later, _ = housner_motion(moved, time, theta0, rates=False)
     own = slice(begin[0], None)
     found.by_state[0, 2, own] = (later - theta)[own] / step + rate[own] * np.repeat(late, np.diff(begin))
     return found
@@ -360,6 +348,28 @@ class _Scene:
         still = self.motion is None or not len(self.motion.coefficients)
         return self.law.is_foundation and not odd and (still or self.motion.leans(time, self.block.g))  # type: ignore[union-attr]
 
+    def in_closed_form(self, theta0: float, time: Floats, rates: Floats | None) -> tuple[Floats, int, Floats]:
+        """Rotation of Housner's block released from rest, its outcome and impacts; fills θ̇ if wanted."""
+        until = time[-1] if time.size else 0.0
+        swings = housner_swings(self.block, self.restitutions, theta0, until, self.solver.max_steps)
+        theta, rate = housner_motion(swings, time, theta0, rates=rates is not None)
+        if rates is not None:
+            rates[:, -1] = rate
+        outcome = "at_rest" if until > swings.rest_time else swings.outcome
+        return theta, OUTCOMES.index(outcome), swings.impact_time[swings.impact_time <= until]
+
+    def released_and_integrated(
+        self, theta0: float, time: Floats, rates: Floats | None, passages: Floats
+    ) -> Floats:
+        """Rotation of a block released from rest; fills rates and passages."""
+        scene, start, stands = self.released(theta0, time)
+        theta = np.empty(time.size)
+        every = NO_RATES if rates is None else rates if rates.shape[1] > 1 else np.empty((time.size, 3))
+        scene.integrate(start, time, theta, every, passages)
+        if rates is not None and every is not rates:
+            rates[:, 0] = every[:, 2]
+        return theta - stands if stands else theta
+
     def released(self, theta0: float, time: Floats) -> tuple["_Scene", State, float]:
         """With gravity as on its base, the state at the release, and where it stands at rest [rad]."""
         tilt, scene = float(self.parameters.get("tilt", 0.0)), self
@@ -378,7 +388,7 @@ class _Scene:
             _, z_rate0, theta0, theta_rate0 = start
             moved = abs(theta0) + abs(theta_rate0) / block.p + abs(z_rate0) / (block.p * block.b)
             amplitude = min(amplitude, moved) or amplitude
-        if self.law.is_foundation and not (self.foundation.is_damped or self.parameters.get("c", 0.0)):
+        if self.law.is_foundation and not self.foundation.is_damped:
             # nothing forgets the errors of a motion without damping
             amplitude *= 0.3
         return self.solver.rtol * amplitude
@@ -409,63 +419,6 @@ class _Scene:
             return series.integrate_series(self.constants, *given)
         r = -1.0 if self.law.is_foundation else float(self.parameters["r"])
         return kernel.integrate(self.constants, r, self.is_tensionless, *given)
-
-
-def _released(
-    scene: _Scene, theta0: float, time: Floats, rates: Floats | None = None, passages: Floats = NO_PASSAGES
-) -> tuple[Floats, str]:
-    """Rotation of a block released from rest, and how its motion ends; fills rates and passages if given."""
-    if scene.is_closed_form:
-        block = scene.block
-        swings = housner_swings(block, scene.restitutions, theta0, 0.0, time[-1], scene.solver.max_steps)
-        theta, rate = housner_motion(swings, time, theta0, 0.0, rates=rates is not None)
-        if rates is not None:
-            rates[:, -1] = rate
-            if rates.shape[1] > 1:
-                rates[:, 0], rates[:, 1] = _corner_kept(block, theta, rate)
-        return theta, _housner_outcome(swings, time)
-    scene, start, stands = scene.released(theta0, time)
-    theta = np.empty(time.size)
-    every = NO_RATES if rates is None else rates if rates.shape[1] > 1 else np.empty((time.size, 3))
-    outcome, *_ = scene.integrate(start, time, theta, every, passages)
-    if rates is not None and every is not rates:
-        rates[:, 0] = every[:, 2]
-    return theta - stands if stands else theta, OUTCOMES[outcome]
-
-
-def _housner(block: Block, r: float, time: Floats, start: State, max_steps: int) -> Response:
-    """Free rocking of the rigid block in closed form."""
-    until = time[-1] if time.size else 0.0
-    swings = housner_swings(block, r, start.theta, start.theta_rate, until, max_steps)
-    theta, theta_rate = housner_motion(swings, time, start.theta, start.theta_rate)
-    impacts = swings.impact_time[swings.impact_time <= until]
-    statistics, base = _in_closed_form(impacts), _about_corners(block, theta, theta_rate)
-    return Response(time, theta, theta_rate, *base, impacts, _housner_outcome(swings, time), statistics)
-
-
-def _about_corners(
-    block: Block, theta: Floats, theta_rate: Floats
-) -> tuple[Floats, Floats, NDArray[np.int8]]:
-    """z_cb [m], its rate [m/s] and the contact of a block that turns about its corners."""
-    down = np.where(np.isnan(theta), 0.0, np.sign(theta)).astype(np.int8)
-    return *_corner_kept(block, theta, theta_rate), down
-
-
-def _corner_kept(block: Block, theta: Floats, theta_rate: Floats) -> tuple[Floats, Floats]:
-    """z_cb [m] and its rate [m/s] of a block that turns about its corners."""
-    side = np.sign(theta)
-    return -block.b * side * np.sin(theta), -block.b * side * np.cos(theta) * theta_rate
-
-
-def _in_closed_form(impacts: Floats) -> dict[str, int]:
-    """The statistics of a motion without steps."""
-    return {"steps": len(impacts), "rejected": 0, "implicit": 0, "evaluations": 0}
-
-
-def _housner_outcome(swings: Swings, time: Floats) -> str:
-    if swings.outcome == "completed" and time.size and time[-1] > swings.rest_time:
-        return "at_rest"
-    return swings.outcome
 
 
 def _contact(block: Block, z_cb: Floats, theta: Floats) -> NDArray[np.int8]:

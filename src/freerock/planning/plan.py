@@ -19,7 +19,7 @@ from freerock.identification.settings import freed
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import CANDIDATES
-from freerock.models.simulate import simulate_theta
+from freerock.models.simulate import simulate
 from freerock.planning.bound import ExpectedRun, information_bound
 from freerock.rotation.beam import displacement_from_rotation, sensitivity
 from freerock.rotation.laboratory import Laboratory
@@ -155,6 +155,6 @@ def _fault(run: ExpectedRun, time_s: Floats) -> str:
     """Why a run can't be expected; "" where it can."""
     candidate, angle = CANDIDATES[run.model], run.values["theta0"]
     block, rules = run.laboratory.block, candidate.rules(run.debonding)
-    _, outcome = simulate_theta(candidate.law, block, run.values, time_s[-1:], theta0=angle, rules=rules)
+    outcome = simulate(candidate.law, block, run.values, time_s[-1:], theta0=angle, rules=rules).outcome
     what = f"{run.model} released at {math.degrees(angle):g}°: {outcome}"
     return "" if outcome in ("completed", "at_rest") else what

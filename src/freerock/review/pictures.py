@@ -7,7 +7,7 @@ import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.models.free_parameters import symbol_of
+from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
 from freerock.products.groups import (
     CHOICE_GROUP,
@@ -152,7 +152,7 @@ def _parameter(name: str, value: float, u: float, unit: str) -> Json:
     """A parameter with its total standard uncertainty as shown, and with the digits that tables have."""
     return {
         "name": name,
-        "symbol": symbol_of(name),
+        "symbol": SYMBOLS[name],
         "value": f"{value:.10g}",
         "u": f"{u:.10g}" if math.isfinite(u) else "",
         "text": quantity(value, u),

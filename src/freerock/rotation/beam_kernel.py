@@ -8,6 +8,7 @@ all in metres. With t = tan(θ/2), 1/cos θ - 1 = t tan θ.
 import math
 
 from freerock.models.compiled import compiled
+from freerock.models.kernel import depth_at_rest
 
 CLOSE = 1e-14  # share of a reading to which the angle of a held block is found
 MOST = 12  # secants to that
@@ -66,17 +67,14 @@ def seen(theta, z_cb, weights, rests, sign, beam, expected, out):
 
 
 @compiled()
-def released(turn, load, rests, beam, expected):
-    """`view.View.released`; load is m g/k, the weight over the stiffness [m²], 0 where no corner sinks."""
+def released(turn, law, rests, beam, expected):
+    """`view.View.released`; law as `models.kernel` has it, its k 0 where no corner sinks."""
     reading = beam_displacement(turn, 0.0, False, expected)
     before, error_before, now = turn, math.nan, turn
     for i in range(MOST):
-        sunk = 0.0
-        if load > 0:
-            lift, flat = beam[4] * abs(math.sin(now)), load / (2 * beam[4])
-            sunk = flat if flat >= lift else math.sqrt(2 * load * abs(math.sin(now))) - lift
-            sunk -= rests
-        error = beam_displacement(now, sunk, load > 0, beam) - reading
+        sinks = law[0] > 0
+        sunk = depth_at_rest(abs(math.sin(now)), law)[0] - rests if sinks else 0.0
+        error = beam_displacement(now, sunk, sinks, beam) - reading
         if abs(error) <= CLOSE * abs(reading) or error == error_before:
             break
         slope = (error - error_before) / (now - before) if i > 0 else reading / turn

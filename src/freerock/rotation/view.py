@@ -71,10 +71,9 @@ class View:
         """Rotation [rad] of a block at rest that is seen at an angle [rad], found by secants."""
         if self.laser.beam is None or theta0 == 0:
             return theta0
-        load = rests = 0.0
-        if foundation is not None:
-            load, rests = block.weight / foundation.k, self._rests(block, foundation)
-        return float(self._sign * beam_kernel.released(self._sign * theta0, load, rests, *self._beams(block)))
+        bed = foundation or Foundation(0.0)
+        rests, law = self._rests(block, bed) if bed.k else 0.0, bed.constants(block)
+        return float(self._sign * beam_kernel.released(self._sign * theta0, law, rests, *self._beams(block)))
 
     @cached_property
     def at_once(self) -> "View":

@@ -1,15 +1,17 @@
-"""Writes `series_sums`: the recurrences of `series`, order by order.
+"""Writes `freerock.models.series_sums`: the recurrences of `series`, order by order.
 
-python -m freerock.models.recurrences
+python tests/physics/recurrences.py
 """
 
 from collections.abc import Sequence
 from pathlib import Path
 
+from freerock import models
+
 ORDER = 10  # of the series
 HEAD = f'''"""Sums of the Taylor series of `series`, order by order.
 
-Written by `python -m freerock.models.recurrences`: change that file, not this one.
+Written by `python tests/physics/recurrences.py`: change that file, not this one.
 """
 
 from freerock.models.compiled import compiled
@@ -148,4 +150,4 @@ def written() -> str:
 
 
 if __name__ == "__main__":
-    Path(__file__).with_name("series_sums.py").write_text(written(), encoding="utf-8")
+    Path(models.__file__).with_name("series_sums.py").write_text(written(), encoding="utf-8")
