@@ -15,7 +15,7 @@ from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, 
 from freerock.identification.goodness import noise_of
 from freerock.identification.posed import Ended, Posed, minimised
 from freerock.identification.posterior import Posterior
-from freerock.identification.run_model import RTOL, RunModel
+from freerock.identification.run_model import RTOL, RunModel, Samples
 from freerock.identification.scatter import NONE, Scatter, Told, find_scatter
 from freerock.identification.settings import check
 from freerock.identification.start import Followed, whole_s, with_impacts
@@ -45,7 +45,7 @@ class RoundSettings:
     most: int = 4
     changed: float = 0.15
     poor: float = 3.0
-    exact: tuple[int, float] = (30, 1e-6)
+    exact: tuple[int, float] = (30, 5e-6)
     rough: tuple[int, float] = (12, 1e-3)
     far: float = 3.0
 
@@ -148,14 +148,19 @@ class Followers:
         """
         found = {self.first: self._followed.whole(roughly) if roughly else self._end}
         left = {self.first: self._followed.over_noise(found[self.first])}
-        for run in self.models:
-            if run == self.first:
-                continue
-            followed = self._of(run, found[min(left, key=lambda other: left[other])])
+
+        def keep(run: int, followed: Followed) -> None:
             end = followed.whole(roughly)
-            if not roughly and followed.over_noise(end) > ROUNDS.poor * max(min(left.values()), 1.0):
-                end = min(end, self._of(run).whole(), key=followed.over_noise)
-            found[run], left[run] = end, followed.over_noise(end)
+            if followed.over_noise(end) < left.get(run, math.inf):
+                found[run], left[run] = end, followed.over_noise(end)
+
+        for run in self.models:
+            if run not in found:
+                keep(run, self._of(run, found[min(left, key=lambda other: left[other])]))
+        best = min(left, key=lambda run: left[run])
+        for run in self.models:
+            if left[run] > ROUNDS.poor * max(left[best], 1.0):
+                keep(run, self._of(run, found[best]) if run == self.first else self._of(run))
         return found
 
     def _of(self, run: int, known: Ended | None = None) -> Followed:
@@ -173,13 +178,14 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple
     ends : mapping of int to Ended
         Of `Followers.ends`.
     roughly : bool
-        Of a law that is far from the runs: one round on the samples of the ends.
+        Of a law that is far from the runs: no round.
     """
-    posteriors = {run: _posterior(end) for run, end in ends.items()}
-    now, scatter = dict(ends), find_scatter(_told(posteriors))
-    for _ in range(1 if roughly else ROUNDS.most):
+    now = {run: _on_all_samples(end) for run, end in ends.items()}
+    posteriors = {run: _posterior(end) for run, end in now.items()}
+    scatter = find_scatter(_told(posteriors))
+    for _ in range(0 if roughly else ROUNDS.most):
         for run, end in now.items():
-            now[run] = _round(end, scatter.sigma_r, posteriors[run].level, roughly)
+            now[run] = _round(end, scatter.sigma_r, posteriors[run].level)
         posteriors = {run: _posterior(end) for run, end in now.items()}
         sigma_r, wanted = scatter.sigma_r, find_scatter(_told(posteriors))
         changes = [np.log(each.level / each.posed.level) for each in posteriors.values()]
@@ -200,18 +206,25 @@ def _posterior(end: Ended) -> Posterior:
     return Posterior.of(end, noise_of(end.posed.model.motion))
 
 
-def _round(end: Ended, sigma_r: float, level: float, roughly: bool) -> Ended:
-    """The fit of a run to all its samples, or roughly to those of its end."""
-    model, m = end.posed.model, noise_of(end.posed.model.motion).averaged
-    every = replace(model.until(whole_s(model.motion), 10**9), m=m)
-    samples = end.posed.samples if roughly else every
+def _round(end: Ended, sigma_r: float, level: float) -> Ended:
+    """The fit of a run to all its samples."""
+    model = end.posed.model
     start = with_impacts(end.at, len(end.at.impacts) if sigma_r else 0)
-    posed = Posed(model, samples, sigma_r, level, RTOL)
-    far = roughly or level > ROUNDS.far * noise_of(model.motion).variance ** 0.5
+    posed = Posed(model, _all_samples(model), sigma_r, level, RTOL)
+    far = level > ROUNDS.far * noise_of(model.motion).variance ** 0.5
     found = minimised(posed, start, *(ROUNDS.rough if far else ROUNDS.exact))
     found.result.nfev += end.result.nfev
-    whole = replace(posed, samples=every)
-    return replace(found, posed=whole, derived=whole.derived(found.at)) if roughly else found
+    return found
+
+
+def _on_all_samples(end: Ended) -> Ended:
+    """The end of a search on some samples, seen on all."""
+    posed = replace(end.posed, samples=_all_samples(end.posed.model))
+    return replace(end, posed=posed, derived=posed.derived(end.at))
+
+
+def _all_samples(model: RunModel) -> Samples:
+    return replace(model.until(whole_s(model.motion), 10**9), m=noise_of(model.motion).averaged)
 
 
 def finished(runs: Mapping[int, tuple[Posterior, Ended, Scatter]]) -> dict[int, Fit]:

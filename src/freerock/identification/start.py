@@ -61,7 +61,7 @@ class StartSettings:
     in_step: float = 0.01
     first: tuple[int, float] = (30, 1e-3)
     whole: tuple[int, float] = (12, 1e-3)
-    hurried: tuple[int, float] = (8, 3e-3)
+    hurried: tuple[int, float] = (16, 1e-3)
     clear: float = 10.0
     missing: float = 1.4
     screened: int = 6

@@ -14,7 +14,7 @@ from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES
 from freerock.runs.motion import Motion
 from freerock.selection.candidates import Allowed, n_numbers
-from freerock.selection.choice import Choice, choose
+from freerock.selection.choice import CHOICE, Choice, choose
 
 
 @dataclass(frozen=True)
@@ -141,15 +141,19 @@ def _suffices(found: Identified) -> bool:
 
 
 def _is_far(found: Identified) -> bool:
-    """Whether the best foundation's law leaves so much of runs that scatter that a larger one is no use."""
-    foundations = [own for name, own in found.fits.items() if "k" in CANDIDATES[name].parameters]
-    least = [
-        max(fit.evidence.residual_over_noise for fit in own.values())
-        for own in foundations
-        if all(fit.success for fit in own.values())
-    ]
-    scatters = [next(iter(own.values())).scatter.of_record.sigma_r > 0 for own in foundations]
-    return bool(least) and any(scatters) and min(least) > SEARCH.far
+    """Whether the best foundation's law leaves so much of runs that scatter that a larger one is no use.
+
+    One that needs a larger scatter than blocks have is wrong: a larger law may need none.
+    """
+    fits = {
+        max(fit.evidence.residual_over_noise for fit in own.values()): own
+        for name, own in found.fits.items()
+        if "k" in CANDIDATES[name].parameters and all(fit.success for fit in own.values())
+    }
+    if not fits or min(fits) <= SEARCH.far:
+        return False
+    sigma_r = next(iter(fits[min(fits)].values())).scatter.of_record.sigma_r
+    return 0 < sigma_r <= CHOICE.scatters
 
 
 def _as_the_paper(block: Block, motions: Mapping[int, Motion], allowed: Allowed, found: Identified) -> None:
