@@ -15,6 +15,7 @@ from freerock.noise.spectrum import (
     slow_and_white,
     white_noise,
 )
+from freerock.noise.still import stationary_phases
 
 RATE_HZ = 2000.0
 SIGMA = 1e-4
@@ -162,7 +163,7 @@ def test_a_block_that_swings_on_below_the_noise_is_not_at_rest():
     theta += np.where(time_s >= 4, 0.1 * np.exp(-1.5 * since) * np.cos(12 * since), 0.0)
     theta += SIGMA * generator.standard_normal(n)
     theta[2000:2010] = np.nan
-    found = [*quiet_stretches(time_s, theta, np.full(n, SIGMA))]
+    found = [*quiet_stretches(time_s, theta, np.full(n, SIGMA), stationary_phases(time_s, theta))]
     assert len(found) == 4  # a rest in two pieces, the hold, the rest after the motion
     for each in found:
         assert each.std() == pytest.approx(SIGMA, rel=0.05)
@@ -177,7 +178,8 @@ def test_noise_is_as_loud_as_the_beam_makes_it():
     since = np.maximum(time_s - 4, 0)
     theta = np.where(time_s < 4, 0.1, 0.1 * np.exp(-4 * since) * np.cos(12 * since))
     sigma = SIGMA * (1 + 5 * np.abs(theta))
-    found = [*quiet_stretches(time_s, theta + sigma * generator.standard_normal(n), sigma)]
+    seen = theta + sigma * generator.standard_normal(n)
+    found = [*quiet_stretches(time_s, seen, sigma, stationary_phases(time_s, seen))]
     usual = float(np.median(sigma))
     assert [each.std() for each in found] == pytest.approx([usual] * len(found), rel=0.05)
 

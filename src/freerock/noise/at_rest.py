@@ -17,6 +17,7 @@ from freerock.noise.spectrum import (
     frequencies,
     samples_averaged,
     tapered_power,
+    white_noise,
 )
 from freerock.noise.still import Phase, stationary_phases, stretches
 
@@ -36,8 +37,8 @@ def quiet_stretches(
     time_s: Floats,
     theta: Floats,
     sigma_theta: Floats,
+    phases: Sequence[Phase],
     window_s: float = 0.25,
-    phases: Sequence[Phase] | None = None,
 ) -> Iterator[Floats]:
     """Yield θ about its level in each quiet stretch of a record, scaled to the usual noise [rad].
 
@@ -51,16 +52,14 @@ def quiet_stretches(
         Evenly spaced time [s].
     theta, sigma_theta : ndarray, shape (n_time,)
         Rotation and the standard deviation of its white noise [rad]; NaN where flagged.
+    phases : sequence of Phase
+        Of stillness.
     window_s : float
         Window of the search for stillness [s].
-    phases : sequence of Phase, optional
-        Of stillness, where they are known.
     """
     step = float(time_s[-1] - time_s[0]) / (len(time_s) - 1)
-    known = stationary_phases(time_s, theta, window_s=window_s) if phases is None else phases
-    phases = [each for each in known if each.kind != "paused"]
-    usual_noise, cores = usual_of(sigma_theta), [phase.core(time_s, window_s) for phase in phases]
-    block = max(1, round(BLOCK_S / step))
+    block, usual_noise = max(1, round(BLOCK_S / step)), usual_of(sigma_theta)
+    cores = [each.core(time_s, window_s) for each in phases if each.kind != "paused"]
     cores = [core for core in cores if core.stop - core.start >= PARTS * block]
     alike = [theta[core] / relative_noise(sigma_theta[core], usual_noise) for core in cores]
     swings = [_mean_squares(np.array_split(own, PARTS), block) for own in alike]
@@ -99,7 +98,7 @@ def at_rest(
     if len(time_s) < 2:
         return AtRest(phases, None)
     rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
-    quiet = quiet_stretches(time_s, theta, sigma_theta, window_s, phases)
+    quiet = quiet_stretches(time_s, theta, sigma_theta, phases, window_s)
     return AtRest(phases, noise_at_rest(quiet, rate_hz, step))
 
 
@@ -173,22 +172,9 @@ def noise_at_rest(stretches: Iterable[Floats], rate_hz: float, step: float = 0.0
         return None
     still = [each for each in still if _mean_square([each]) > (STANDS * step) ** 2] or still
     longest = max(map(len, still))
-    edges = [0.5]
-    while edges[-1] / 2 > RESOLVED / longest:
-        edges.append(edges[-1] / 2)
-    n_bands = len(edges)
+    n_bands = max(1, math.ceil(math.log2(longest / RESOLVED)) - 1)
     coarse = step > COARSE * math.sqrt(variance)
-    alone = Noise(
-        white=step**2 / 12,
-        slow=0.0,
-        corner=0.5,
-        edges=np.append(0.0, edges[::-1]),
-        ratio=np.ones(n_bands),
-        dof=np.full(n_bands, COARSELY),
-        averaged=m,
-        rate_hz=rate_hz / m,
-        step=step,
-    )
+    alone = replace(white_noise(step / math.sqrt(12), rate_hz, n_bands, COARSELY), step=step)
     if _mean_square(still) <= (STANDS * step) ** 2:
         return alone
     where = [frequencies(len(each))[1:] for each in still]  # the lowest goes with the level

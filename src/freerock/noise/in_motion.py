@@ -1,7 +1,7 @@
-"""Noise that is louder while the block moves than at rest: all of it, or a slow part beside it.
+"""Noise that is louder while the block moves than at rest: one factor per octave.
 
-Sixth differences of means cancel a smooth motion, so only noise remains. They are taken near the peaks, away
-from impacts.
+Sixth differences of means cancel a smooth motion, so only noise remains; those of twice as many see the
+octave below. They are taken near the peaks, away from impacts.
 """
 
 import math
@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.noise.spectrum import CERTAIN, OCTAVE, Noise
+from freerock.noise.spectrum import CERTAIN, Noise
 from freerock.noise.still import between_breaks
 from freerock.noise.sums import covariance_of_sums
 
@@ -25,8 +25,9 @@ FARTHEST = 9.0  # times what that median tells, at most, does a square count: wh
 SIZES = int(math.log2(LONGEST)) + 1  # of differences
 EFFICIENCY = 0.8  # degrees of freedom of a square: its differences overlap
 SURE = 10.0  # twice the logarithm of a likelihood ratio, from which noise is louder
-ALIKE = np.geomspace(1.0, 6.0, 12)  # times the power at rest, whatever the frequency
-SLOW = np.append(0.0, np.geomspace(0.05, 200.0, 25))  # power of slow noise over that at rest
+# Octaves below those seen in which it grows on as between the lowest two; set on noises of 1 to 200 ms.
+UNSEEN = 3
+STEEPEST, SLIGHT = 4.0, 1e-3  # growth from an octave to the one below, at most; power over that at rest
 
 
 def in_motion(noise: Noise, theta: Floats, sigma: Floats, swings: Iterable[slice]) -> Noise:
@@ -51,20 +52,15 @@ def in_motion(noise: Noise, theta: Floats, sigma: Floats, swings: Iterable[slice
         if squares.size:
             ratio[k] = np.mean(np.minimum(squares, FARTHEST / OF_MEDIAN * np.median(squares)))
             dof[k] = squares.size * EFFICIENCY
-    of_differences, of_octaves = _louder(noise)
-    twice_log = -np.tensordot(dof, np.log(of_differences) + ratio[:, None] / of_differences, 1)
-    best = float(twice_log.max())
-    if best + float(dof @ ratio) < SURE:
+    louder = ratio > 1
+    if float(dof[louder] @ (ratio - 1 - np.log(ratio))[louder]) < SURE:
         return noise
-    chance = np.exp((twice_log - best) / 2)
-    chance /= chance.sum()
-    factor = of_octaves @ chance
-    spread = (of_octaves - factor[:, None]) ** 2 @ chance
-    return replace(
-        noise,
-        ratio=noise.ratio * np.exp(factor),
-        dof=np.minimum(noise.dof, 2 / np.maximum(spread, 2 / CERTAIN)),
-    )
+    excess = np.maximum(ratio - 1, 0.0)
+    growth = min(max(excess[-1] / max(excess[-2], SLIGHT), 1.0), STEEPEST)
+    excess = np.append(excess, excess[-1] * growth ** np.arange(1, UNSEEN + 1))
+    octave = np.minimum(np.arange(len(noise.ratio))[::-1], len(excess) - 1)
+    known = np.where(louder, dof, CERTAIN)[np.minimum(octave, SIZES - 1)]
+    return replace(noise, ratio=noise.ratio * (1 + excess[octave]), dof=np.minimum(noise.dof, known))
 
 
 @lru_cache(32)
@@ -72,31 +68,6 @@ def _difference(noise: Noise, k: int) -> tuple[Floats, float]:
     """Weights of a difference of means of 2ᵏ, and its variance by the noise."""
     weights = np.repeat(SIXTH, 2**k) / 2**k
     return weights, float(covariance_of_sums(noise, weights[None])[0, 0])
-
-
-@lru_cache(32)
-def _louder(noise: Noise) -> tuple[Floats, Floats]:
-    """Power of louder noise over that at rest: of each difference, and of each octave its logarithm.
-
-    Louder is all of it, or slow noise of the first order beside it, of each corner that an octave has.
-
-    Returns
-    -------
-    of_differences : ndarray, shape (SIZES, n_louder)
-    of_octaves : ndarray, shape (n_octaves, n_louder)
-    """
-    middles, differences, octaves = OCTAVE * noise.edges[1:], list[Floats](), list[Floats]()
-    alike, slow = (each.ravel() for each in np.meshgrid(ALIKE, SLOW))
-    for corner in middles:
-        more = replace(noise, white=0.0, slow=1.0, corner=float(corner), ratio=np.ones(len(middles)))
-        by = np.empty(SIZES)
-        for k in range(SIZES):
-            weights, expected = _difference(noise, k)
-            by[k] = covariance_of_sums(more, weights[None])[0, 0] / expected
-        of_octave = more.density(middles) / noise.density(middles) / by.max()
-        differences.append(alike + np.outer(by / by.max(), slow))
-        octaves.append(np.log(alike + np.outer(of_octave, slow)))
-    return np.hstack(differences), np.hstack(octaves)
 
 
 def _means(noise: Noise, values: Floats) -> Floats:

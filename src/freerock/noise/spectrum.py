@@ -162,12 +162,14 @@ def _grows(low: float, high: float) -> float:
     return min(math.log(low / high) / math.log(4.0), 1.0) if high > 0 else 1.0
 
 
-def white_noise(sigma_theta: float, rate_hz: float) -> Noise:
-    """White noise of a standard deviation that is taken as known [rad], of samples at a rate [Hz]."""
-    edges = np.append(0.0, 0.5 ** np.arange(OCTAVES + 1, 0, -1))
-    n = len(edges) - 1
+def white_noise(
+    sigma_theta: float, rate_hz: float, n_bands: int = OCTAVES + 1, dof: float = CERTAIN
+) -> Noise:
+    """White noise of a standard deviation [rad], of samples at a rate [Hz]; taken as known, or with a dof."""
+    edges = np.append(0.0, 0.5 ** np.arange(n_bands, 0, -1))
     m = samples_averaged(rate_hz)
-    return Noise(sigma_theta**2, 0.0, 0.5, edges, np.ones(n), np.full(n, CERTAIN), m, rate_hz / m)
+    ratio, known = np.ones(n_bands), np.full(n_bands, dof)
+    return Noise(sigma_theta**2, 0.0, 0.5, edges, ratio, known, m, rate_hz / m)
 
 
 def samples_averaged(rate_hz: float) -> int:

@@ -5,7 +5,7 @@ filtered, so nothing is delayed or rounded off.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -126,15 +126,11 @@ def _named(reading: Reading, laser: Laser) -> Reading:
 
 def _channels(signal: ArrayLike | Sequence[ArrayLike], lasers: Sequence[Laser]) -> list[Floats]:
     """The channel of each laser."""
-    if isinstance(signal, list | tuple) and len(signal) and np.ndim(signal[0]):
-        signals = [numbers("laser signal", each) for each in signal]
-    else:
-        whole = numbers("laser signal", signal)
-        signals = list(np.atleast_2d(whole))
-    if len(signals) != len(lasers):
-        what = f"{len(signals)} channels for {len(lasers)} lasers"
+    channels: Any = signal if np.ndim(signal[0]) else [signal]  # type: ignore[index]
+    if len(channels) != len(lasers):
+        what = f"{len(channels)} channels for {len(lasers)} lasers"
         raise FreerockError("laser signal", what, "name a channel for each laser")
-    return signals
+    return [numbers("laser signal", each) for each in channels]
 
 
 def _delay_s(lasers: Sequence[Laser]) -> float:
