@@ -295,6 +295,7 @@ def test_attributes_follow_cf_and_acdd(folder):
         assert "license" not in file.ncattrs()
         assert json.loads(file.provenance) == {"inputs": {"a.tdms": "00"}, "config": {"hum": True}}
         assert file["time"].units == f"seconds Since {ATTRS['start_time']}"
+        assert file["time"].standard_name == "time"
         assert file["time"].long_name == "time from the start of the record"
         assert "_FillValue" not in file["time"].ncattrs()
         assert file["theta"].ancillary_variables == "sigma_theta flags"

@@ -117,7 +117,7 @@ def _root(
     attrs = {**record.attrs, **attrs}
     start_time = attrs.pop("start_time", None)
     from_start = {"long_name": FROM_START + (" (its date is not known)" if start_time is None else "")}
-    from_start["units"] = SINCE.format(start_time or ANY_DATE)
+    from_start |= {"standard_name": "time", "units": SINCE.format(start_time or ANY_DATE)}
     own = ("flag_masks", "flag_meanings")  # more of them where samples are left out by hand
     return xr.Dataset(
         {
