@@ -146,7 +146,7 @@ def test_a_correction_gives_what_the_jobs_write(desk, tmp_path):
     assert row.theta0_u_deg > 0
     for each in (tried, whole):
         theta0 = quantity(row.theta0_deg, row.theta0_u_deg)  # as report and quality page print it
-        assert each["picture"]["facts"][0] == ["θ₀", f"{theta0}°"]
+        assert each["picture"]["facts"][0] == ["α", f"{theta0}°"]
     fits = [open_fits(tmp_path / "f.nc")]
     means = populations_table(parameters_table(fits), contributions_table(fits))
     assert parameters(whole["picture"], "means") == {

@@ -80,7 +80,7 @@ def test_comparison_has_the_three_laws_below_each_other_with_epsilon_in_the_lege
     epsilon = datasets[1][0]["run_1/winkler"]["epsilon_theta"].item()
     assert [each.partition(",")[0] for each in told] == ["Housner", "Winkler", "Hunt–Crossley"]
     assert told[1] == f"Winkler, $ε_θ$ = {quantity(100 * epsilon, digits=2)} %"
-    scales = {ax.get_ylim() for ax in figure.axes if ax.get_ylabel() == "Δθ / θ₀"}
+    scales = {ax.get_ylim() for ax in figure.axes if ax.get_ylabel() == "Δθ / α"}
     assert len(scales) == 1
 
 

@@ -48,7 +48,11 @@ def test_the_first_screen_has_each_foundation_with_law_parameters_and_epsilon(pa
     told = " | ".join(printed.loc[0]).replace("\N{NO-BREAK SPACE}", " ")
     assert epsilon in told and epsilon in page.text.replace("\N{NO-BREAK SPACE}", " ")
     assert not {"None", "nan"} & {*page.text.split()}
-    assert summary["longest"] == "b1 b2" and "Slender, Squat" in printed.loc[0].tolist()
+    assert (
+        summary["longest"] == "b1 b2"
+        and math.isnan(summary["half_band"])
+        and "Slender, Squat" in printed.loc[0].tolist()
+    )
     assert "The records are simulated: real blocks" in first
 
 

@@ -44,7 +44,7 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
     for scene, tree in zip(scenes, fits, strict=True):
         motion, over_release, over_noise = panels[scene]
         if motion.get_subplotspec().is_first_col():
-            for ax, label in zip(panels[scene], ("θ / °", "Δθ / θ₀", "Δθ / σ"), strict=True):
+            for ax, label in zip(panels[scene], ("θ / °", "Δθ / α", "Δθ / σ"), strict=True):
                 ax.set_ylabel(label)
         over_noise.set_xlabel("time since release / s")
         number, run = next(iter(runs_of(tree).items()), (0, None))
@@ -69,7 +69,7 @@ caption = style.drawn_runs
 
 
 def _furthest(data: pd.DataFrame) -> float:
-    """Where the scale of Δθ/θ₀ ends: a rigid base does not rule it, whose law may lie far off."""
+    """Where the scale of Δθ/α ends: a rigid base does not rule it, whose law may lie far off."""
     sizes = data.assign(size=data["residual_over_theta0"].astype(float).abs()).groupby("source")["size"].max()
     sizes = sizes[[source in PAPER_MODELS for source in sizes.index]].dropna()
     soft = sizes[[law_of(law).is_foundation for law in sizes.index]]

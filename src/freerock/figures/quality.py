@@ -265,7 +265,7 @@ def _found(run: xr.DataTree | None) -> str:
 def _facts(run: xr.DataTree, sigma_deg: float) -> str:
     release = quantity(run["release"].item(), run["release_stderr"].item())
     angle, sigma = quantity(*release_angle_of(run)), quantity(sigma_deg, digits=2)
-    return f"θ₀ = {angle} °; σ = {sigma} °; release at {release} s; {impacts_of(run)}"
+    return f"α = {angle} °; σ = {sigma} °; release at {release} s; {impacts_of(run)}"
 
 
 def _faults(record: xr.DataTree) -> str:

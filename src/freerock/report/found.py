@@ -39,13 +39,13 @@ def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
         ]
         told = {
             "Foundation": labels.get(row["foundation"], row["foundation"]),
-            "Rock longest on it": ", ".join(labels.get(block, block) for block in longest),
+            "Blocks that rock longest on it": ", ".join(labels.get(block, block) for block in longest),
             "Selected law": f"{law}, {row['n_selected']} of {row['n_runs']} runs",
             "Parameters": "; ".join(parameters).replace(" ", NO_BREAK).replace(f";{NO_BREAK}", "; "),
             "Scatter of impacts σ_r / %": quantity(*(100 * each for each in scatter)) if scatter[0] else "0",
             "r of first impacts": fixed(row["r_first"], 3),
             "ε_θ / %": ", ".join(epsilon),
-            FORETOLD: _foretold(row["n_inside"], row["n_peaks"]),
+            FORETOLD: _foretold(row["n_inside"], row["n_peaks"], row["half_band"]),
         }
         rows.append({head: cell or "–" for head, cell in told.items()})
     text = pd.DataFrame(rows)
@@ -56,14 +56,17 @@ def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
         f"ε_θ of the laws: median, {PROCEDURE}."
     )
     if FORETOLD in text:
-        about += f" {FORETOLD}: measured peaks in the 95 % band by the other runs of the record."
+        about += f" {FORETOLD}: median half width of the 95 % band by the other runs of the record, and "
+        about += "peaks in it."
     return Printed(text, "Each foundation", [about])
 
 
-def _foretold(n_inside: float, n_peaks: float) -> str:
-    """How many peaks lay in their band, and how many should."""
-    share = f"{fixed(100 * n_inside / n_peaks, 0)} %; expected: 95 %" if n_peaks else ""
-    return f"{n_inside} of {n_peaks} peaks ({share})" if n_peaks else ""
+def _foretold(n_inside: float, n_peaks: float, half_band: float) -> str:
+    """How wide the band of peaks is, how many lay in it, and how many should."""
+    if not n_peaks:
+        return ""
+    width = f"peaks to ± {quantity(100 * half_band, digits=2)} %; " if pd.notna(half_band) else ""
+    return f"{width}{n_inside} of {n_peaks} inside ({fixed(100 * n_inside / n_peaks, 0)} %; expected: 95 %)"
 
 
 def printed_records(populations: pd.DataFrame, laws: Mapping[str, str], labels: Labels) -> Printed:

@@ -35,7 +35,7 @@ def printed_runs(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels, n_run
             "Block": labels.get(row.block, row.block),
             "Foundation": labels.get(row.foundation, row.foundation),
             "Verdict": row.verdict + ", excluded" * bool(row.excluded),
-            "θ₀ / °": quantity(row.theta0_deg, row.theta0_u_deg),
+            "α / °": quantity(row.theta0_deg, row.theta0_u_deg),
             "Duration / s": fixed(row.duration_s, 2),
             "Impacts": f"{row.n_impacts} ({row.n_restitution} with r)",
             "σ / °": quantity(row.sigma_theta_deg, digits=2),
@@ -43,7 +43,10 @@ def printed_runs(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels, n_run
         }
         for row in runs.itertuples()
     ]
-    notes = ["θ₀: release angle as the sensor shows it. σ: standard deviation of the noise of θ at rest."]
+    notes = [
+        "α: release angle as the sensor shows it, ± its total standard uncertainty. "
+        "σ: standard deviation of the noise of θ at rest."
+    ]
     if len(runs) < n_runs:
         notes.append(f"Listed: {len(runs)} of {n_runs} runs, those that most need a look; all: runs.csv.")
     return Printed(pd.DataFrame(rows), "Runs and verdicts", notes)

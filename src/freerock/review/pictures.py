@@ -73,7 +73,7 @@ def run_picture(found: Analysed, number: int, block: Block, means: bool = True) 
         "reasons": [{"verdict": each.verdict, "text": each.text} for each in verdict.reasons],
         "excluded": bool(run.attrs["excluded"]),
         "facts": [
-            ["θ₀", f"{quantity(*release_angle_of(run))}°"],
+            ["α", f"{quantity(*release_angle_of(run))}°"],
             ["σ", f"{quantity(math.degrees(sigma), digits=2)}°"],
             ["Impacts", impacts_of(run)],
         ],

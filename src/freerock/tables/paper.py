@@ -227,10 +227,11 @@ def _scatter(epsilon: pd.DataFrame, law: str) -> dict[str, float]:
     }
 
 
-def _foretold(predictions: pd.DataFrame, law: str) -> dict[str, int]:
+def _foretold(predictions: pd.DataFrame, law: str) -> dict[str, float]:
     """How well the next run of a record is foretold by its other runs: peaks in their 95 % band, and all."""
     own = predictions[predictions["model"] == law]
-    return {"n_inside": int(own["inside"].sum()), "n_peaks": len(own)}
+    half = (own["high_deg"] - own["low_deg"]) / (2 * own["median_deg"])
+    return {"n_inside": int(own["inside"].sum()), "n_peaks": len(own), "half_band": half.median()}
 
 
 def _mean(populations: pd.DataFrame) -> dict[str, float]:
