@@ -17,7 +17,7 @@ from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fitted import Curve
 from freerock.identification.posed import Ended, Posed, minimised
 from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel
-from freerock.identification.start import promising, scan, scan_whole
+from freerock.identification.start import scan, scan_whole
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import law_of
@@ -25,7 +25,7 @@ from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
 
 RELEASE_WALLS = 2.0  # standard uncertainties of the measured release, within which the paper's fit has it
-STARTS, SAMPLES = 3, 500  # starts that are followed, and the samples that tell which
+STARTS, SAMPLES = 5, 500  # starts that are followed, and the samples that tell which
 ENOUGH = 2000  # samples of the last fit
 
 
@@ -103,7 +103,7 @@ def paper_fit(
     quick = Posed(model, few, 0.0, level, RTOL_SCREENING / 10, walls=RELEASE_WALLS)
     starts = sorted(starts, key=lambda at: float(np.sum(quick.residual(at) ** 2)))[:STARTS]
     ends = [minimised(quick, each, 15, 1e-3, "trf") for each in starts]
-    best = min((_last(model, end, level) for end in promising(ends)[:2]), key=lambda end: end.objective)
+    best = _last(model, min(ends, key=lambda end: end.objective), level)
     curve = Curve(model.whole.time_s, model.whole.theta, model.curve(best.at, model.whole.time_s))
     epsilon = epsilon_theta(curve.time, curve.theta_model, curve.theta)
     found = [best.result.params[name].stderr for name in best.result.params]
