@@ -33,8 +33,9 @@ class StartSettings:
         Prior of the impacts' scatter meanwhile: wide.
     passes : int
         Curves at most, over which the swings are brought to the durations that were measured.
-    in_step : float
-        Of a swing, up to which the instants of its impacts agree with the measured ones.
+    in_step, lost : float
+        Of a swing, up to which the instants of impacts agree with the measured ones; from which a fit has
+        lost a swing.
     first, whole, hurried : (int, float)
         Evaluations, and the relative change at which they end: on the first swings, on the whole run, and
         there of a law that is far from it.
@@ -59,6 +60,7 @@ class StartSettings:
     sigma_r: float = 0.03
     passes: int = 6
     in_step: float = 0.01
+    lost: float = 0.2
     first: tuple[int, float] = (30, 1e-3)
     whole: tuple[int, float] = (12, 1e-3)
     hurried: tuple[int, float] = (16, 1e-3)
@@ -79,7 +81,8 @@ def crossings_s(motion: Motion) -> Floats:
     Swings grow shorter: what follows one that is missing in the noise is left out.
     """
     counts = np.isfinite(motion.theta) & (motion.time_s >= 0)
-    found = _crossings_s(motion, motion.time_s[counts], motion.theta[counts])
+    clear = START.clear * motion.sigma_theta
+    found = _crossings_s(motion.time_s[counts], motion.theta[counts], clear)
     swings = np.diff(found)
     longer = np.flatnonzero(swings[2:] > START.missing * np.maximum(swings[1:-1], swings[:-2]))
     return np.asarray(found[: longer[0] + 3] if longer.size else found)
@@ -117,38 +120,38 @@ def _first_peak_s(motion: Motion) -> float:
     return 0.5 * float(crossings[0] + crossings[1]) if crossings.size > 2 else whole_s(motion)
 
 
-def in_step(model: RunModel, at: Point, end_s: float) -> Point:
+def in_step(model: RunModel, at: Point, end_s: float, enough: float = START.in_step) -> Point:
     """A point with δ of the impacts up to an instant, by which swings last as long as measured.
 
-    The rate after an impact follows from the duration of the swing as of a rigid block. What a bed adds to
-    both durations is about the same, so that a few passes bring them together.
+    What precedes the first impact that is off by more than `enough` of its swing stays. The rate after an
+    impact follows from the duration of the swing as of a rigid block. What a bed adds to both durations is
+    about the same, so that a few passes bring them together.
     """
     measured = crossings_s(model.motion)
     at = with_impacts(at, int(np.searchsorted(measured, end_s)))
     time_s = model.until(1.1 * end_s, 4 * START.samples).time_s
     for _ in range(START.passes):
-        own = _crossings_s(model.motion, time_s, model.curve(at, time_s, 10 * RTOL_SCREENING))
+        own = _crossings_s(time_s, model.curve(at, time_s, 10 * RTOL_SCREENING), model.motion.sigma_theta)
         n = min(own.size, measured.size, at.impacts.size + 1)
-        if n < 2:
+        off = np.abs(own[1:n] - measured[1:n]) > enough * np.diff(measured[:n])
+        if not off.any():
             break
-        wanted = np.diff(np.append(own[0], measured[1:n]))
-        late = np.max(np.abs(own[1:n] - measured[1:n]) / wanted)
-        if n == min(measured.size, at.impacts.size + 1) and late < START.in_step:
-            break
-        ratio = _rate_after(model.block, wanted) / _rate_after(model.block, np.diff(own[:n]))
+        i = int(np.argmax(off))  # the impact after which a swing does not last as measured
+        wanted = np.diff(np.append(own[i], measured[i + 1 : n]))
+        ratio = _rate_after(model.block, wanted) / _rate_after(model.block, np.diff(own[i:n]))
         impacts = at.impacts.copy()
-        impacts[: n - 1] = (1 + impacts[: n - 1]) * ratio / np.append(1.0, ratio[:-1]) - 1
+        impacts[i : n - 1] = (1 + impacts[i : n - 1]) * ratio / np.append(1.0, ratio[:-1]) - 1
         at = replace(at, impacts=np.clip(impacts, -WIDEST_IMPACT, WIDEST_IMPACT))
-    if "r" in at.values and at.impacts.size:  # what the impacts of a rigid block share is its restitution
-        shared = float(np.exp(np.mean(np.log1p(at.impacts))))
-        values = {**at.values, "r": min(at.values["r"] * shared, 0.999)}
-        at = replace(at, values=values, impacts=(1 + at.impacts) / shared - 1)
+        if "r" in at.values and i == 0:  # what the impacts of a rigid block share is its restitution
+            shared = float(np.exp(np.mean(np.log1p(at.impacts))))
+            values = {**at.values, "r": min(at.values["r"] * shared, 0.999)}
+            at = replace(at, values=values, impacts=(1 + at.impacts) / shared - 1)
     return at
 
 
-def _crossings_s(motion: Motion, time_s: Floats, theta: Floats) -> Floats:
-    """Instants between samples clear of the noise at which a rotation changes its sign [s]."""
-    clear = np.abs(theta) > START.clear * motion.sigma_theta
+def _crossings_s(time_s: Floats, theta: Floats, least: float) -> Floats:
+    """Instants at which a rotation changes its sign [s], between samples above a least angle [rad]."""
+    clear = np.abs(theta) > least
     time_s, theta = time_s[clear], theta[clear]
     i = np.flatnonzero(np.signbit(theta[1:]) != np.signbit(theta[:-1]))
     return np.asarray(time_s[i] + np.diff(time_s)[i] * theta[i] / (theta[i] - theta[i + 1]))
