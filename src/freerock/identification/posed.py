@@ -20,7 +20,7 @@ from freerock.models.given import Given, arithmetic, legal
 from freerock.models.laws import law_of
 from freerock.runs.release import FAR, lowered
 
-RENEWED = 0.4  # standard uncertainties by which an input moves before its derivatives are renewed
+RENEWED = 0.05  # standard uncertainties by which an input moves before its derivatives are renewed
 FARTHEST_INPUT = 8.0  # standard uncertainties: a law that needs more is rejected by its pull
 ROUGH = 1e-5  # relative change of the objective, above which a search is a rough one
 WIDEST_IMPACT = 0.5  # |δ| of an impact
@@ -282,7 +282,10 @@ def minimised(
     except ValueError as error:  # lmfit's answer to a residual that is no number
         what = "a fit met parameters that no motion has"
         raise FreerockError("fits", what, "correct values, bounds and ties of fits.parameters") from error
-    return Ended(posed, posed.point(result.params), result, minimizer, objective.derived(result.params))
+    at, derived = posed.point(result.params), objective.derived(result.params)
+    if objective.renews and np.any(at.inputs != objective.inputs):
+        derived = posed.derived(at)
+    return Ended(posed, at, result, minimizer, derived)
 
 
 def tied(parameters: lmfit.Parameters, varied: list[int]) -> Floats:

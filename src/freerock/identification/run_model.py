@@ -35,7 +35,7 @@ STEP = 3e-7
 JUMP_RAD = 3e-5  # a step `STEP` moves a curve by less: by 100 rad over the logarithm of a number
 STEP_BOTH_WAYS = 1e-4  # where the integrator's error is larger: edges, an offset, the tensionless rule
 MOST_STEPS = 20_000  # of a curve: a real one takes a tenth; where an optimiser wanders, one takes minutes
-INPUT_STEP = 0.01  # standard uncertainties
+INPUT_STEP = 1e-4  # standard uncertainties: over 0.01 of them that of a width is off by 1 %
 SMALL_STEP = 1e-7  # rad, m: of what a sensor reads
 WIDEST = 0.75  # spread of an average, over the distance of averages, up to which a curve is smoothed
 MOST_PLACES = 50
@@ -93,16 +93,16 @@ class Samples:
         return self._widest_s2 + response_s**2 / 12 <= WIDEST**2 * self._apart_s2
 
     def smoothed(self, theta: Floats, response_s: float) -> Floats:
-        """Means over m samples and over the time of a sensor, times √m, of a rotation at their middles.
+        """Means over m samples and over the time of a sensor, times √m, of rotations at their middles.
 
-        θ + σ² θ̈/2, with σ² the variance of the instants that are averaged.
+        θ + σ² θ̈/2, with σ² the variance of the instants that are averaged. Time is the last axis.
         """
         found = theta.copy()
         if self.m > 1 or response_s:
             t = self.middle_s
             slopes = np.diff(theta) / np.diff(t)
             half = self._spread_s2[1:-1] if self.m > 1 else 0.0
-            found[1:-1] += (half + response_s**2 / 12) * np.diff(slopes) / (t[2:] - t[:-2])
+            found[..., 1:-1] += (half + response_s**2 / 12) * np.diff(slopes) / (t[2:] - t[:-2])
         return found * math.sqrt(self.m)
 
 
@@ -372,8 +372,10 @@ class RunModel:
                 columns[:, j] += self._by_later_r(at, samples.middle_s, rtol, theta)
             else:
                 columns[:, j] = self._quotient(at, name, samples.middle_s, rtol, theta)
-        columns *= math.sqrt(samples.m)
-        return self.means(at, samples, rtol), columns
+        response_s = self._response_s(at, samples)
+        if response_s is None:
+            return self.means(at, samples, rtol), columns * math.sqrt(samples.m)
+        return self.means(at, samples, rtol), samples.smoothed(columns.T, response_s).T
 
     def _slopes(self, here: Moved, theta: Floats) -> tuple[tuple[Floats, Floats], Floats]:
         """Derivatives of what is read by rotation and depth, and its rate [rad/s]."""
