@@ -124,7 +124,7 @@ def swings_of(time_s: Floats, theta: Floats) -> Floats:
     """Largest |θ| after each zero crossing [°] and when that was [s], shape (2, n_swings)."""
     before = np.flatnonzero(np.diff(np.sign(theta)) != 0)
     crossed = time_s[before] - theta[before] * np.diff(time_s)[before] / np.diff(theta)[before]
-    peaks = [np.abs(piece).max() for piece in np.split(theta, before + 1)[1:-1]]
+    peaks = np.maximum.reduceat(np.abs(theta), before + 1)[:-1]  # of the pieces between two crossings
     return np.stack([np.degrees(peaks), crossed[: len(peaks)]])
 
 
