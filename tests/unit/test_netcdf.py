@@ -50,7 +50,7 @@ ATTRS = {
     "origin": "measured",
     "license": None,
     "start_time": "2017-05-02T09:00:00.000Z",
-    "provenance": {"inputs": {"a.tdms": "00"}, "config": {"hum": True}, "git": "abc"},
+    "provenance": {"inputs": {"a.tdms": "00"}, "config": {"hum": True}},
 }
 SAMPLES = 400
 

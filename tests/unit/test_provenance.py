@@ -6,7 +6,7 @@ import pytest
 from freerock.errors import FreerockError
 from freerock.files import sha256, write_json
 from freerock.products import provenance as made
-from freerock.products.provenance import made_by, other_software, provenance
+from freerock.products.provenance import git_state, made_by, other_software, provenance
 
 
 def test_provenance_names_inputs_config_and_versions(tmp_path, monkeypatch):
@@ -17,7 +17,7 @@ def test_provenance_names_inputs_config_and_versions(tmp_path, monkeypatch):
     assert found["config"] == {"window_s": 0.25}
     assert found["software"]["numpy"] == np.__version__
     assert set(found["software"]) == {"python", *made.SOFTWARE}
-    assert found["git"]
+    assert git_state()
     write_json("provenance.json", found)
     assert json.loads((tmp_path / "provenance.json").read_text()) == found
 

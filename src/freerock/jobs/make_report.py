@@ -7,7 +7,7 @@ from typing import Any
 from freerock.config.review_log import read_changes
 from freerock.files import sha256, write_json, write_text
 from freerock.products.netcdf import sampling_rate_of
-from freerock.products.provenance import made_by, other_software, provenance
+from freerock.products.provenance import git_state, made_by, other_software, provenance
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv
 from freerock.tables.latex import figures_tex
@@ -51,7 +51,7 @@ def make_report(
     for test, (record, fits) in datasets.items():
         known |= {f"records/{test}": made_by(record), f"fits/{test}": made_by(fits)}
         raw |= known[f"records/{test}"].get("inputs", {})
-    own = provenance([], settings["campaign"]) | {"inputs": raw}
+    own = provenance([], settings["campaign"]) | {"inputs": raw, "git": git_state()}
     own["other_software"] = other_software(known, own["software"])
     captions = {Path(png).stem: read_caption(caption) for caption, png in figures}
     write_text(output["captions"], figures_tex(captions))

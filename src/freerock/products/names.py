@@ -74,10 +74,7 @@ def _row(name: str) -> dict[str, str]:
 
 
 def root_attributes(product: str, done: str, attrs: Mapping[Any, Any]) -> dict[str, Any]:
-    """Root attributes of a product; git is left to provenance.json: equal results are equal files."""
-    made_by = attrs.get("provenance")
-    if isinstance(made_by, Mapping):
-        attrs = {**attrs, "provenance": {key: made_by[key] for key in made_by if key != "git"}}
+    """Root attributes of a product."""
     of = [attrs[key] for key in ("campaign", "test") if key in attrs]
     return {
         "Conventions": "CF-1.11, ACDD-1.3",

@@ -16,7 +16,7 @@ SOFTWARE = ["freerock", "numpy", "scipy", "numba", "lmfit", "xarray", "netCDF4",
 
 
 def provenance(inputs: Iterable[str | Path], config: Mapping[str, Any]) -> dict[str, Any]:
-    """What made a product.
+    """What made a product, but the state of the code's checkout (`git_state`): equal results are equal files.
 
     Parameters
     ----------
@@ -28,14 +28,12 @@ def provenance(inputs: Iterable[str | Path], config: Mapping[str, Any]) -> dict[
     Returns
     -------
     dict
-        inputs (path -> sha256), config, software (name -> version), git (state of the code's checkout;
-        outside of one the version that is installed, or "unknown").
+        inputs (path -> sha256), config, software (name -> version).
     """
     return {
         "inputs": {Path(path).as_posix(): sha256(path) for path in inputs},
         "config": dict(config),
         "software": _software(),
-        "git": _git_state(),
     }
 
 
@@ -83,8 +81,8 @@ def _software() -> dict[str, str]:
     return {"python": platform.python_version()} | {name: version(name) for name in SOFTWARE}
 
 
-@cache
-def _git_state() -> str:
+def git_state() -> str:
+    """State of the code's checkout; outside of one the version that is installed."""
     here = Path(__file__).resolve()
     try:
         for words in (f"ls-files --error-unmatch {here.name}", "describe --always --dirty --tags"):
