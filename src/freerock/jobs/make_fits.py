@@ -13,14 +13,12 @@ from freerock.identification.fitted import Fit
 from freerock.identification.paper_fit import PaperFit
 from freerock.models.block import Block
 from freerock.models.laws import MODELS
-from freerock.populations.impact_energy import ImpactEnergy, impact_energy
-from freerock.populations.law_error import with_law_error
+from freerock.populations.law_error import energies_of_record
 from freerock.products.groups import NotFitted
 from freerock.products.netcdf import open_record, samples_in, write_fits
 from freerock.products.provenance import provenance
 from freerock.products.runs import OVER_TIME, motions_in, runs_in
 from freerock.rotation.laboratory import Laboratory
-from freerock.rotation.view import view_of
 from freerock.runs.impacts import find_impacts
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason
@@ -84,7 +82,7 @@ def make_fits(
     if missed := _not_fitted(found, allowed):
         attributes["not_fitted"] = missed
     attributes["provenance"] = provenance([record_file], settings)
-    energies = _energies(fits, motions, block, limits, allowed)
+    energies = energies_of_record(fits, motions, block, limits, allowed.options["debonding"])
     choices = dict.fromkeys(fits, choice)
     papers = {
         number: {law: _with_impacts(fit, block, limits) for law, fit in own.items()}
@@ -126,40 +124,3 @@ def _with_impacts(fit: Fitted, block: Block, limits: ImpactLimits) -> Fitted:
     theta0 = fit.values.get("theta0", fit.curve.theta_model[0])
     impacts = find_impacts(fit.curve.time, fit.curve.theta_model, 0.0, block, theta0=theta0, limits=limits)
     return replace(fit, impacts=impacts)
-
-
-def _energies(
-    fits: Mapping[int, Mapping[str, Fit]],
-    motions: Mapping[int, Motion],
-    block: Block,
-    limits: ImpactLimits,
-    allowed: Allowed,
-) -> dict[int, dict[str, ImpactEnergy]]:
-    """The energies at the impacts of each fit that is to be used, by run and candidate."""
-    found = dict[int, dict[str, ImpactEnergy]]({number: {} for number in fits})
-    seen = {
-        number: find_impacts(
-            each.time_s, each.theta, each.sigma_theta, block, theta0=each.theta0, limits=limits
-        )
-        for number, each in motions.items()
-    }
-    for name in {name: None for own in fits.values() for name in own}:
-        own = {number: of_run[name] for number, of_run in fits.items() if name in of_run}
-        plain = {
-            number: _energy(fit, motions[number], allowed.settings(name).debonding)
-            for number, fit in own.items()
-            if fit.success and fit.impacts is not None and motions[number].laboratory is not None
-        }
-        for number, each in with_law_error(plain, own, seen, block).items():
-            found[number][name] = each
-    return found
-
-
-def _energy(fit: Fit, motion: Motion, rule: str) -> ImpactEnergy:
-    """The energies at the impacts of a fit, with the inputs where it has them."""
-    known, at, view = fit.uncertainty.contributions, motion.laboratory, motion.view
-    assert at is not None and fit.impacts is not None
-    if known.moved.any():
-        at = at.at(known.inputs, known.moved)
-        view = view_of([*at.lasers.values()], at.block)
-    return impact_energy(fit, at.block, fit.impacts.time_s, debonding=rule, view=view, laboratory=at)

@@ -11,13 +11,66 @@ from collections.abc import Mapping
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.config.processing import ImpactLimits
 from freerock.identification.fitted import Fit
 from freerock.models.block import Block
-from freerock.populations.impact_energy import ImpactEnergy
-from freerock.runs.impacts import Impacts
+from freerock.populations.impact_energy import ImpactEnergy, impact_energy
+from freerock.rotation.view import view_of
+from freerock.runs.impacts import Impacts, find_impacts
+from freerock.runs.motion import Motion
 
 NEAR = 2  # swings to either side, over which the share of a swing is averaged
 HIGHEST = 0.99  # of the critical angle: no swing lasts for ever
+
+
+def energies_of_record(
+    fits: Mapping[int, Mapping[str, Fit]],
+    motions: Mapping[int, Motion],
+    block: Block,
+    limits: ImpactLimits,
+    debonding: str,
+) -> dict[int, dict[str, ImpactEnergy]]:
+    """Restitution by energy at the impacts of each fit that is to be used, by run and candidate.
+
+    Parameters
+    ----------
+    fits : mapping of int to mapping of str to Fit
+        By run of a record and candidate, with the impacts of the modelled motion.
+    motions : mapping of int to Motion
+        As seen, by run.
+    block : Block
+    limits : ImpactLimits
+        Of the impacts that are seen.
+    debonding : str
+        The rule of the fits.
+    """
+    found = dict[int, dict[str, ImpactEnergy]]({number: {} for number in fits})
+    seen = {
+        number: find_impacts(
+            each.time_s, each.theta, each.sigma_theta, block, theta0=each.theta0, limits=limits
+        )
+        for number, each in motions.items()
+    }
+    for name in {name: None for own in fits.values() for name in own}:
+        own = {number: of_run[name] for number, of_run in fits.items() if name in of_run}
+        plain = {
+            number: _at_its_inputs(fit, motions[number], debonding)
+            for number, fit in own.items()
+            if fit.success and fit.impacts is not None and motions[number].laboratory is not None
+        }
+        for number, each in with_law_error(plain, own, seen, block).items():
+            found[number][name] = each
+    return found
+
+
+def _at_its_inputs(fit: Fit, motion: Motion, debonding: str) -> ImpactEnergy:
+    """The energies at the impacts of a fit, with the inputs where it has moved them."""
+    known, at, view = fit.uncertainty.contributions, motion.laboratory, motion.view
+    assert at is not None and fit.impacts is not None
+    if known.moved.any():
+        at = at.at(known.inputs, known.moved)
+        view = view_of([*at.lasers.values()], at.block)
+    return impact_energy(fit, at.block, fit.impacts.time_s, debonding=debonding, view=view, laboratory=at)
 
 
 def with_law_error(
