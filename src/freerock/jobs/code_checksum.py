@@ -3,7 +3,6 @@
 import ast
 import atexit
 import hashlib
-import itertools
 import json
 import os
 from collections.abc import Iterator
@@ -18,6 +17,7 @@ from freerock.jobs.home import PACKAGE
 
 NOTES = Path(".snakemake/freerock_code.json")  # what was found of each file, by its time and size
 SOURCES = PACKAGE.parent
+STATEMENTS = (ast.stmt, ast.ExceptHandler, ast.match_case)  # among whose children imports stand
 
 
 @cache
@@ -107,15 +107,14 @@ def _read(path: str) -> tuple[str, list[str]]:
     return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), names
 
 
-def _imports(node: ast.AST) -> Iterator[str]:
-    """Dotted names that the lines below a node import; those for type checkers do not count."""
-    blocks = (getattr(node, name, ()) for name in ("body", "orelse", "finalbody", "handlers", "cases"))
-    for each in itertools.chain.from_iterable(blocks):
+def _imports(tree: ast.AST) -> Iterator[str]:
+    """Dotted names that a module imports; those for type checkers do not count."""
+    for each in ast.iter_child_nodes(tree):
         if isinstance(each, ast.Import):
             yield from (alias.name for alias in each.names)
         elif isinstance(each, ast.ImportFrom):
             yield from (f"{each.module}.{alias.name}" for alias in each.names)
-        elif isinstance(each, ast.stmt | ast.ExceptHandler | ast.match_case) and not (
+        elif isinstance(each, STATEMENTS) and not (
             isinstance(each, ast.If) and ast.unparse(each.test) == "TYPE_CHECKING"
         ):
             yield from _imports(each)
