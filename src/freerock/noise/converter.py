@@ -5,10 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from freerock.arrays import Floats, Indices, Mask
+from freerock.arrays import Floats, Indices
 
 STEP_SAMPLES = 20_000  # suffice to see the step
-NOISE_SAMPLES = 50_000  # suffice to know the noise
 CLOSE = 0.05  # share of the gaps between values that are smaller than the one taken for the step
 ON_LATTICE = 0.98  # share of the gaps that are whole steps, each within `OFF` of a step
 OFF = 0.02
@@ -30,9 +29,8 @@ def lattice_step(recorded: Floats) -> float:
     recorded : ndarray, shape (n_time,)
         As recorded; NaN where there is no sample.
     """
-    known = np.isfinite(recorded)
-    some = recorded if known.all() else recorded[known]
-    some = some[:: max(1, some.size // STEP_SAMPLES)]
+    known = recorded[np.isfinite(recorded)]
+    some = known[:: max(1, known.size // STEP_SAMPLES)]
     values = np.unique(some)
     if values.size < 2 or values.size > some.size / 2:
         return 0.0
@@ -59,13 +57,8 @@ def converter_step(recorded: Floats, theta: Floats) -> float:
         The signal as recorded, in any unit, and the rotation [rad] from it.
     """
     valid = np.isfinite(theta) & np.isfinite(recorded)
-    step = lattice_step(recorded if valid.all() else recorded[valid])
-    return step and step * _range(theta, valid) / _range(recorded, valid)
-
-
-def _range(values: Floats, valid: Mask) -> float:
-    least, most = np.min(values, where=valid, initial=np.inf), np.max(values, where=valid, initial=-np.inf)
-    return float(most - least)
+    step = lattice_step(recorded[valid])
+    return step and step * float(np.ptp(theta[valid]) / np.ptp(recorded[valid]))
 
 
 def scatter(x: Floats | Sequence[Floats], step: float = 0.0) -> float:
@@ -85,8 +78,8 @@ def scatter(x: Floats | Sequence[Floats], step: float = 0.0) -> float:
     step : float
         Of the converter, in the same unit.
     """
-    stretches = [_finite(each) for each in ([x] if isinstance(x, np.ndarray) else x)]
-    about = [each - np.median(each) for each in stretches if each.size]
+    known = [each[np.isfinite(each)] for each in ([x] if isinstance(x, np.ndarray) else x)]
+    about = [each - np.median(each) for each in known if each.size]
     if not about:
         return math.nan
     together = about[0] if len(about) == 1 else np.concatenate(about)
@@ -94,13 +87,6 @@ def scatter(x: Floats | Sequence[Floats], step: float = 0.0) -> float:
     if step <= FINE * robust or not step:
         return robust or float(np.std(together))
     return math.hypot(_before_rounding(about, robust + step, step), step / math.sqrt(12))
-
-
-def _finite(x: Floats) -> Floats:
-    """The samples that are numbers, as many as suffice."""
-    finite = np.isfinite(x)
-    x = x if finite.all() else x[finite]
-    return x[:: max(1, x.size // NOISE_SAMPLES)]
 
 
 def _before_rounding(about: Sequence[Floats], wide: float, step: float) -> float:

@@ -17,10 +17,7 @@ from freerock.noise.mains import Mains, fit_mains, mains_ratio
 from freerock.noise.still import Phase, stationary_phases
 
 SURE = 5.0  # standard errors by which a rest level differs from another, an interference from none
-NOISE_SAMPLES = 200_000  # suffice to know the noise within 0.2 %
-PHASE_SAMPLES = 1_000_000  # of one phase are looked at
 MAINS_KEEP = 0.005  # of their frequency: the mains stay so close to it
-RATE_SAMPLES = 1 << 18  # suffice to see the mains
 MAINS_HZ = (50.0, 60.0)  # anywhere on earth
 COARSE_STEP = 1.5  # times the noise: a step that differences of neighbours no longer see through
 FAINT = 0.1  # of the noise of one sample: an interference below this is not worth a word
@@ -38,7 +35,6 @@ class StillSignal:
         Time [s], and the signal in its own unit.
     step, window_s : float
         Sampling interval, and window of `still.stationary_phases` [s].
-    phases : list of Phase
     lattice : float
         Step of the converter, in the signal's unit; 0 where there is none.
     """
@@ -47,8 +43,12 @@ class StillSignal:
     values: Floats
     step: float
     window_s: float
-    phases: list[Phase]
     lattice: float = 0.0
+
+    @cached_property
+    def phases(self) -> list[Phase]:
+        """The phases of stillness."""
+        return stationary_phases(self.time_s, self.values, window_s=self.window_s)
 
     @cached_property
     def rests(self) -> list[Phase]:
@@ -57,14 +57,10 @@ class StillSignal:
 
     @cached_property
     def inside(self) -> tuple[Floats, Floats]:
-        """Instants of the valid samples within the phases, and their deviations from a phase's level.
-
-        Of each phase the first `PHASE_SAMPLES`.
-        """
+        """Instants of the valid samples within the phases, and their deviations from a phase's level."""
         margin, times, deviations = self.window_s / 2, [np.empty(0)], [np.empty(0)]
         for phase in self.phases:
-            first, last = np.searchsorted(self.time_s, (phase.start_s + margin, phase.end_s - margin))
-            part = slice(first, min(last, first + PHASE_SAMPLES))
+            part = slice(*np.searchsorted(self.time_s, (phase.start_s + margin, phase.end_s - margin)))
             valid = np.isfinite(self.values[part])
             times.append(self.time_s[part][valid])
             deviations.append(self.values[part][valid] - phase.level)
@@ -80,8 +76,7 @@ class StillSignal:
         if not self.phases:
             return math.nan
         time_s, deviation = self.inside
-        i = np.arange(0, time_s.size - 1, max(1, time_s.size // NOISE_SAMPLES))
-        difference = (deviation[i + 1] - deviation[i])[time_s[i + 1] - time_s[i] < 1.5 * self.step]
+        difference = np.diff(deviation)[np.diff(time_s) < 1.5 * self.step]
         limit = max(6 * np.median(np.abs(difference)) / 0.6745, COARSE_STEP * self.lattice)
         white = float(np.sqrt(np.mean(difference[np.abs(difference) <= limit] ** 2) / 2))
         if self.lattice > COARSE_STEP * white:
@@ -117,14 +112,6 @@ class StillSignal:
         return np.array(parts).reshape(-1, n)
 
 
-def still_signal(
-    time_s: Floats, values: Floats, step: float, window_s: float, lattice: float = 0.0
-) -> StillSignal:
-    """A signal with its phases of stillness."""
-    phases = stationary_phases(time_s, values, window_s=window_s)
-    return StillSignal(time_s, values, step, window_s, phases, lattice)
-
-
 def significant_mains(signal: StillSignal, mains_hz: float) -> Mains | None:
     """The interference of the mains, None where it is not significant or too faint to matter."""
     if not (signal.phases and mains_hz * signal.step < 0.5):
@@ -155,7 +142,6 @@ def seen_mains(signal: StillSignal, mains_hz: float) -> tuple[float, float] | No
     if not signal.phases:
         return None
     first, last = max(signal.quiet(), key=lambda ends: ends[1] - ends[0])
-    last = min(last, first + RATE_SAMPLES)
     middle = (first + last) // 2
     parts = slice(first, last), slice(first, middle), slice(middle, last)
     whole, *halves = (mains_ratio(signal.time_s[each], signal.values[each], mains_hz) for each in parts)

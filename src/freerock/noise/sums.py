@@ -48,10 +48,9 @@ def covariance_of_means(noise: Noise, together: float, n: int) -> Floats:
 @lru_cache(64)
 def stderr_of_mean(noise: Noise, n: int) -> float:
     """Standard error of the mean of n means of `averaged` samples [rad]."""
-    n = max(n, 1)
-    lags = _lags(noise, n) * (2 - 2 * np.arange(n) / n)
-    variance = max(float(lags.sum() - lags[0] / 2), 0.0) / n / noise.averaged
-    return math.sqrt(variance) * unsure_of_sum(noise, np.full(n, 1 / n))
+    weights = np.full(max(n, 1), 1 / max(n, 1))
+    variance = float(covariance_of_sums(noise, weights[None])[0, 0])
+    return math.sqrt(max(variance, 0.0)) * unsure_of_sum(noise, weights)
 
 
 def unsure_of_sum(noise: Noise, weights: Floats) -> float:

@@ -45,7 +45,5 @@ def as_measured(
     rates = None if foundation is None else np.empty((every.size, 3))
     theta = simulate_fitted(law, turning, values, every, rates=rates, rules=rules, solver=solver)[back]
     theta = np.ascontiguousarray(theta.reshape(len(beside), -1))
-    if rates is None:
-        return view.seen(theta, theta, turning, foundation)
-    z_cb = np.ascontiguousarray(rates[back, 0]).reshape(theta.shape)
+    z_cb = theta if rates is None else np.ascontiguousarray(rates[back, 0]).reshape(theta.shape)
     return view.seen(theta, z_cb, turning, foundation)

@@ -48,8 +48,7 @@ def displacement_from_rotation(
         Displacement [m]; NaN where the beam is off the target of a block that has not sunk.
     """
     theta = np.asarray(theta, float)
-    s = displaced(theta, block, laser, depth_m)
-    return np.where(on_target(theta, block, laser), s, np.nan)
+    return np.where(on_target(theta, block, laser), displaced(theta, block, laser, depth_m), np.nan)
 
 
 def displaced(theta: Floats, block: Block, laser: Laser, depth_m: Floats | float = 0.0) -> Floats:

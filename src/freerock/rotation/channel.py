@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -24,7 +25,6 @@ from freerock.noise.still_signal import (
     other_mains,
     seen_mains,
     significant_mains,
-    still_signal,
 )
 from freerock.rotation.beam import sensitivity
 from freerock.rotation.faults import Fault, flagged_faults
@@ -127,11 +127,11 @@ def read_channel(
     flags = _flagged(recorded, step, laser, quantity)
     valid = np.where(flags == 0, recorded, np.nan)
     lattice = lattice_step(valid)
-    signal = still_signal(time_s, valid, step, options.window_s, lattice)
+    signal = StillSignal(time_s, valid, step, options.window_s, lattice)
     mains, lines_of_hz, mains_faults = _mains(signal, options.mains_hz, unit)
     mains_stderr = mains.stderr * signal.noise if mains else 0.0
     if mains:
-        signal = still_signal(time_s, signal.values - mains.over(time_s), step, options.window_s, lattice)
+        signal = replace(signal, values=signal.values - mains.over(time_s))
     zero = _zero(signal, laser, quantity)
     distance, slope = distance_from_output(signal.values, laser, quantity)
     displacement = laser.sign * (distance - np.interp(time_s, zero.mid_s, zero.level_m))
@@ -285,12 +285,9 @@ def moved_rests(signal: StillSignal, unit: str, per_output: float) -> list[Fault
 def _slope(signal: StillSignal, phase: Phase) -> tuple[float, float]:
     """Slope of the signal within a phase and its standard error, per second."""
     part = phase.core(signal.time_s, 0.2)
-    y, t = signal.values[part], signal.time_s[part] - phase.mid_s
-    valid = np.isfinite(y)
-    if not valid.all():
-        t, y = t[valid], y[valid]
+    valid = np.isfinite(signal.values[part])
+    y, t = signal.values[part][valid], signal.time_s[part][valid] - phase.mid_s
     if t.size < 10:
         return 0.0, math.inf
     t -= t.mean()
-    square = float(np.sum(t * t))
-    return float(np.sum(t * y)) / square, signal.noise / math.sqrt(square)
+    return float(t @ y) / float(t @ t), signal.noise / math.sqrt(t @ t)

@@ -111,10 +111,8 @@ def _flag_equal(valid: Floats, flags: Flags, step: float) -> None:
 
 def _noise_of(signal: Floats) -> float:
     """Standard deviation of white noise in a signal, by the steps of its quietest quarter."""
-    size, n = 50, signal.size - 1
-    if n < size:
-        jumps = np.abs(np.diff(signal))
-        return float(np.nanmedian(jumps)) if np.isfinite(jumps).any() else 0.0
+    n = signal.size - 1
+    size = min(50, n)
     first = size * np.arange(0, n // size, max(1, n // NOISE_SAMPLES))
     part = np.abs(np.diff(signal[first[:, None] + np.arange(size + 1)], axis=1))
     part = part[np.isfinite(part).all(axis=1)]

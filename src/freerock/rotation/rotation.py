@@ -113,8 +113,7 @@ def find_rotation(
     else:
         found = rotation_of_two(time_s, readings, lasers, block, options.max_disagreement_deg)
         readings = [_named(*each) for each in zip(readings, lasers, strict=True)]
-    late_s = _delay_s(lasers)
-    dataset = _dataset(time_s - late_s if late_s else time_s, step, readings, found)
+    dataset = _dataset(time_s - _delay_s(lasers), step, readings, found)
     return dataset.assign_attrs(sensor_attributes(view_of(lasers, block)))
 
 
@@ -168,15 +167,13 @@ def _even_step(time_s: Floats, signals: Sequence[Floats]) -> float:
 
 def _dataset(time_s: Floats, step: float, readings: Sequence[Reading], found: Rotation) -> "xr.Dataset":
     """What `find_rotation` returns."""
-    import pandas as pd
     import xarray as xr
 
     flags = np.bitwise_or.reduce([reading.flags for reading in readings])
     faults = [fault for reading in readings for fault in reading.faults] + list(found.faults)
     lost = np.isnan(found.theta) & (flags == 0)
-    if lost.any():
-        flags[lost] = FLAGS["target_lost"]
-        faults += flagged_faults(time_s, np.where(lost, flags, 0))
+    flags[lost] = FLAGS["target_lost"]
+    faults += flagged_faults(time_s, np.where(lost, flags, 0))
     faults.sort(key=lambda fault: (fault.start_s, fault.name))
     arrays = {"theta": found.theta, "sigma_theta": found.sigma, "flags": flags}
     if found.translation is not None:
@@ -184,7 +181,6 @@ def _dataset(time_s: Floats, step: float, readings: Sequence[Reading], found: Ro
     for number, reading in enumerate(readings, 1):
         arrays[reading.quantity + ("" if number == 1 else f"_{number}")] = reading.recorded
     seconds = {"units": "s"}
-    clock = pd.Index(time_s, copy=False)  # as large as the record: not a second time
     return xr.Dataset(
         {name: ("time", values, ATTRS.get(name.removesuffix("_2"))) for name, values in arrays.items()}
         | {
@@ -194,7 +190,7 @@ def _dataset(time_s: Floats, step: float, readings: Sequence[Reading], found: Ro
             "fault_note": ("fault", np.array([f.note for f in faults], str)),
         },
         coords={
-            "time": ("time", clock, seconds | {"long_name": "time from the start of the record"}),
+            "time": ("time", time_s, seconds | {"long_name": "time from the start of the record"}),
             "fault": ("fault", np.array([f.name for f in faults], str)),
         },
         attrs={
