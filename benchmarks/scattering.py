@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from freerock.models.published import BLOCKS, TABLE_2
+from freerock.virtual_lab.published import BLOCKS, TABLE_2
 from freerock_bench.scattered import BEAMS_M, KNOWN, RATE_HZ, Truth, inputs, runs_of, volts_of
 
 SIGMA_R, KNOWLEDGE = 0.02, "callipers"

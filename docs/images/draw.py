@@ -12,12 +12,12 @@ from scipy.integrate import quad
 
 from freerock.figures.style import styled
 from freerock.files import atomic
-from freerock.models import published
 from freerock.models.block import GRAVITY
-from freerock.models.contact import Foundation, State
+from freerock.models.contact import State
 from freerock.models.housner import housner_motion, housner_swings
-from freerock.models.laws import Rules
+from freerock.models.laws import Foundation, Rules
 from freerock.models.simulate import simulate
+from freerock.virtual_lab import published
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests/physics"))
 from plain_law import contact_intervals

@@ -17,8 +17,8 @@ import pandas as pd
 
 from freerock.identification.fit import fit_run
 from freerock.models.laws import Candidate
-from freerock.models.published import BLOCKS
 from freerock.runs.motion import Motion
+from freerock.virtual_lab.published import BLOCKS
 from freerock_bench import scattered
 from freerock_bench.campaigns import COLUMNS, ROOT, SCENE, Row, number_row
 from freerock_bench.document import in_markdown

@@ -19,8 +19,8 @@ from ruamel.yaml import YAML
 
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
-from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock.virtual_lab.added_noise import Disturbance
+from freerock.virtual_lab.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock_bench import campaigns, scattered
 from freerock_bench import disturbances as faults
 from freerock_bench.document import in_markdown

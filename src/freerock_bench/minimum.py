@@ -20,9 +20,9 @@ from freerock.loaded_record import load
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import LAWS
-from freerock.models.published import BLOCKS, TABLE_2
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
+from freerock.virtual_lab.published import BLOCKS, TABLE_2
 from freerock_bench.campaigns import COLUMNS, ROOT, Row
 from freerock_bench.document import in_markdown
 from freerock_bench.scattered import BEAMS_M

@@ -16,7 +16,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
-from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
+from freerock.virtual_lab.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock_bench import campaigns, scattered
 from freerock_bench.scattered import RATE_HZ
 from freerock_bench.springs import TILT_S, Motion, Scene, _held, read

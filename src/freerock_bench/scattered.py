@@ -13,7 +13,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
+from freerock.virtual_lab.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock_bench.springs import Motion, Scene, read, restitution_of
 
 RATE_HZ, RUNS = 2000.0, 3

@@ -20,8 +20,8 @@ from ruamel.yaml import YAML
 
 from freerock.arrays import Floats
 from freerock.models.laws import LAWS, MODEL_LABELS, MODELS, Rules
-from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
 from freerock.models.simulate import Solver, simulate_fitted
+from freerock.virtual_lab.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
 from freerock_bench import peers
 from freerock_bench.document import in_markdown
 from freerock_bench.golden.files import read_golden

@@ -18,7 +18,7 @@ from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import DEBONDING, LAWS
-from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
+from freerock.virtual_lab.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
 from freerock_bench.document import in_markdown
 from freerock_bench.methods.by_name import METHODS, Method, freerock
 from freerock_bench.methods.housner import housner_events, housner_linearised

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scipy.signal import detrend
 
-from freerock.models.contact import Foundation
-from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
+from freerock.models.laws import Foundation
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View
+from freerock.virtual_lab.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock_bench import realistic
 from freerock_bench.golden.files import read_golden
 from freerock_bench.scattered import BEAMS_M, RATE_HZ, SIGMA_RAD, make

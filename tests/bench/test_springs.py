@@ -9,9 +9,9 @@ import pytest
 
 from freerock.models.ground import tilted
 from freerock.models.laws import GEOMETRIC, Rules
-from freerock.models.published import TABLE_2
 from freerock.models.simulate import Solver, simulate
 from freerock.virtual_lab.palermo import CONFIGURATIONS
+from freerock.virtual_lab.published import TABLE_2
 from freerock_bench.springs import Motion, Scene, energy
 
 pytestmark = pytest.mark.slow

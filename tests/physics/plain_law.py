@@ -12,8 +12,8 @@ from itertools import pairwise
 from numpy.polynomial.legendre import leggauss
 
 from freerock.models.block import Block
-from freerock.models.contact import Foundation, State
-from freerock.models.laws import GEOMETRIC, Rules
+from freerock.models.contact import State
+from freerock.models.laws import GEOMETRIC, Foundation, Rules
 
 
 def contact_intervals(

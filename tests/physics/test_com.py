@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import Foundation, lean
-from freerock.models.laws import Rules
+from freerock.models.contact import lean
+from freerock.models.laws import Foundation, Rules
 from freerock.models.simulate import Solver, simulate, simulate_fitted
 from freerock.runs.impacts import find_impacts
 from freerock_bench.golden import dop853, ours

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from freerock.models.laws import Rules
-from freerock.models.published import TABLE_2
 from freerock.models.simulate import Solver, simulate
 from freerock.virtual_lab.palermo import CONFIGURATIONS
+from freerock.virtual_lab.published import TABLE_2
 from freerock_bench.methods.by_name import METHODS
 from freerock_bench.methods.problem import Problem
 

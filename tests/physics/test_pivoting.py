@@ -12,10 +12,10 @@ from scipy.integrate import solve_ivp
 
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import Foundation, State, energy, static_depth
+from freerock.models.contact import State, energy, static_depth
 from freerock.models.ground import accelerogram, pulse
 from freerock.models.housner import housner_swings
-from freerock.models.laws import Rules
+from freerock.models.laws import Foundation, Rules
 from freerock.models.simulate import Solver, simulate
 
 BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 from freerock.models import contact, kernel, series, series_sums
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import Foundation, State
+from freerock.models.contact import State
 from freerock.models.ground import tilted
-from freerock.models.laws import LAWS, Rules
-from freerock.models.published import TABLE_2
+from freerock.models.laws import LAWS, Foundation, Rules
 from freerock.models.simulate import Solver, simulate
 from freerock.virtual_lab.palermo import CONFIGURATIONS
+from freerock.virtual_lab.published import TABLE_2
 
 BLOCK = Block(0.28, 0.07, 5.84)
 NO_GROUND = np.empty(0), np.empty((0, 10))

@@ -12,9 +12,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import Foundation, State, lean, static_depth
+from freerock.models.contact import State, lean, static_depth
 from freerock.models.ground import tilted
-from freerock.models.laws import Rules
+from freerock.models.laws import Foundation, Rules
 from freerock.models.simulate import Solver, simulate, simulate_fitted
 
 BLOCK = Block(0.28, 0.07, 5.84)

@@ -7,8 +7,8 @@ from scipy.integrate import solve_ivp
 from scipy.signal import butter, sosfiltfilt
 
 from freerock.models.housner import housner_motion, housner_swings
-from freerock.models.published import BLOCKS
 from freerock.runs.segment import find_runs
+from freerock.virtual_lab.published import BLOCKS
 
 RATE_HZ, TILT_S, SIGMA = 2000.0, 1.5, math.radians(0.005)
 TREMOR = butter(2, (4, 12), "bandpass", fs=RATE_HZ, output="sos")

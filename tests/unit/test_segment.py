@@ -13,8 +13,9 @@ from hypothesis.extra.numpy import arrays
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.models.contact import Foundation, State
+from freerock.models.contact import State
 from freerock.models.housner import housner_motion, housner_swings
+from freerock.models.laws import Foundation
 from freerock.models.simulate import simulate
 from freerock.rotation.faults import Fault, SignalQuality, signal_quality
 from freerock.runs.segment import find_runs

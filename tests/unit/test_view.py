@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 
 from freerock.identification.run_model import Point, RunModel, Samples
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import Foundation, static_depth
+from freerock.models.contact import static_depth
+from freerock.models.laws import Foundation
 from freerock.rotation.beam import displaced, rotation_from_displacement
 from freerock.rotation.sensor import Laser, moments
 from freerock.rotation.view import View, view_of

@@ -8,8 +8,8 @@ import pytest
 
 from freerock.files import check_manifest
 from freerock.models.block import Block
-from freerock.models.contact import Foundation, static_depth
-from freerock.models.laws import GEOMETRIC
+from freerock.models.contact import static_depth
+from freerock.models.laws import GEOMETRIC, Foundation
 from freerock.noise.still import stationary_phases
 from freerock.records.read import read_record
 from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement

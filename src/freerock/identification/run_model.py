@@ -17,9 +17,8 @@ from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.settings import freed
 from freerock.models.block import Block
-from freerock.models.contact import Foundation
 from freerock.models.free_parameters import OF_RECORD, PARAMETERS, PER_RUN
-from freerock.models.laws import CANDIDATES, Rules, law_of
+from freerock.models.laws import CANDIDATES, Foundation, Rules, law_of
 from freerock.models.simulate import Solver, simulate_fitted, tangents
 from freerock.noise.spectrum import averaged
 from freerock.rotation.as_measured import as_measured, as_released

@@ -14,7 +14,6 @@ __all__ = [
     "housner",
     "kernel",
     "laws",
-    "published",
     "series",
     "simulate",
 ]

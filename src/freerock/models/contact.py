@@ -1,12 +1,6 @@
-"""What a block stands on: the coefficients of its bed, how deep the block sinks, its energy.
-
-One law f(z, ż) = k z + c ż + λ z ż acts per unit width of the base wherever base and foundation are
-in contact (Spanos et al. 2017, section 3, doi:10.1016/j.proeng.2017.09.024): λ = 0 is the Winkler
-model, c = 0 the Hunt-Crossley model. The compiled `kernel` has the force and the motion.
-"""
+"""The state of a block on a bed: how deep it sinks, how it leans, its energy."""
 
 import math
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -14,41 +8,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.models import kernel
 from freerock.models.block import Block
-from freerock.models.laws import GEOMETRIC, Rules
-
-
-class Foundation(NamedTuple):
-    """Coefficients of the contact law, per unit width of the base.
-
-    Parameters
-    ----------
-    k : float
-        Stiffness [N/m²].
-    c : float
-        Linear damping [N·s/m²].
-    lam : float
-        Hunt-Crossley damping λ [N·s/m³].
-    """
-
-    k: float
-    c: float = 0.0
-    lam: float = 0.0
-
-    @classmethod
-    def of(cls, parameters: Mapping[str, float]) -> "Foundation":
-        """The foundation that a model's parameters, named as in `laws`, describe; those it lacks are zero."""
-        return cls(parameters["k"], parameters.get("c", 0.0), parameters.get("lambda", 0.0))
-
-    @property
-    def is_damped(self) -> bool:
-        """Whether it takes energy from the block."""
-        return self.c > 0 or self.lam > 0
-
-    def constants(self, block: Block, pivots: bool = False) -> tuple[float, ...]:
-        """The law and the block as `kernel.integrate` takes them."""
-        m = block.mass_kg
-        law = (self.k / m, self.c / m, self.lam / m, block.flat, block.h, block.inertia_base / m, block.g)
-        return (*law, block.flat if pivots else 0.0, block.edge_radius, block.e)
+from freerock.models.laws import GEOMETRIC, Foundation, Rules
 
 
 class State(NamedTuple):

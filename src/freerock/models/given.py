@@ -72,7 +72,16 @@ def arithmetic(text: str, names: Mapping[str, Any] | tuple[str, ...]) -> str:
     unknown = names_in(text) - {legal(name) for name in names}
     if unknown:
         raise _refused(text, f"{min(unknown)!r} is not another parameter of the law")
-    _value(text, tree, dict.fromkeys(map(legal, names), 1.0))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant):
+            node.value = float(node.value)  # type: ignore[arg-type]  # whose powers overflow at once
+    try:
+        code = compile(ast.Expression(tree), "expr", "eval")
+        value = float(eval(code, {"__builtins__": {}}, dict.fromkeys(map(legal, names), 1.0)))
+    except (ArithmeticError, TypeError, RecursionError):  # a root of a negative number is complex
+        value = math.nan
+    if not math.isfinite(value):
+        raise _refused(text, "is no finite number")
     return _spelt(text)
 
 
@@ -149,20 +158,6 @@ def _tree(text: str) -> ast.expr:
         if not fine or (isinstance(node, ast.operator) and not isinstance(node, OPERATORS)):
             raise _refused(text, "is no arithmetic")
     return tree
-
-
-def _value(text: str, tree: ast.expr, values: Mapping[str, float]) -> float:
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Constant):
-            node.value = float(node.value)  # type: ignore[arg-type]  # whose powers overflow at once
-    try:
-        code = compile(ast.Expression(tree), "expr", "eval")
-        value = float(eval(code, {"__builtins__": {}}, {**values}))
-    except (ArithmeticError, TypeError, RecursionError):  # a root of a negative number is complex
-        value = math.nan
-    if not math.isfinite(value):
-        raise _refused(text, "is no finite number")
-    return value
 
 
 def _refused(text: str, what: str) -> FreerockError:

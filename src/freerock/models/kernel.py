@@ -361,13 +361,10 @@ def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
 
 @compiled()
 def _jacobian(regime, y, x_ground, gravity, law):
-    """Derivatives of z̈_cb and of θ̈ with respect to z_cb, ż_cb, θ, θ̇."""
+    """Derivatives of z̈_cb and of θ̈ of a block on a bed with respect to z_cb, ż_cb, θ, θ̇."""
     z, v, theta, w = y
     s, cos = sincos(theta)
     lever, fall, reduced = _inertia(s, cos, law)
-    if regime >= HOUSNER:
-        slope = (gravity * lever - x_ground * fall) / _about_corner(law)
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, slope, 0.0
     spin = w * cos
     # force, moment/cosθ and their derivatives with respect to z, ż, sinθ, θ̇ cosθ
     u0, u1 = (0.0, 0.0) if regime == FLIGHT else _ends(regime, z, v, s, spin, law)
@@ -554,7 +551,7 @@ def _step_explicit(regime, h, y, f, ground, law, weights, dense):
 
 @compiled()
 def _step_implicit(regime, h, y, f, ground, law, weights, dense, stages):
-    """One step of Rodas5P; arguments and results as in `_step_explicit`."""
+    """One step of Rodas5P, of a block on a bed; arguments and results as in `_step_explicit`."""
     coefficients, segment, tau = ground
     z, v, t, w = y
     g = law[6]
@@ -562,13 +559,9 @@ def _step_implicit(regime, h, y, f, ground, law, weights, dense, stages):
     a_z, a_v, a_t, a_w, b_z, b_v, b_t, b_w = _jacobian(regime, y, x, gravity, law)
     x_rate, z_rate = _ground_rate(coefficients, segment, tau)
     s, cos = sincos(t)
-    lever, fall, reduced = _inertia(s, cos, law)
-    if regime < HOUSNER:
-        b_time = lever * x_rate / reduced
-        a_time = z_rate - _com(s, cos, law)[0] * b_time
-    else:
-        a_time = 0.0
-        b_time = (x_rate * lever + z_rate * fall) / _about_corner(law)
+    lever, _, reduced = _inertia(s, cos, law)
+    b_time = lever * x_rate / reduced
+    a_time = z_rate - _com(s, cos, law)[0] * b_time
     # W k = r, reduced to the two accelerations since the rates of z and θ are ż and θ̇
     q = 1 / (GAMMA * h)
     m11, m12 = q * q - a_z - q * a_v, -a_t - q * a_w
@@ -962,7 +955,7 @@ def _integrate(
                 outcome = NON_FINITE
                 break
             continue
-        if stiffness > (1.0 if stiff else 6.25) and radius == 0:
+        if stiffness > (1.0 if stiff else 6.25) and radius == 0 and not housner:
             stiffness_count = min(stiffness_count + 1, 4)
             stiff = stiff or stiffness_count == 4
         elif stiffness_count > 0:

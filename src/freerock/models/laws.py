@@ -1,12 +1,15 @@
 """The rocking models: a law is one row; the candidates of a fit follow from the laws.
 
-Whatever lists models (configuration, fits, tables, figures, report) reads these rows. What a law of the
-foundation does is written in `contact` and, compiled, in `kernel` and `series`; of a rigid block, in
+Whatever lists models (configuration, fits, tables, figures, report) reads these rows.
+What a law of the foundation does is written in `kernel` and, as sums, in `series`; of a rigid block, in
 `housner`. The configuration reads the rows too, so nothing is imported here that is slow to load.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
+from freerock.models.block import Block
 from freerock.models.free_parameters import COMMON_NUISANCES, PARAMETERS, PER_RUN
 
 DEBONDING = ("geometric", "tensionless")
@@ -32,6 +35,43 @@ class Rules:
 
 
 GEOMETRIC = Rules()
+
+
+class Foundation(NamedTuple):
+    """Coefficients of the contact law, per unit width of the base.
+
+    One law f(z, ż) = k z + c ż + λ z ż acts wherever base and foundation are in contact (Spanos et al. 2017,
+    section 3, doi:10.1016/j.proeng.2017.09.024): λ = 0 is the Winkler model, c = 0 the Hunt-Crossley model.
+
+    Parameters
+    ----------
+    k : float
+        Stiffness [N/m²].
+    c : float
+        Linear damping [N·s/m²].
+    lam : float
+        Hunt-Crossley damping λ [N·s/m³].
+    """
+
+    k: float
+    c: float = 0.0
+    lam: float = 0.0
+
+    @classmethod
+    def of(cls, parameters: Mapping[str, float]) -> "Foundation":
+        """The foundation that a model's parameters, named as in `laws`, describe; those it lacks are zero."""
+        return cls(parameters["k"], parameters.get("c", 0.0), parameters.get("lambda", 0.0))
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether it takes energy from the block."""
+        return self.c > 0 or self.lam > 0
+
+    def constants(self, block: Block, pivots: bool = False) -> tuple[float, ...]:
+        """The law and the block as `kernel.integrate` takes them."""
+        m = block.mass_kg
+        law = (self.k / m, self.c / m, self.lam / m, block.flat, block.h, block.inertia_base / m, block.g)
+        return (*law, block.flat if pivots else 0.0, block.edge_radius, block.e)
 
 
 @dataclass(frozen=True)
@@ -78,6 +118,11 @@ class Law:
     def is_foundation(self) -> bool:
         """Whether the block stands on a compliant foundation; else both are rigid."""
         return "k" in self.parameters
+
+    @property
+    def is_expanded(self) -> bool:
+        """Whether `series` and the closed forms of `kernel` have its force, k z + c ż + λ z ż."""
+        return self.parameters[0] == "k" and {*self.parameters} <= {"k", "c", "lambda"}
 
     @property
     def ratios(self) -> tuple[str, ...]:

@@ -11,7 +11,6 @@ from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.contact import State
 from freerock.models.free_parameters import PARAMETERS, unit_of
-from freerock.models.ground import GroundMotion
 from freerock.models.laws import CANDIDATES, DEBONDING, GEOMETRIC, KINEMATICS, LAWS, Rules
 
 
@@ -21,7 +20,6 @@ def check_scene(
     parameters: Mapping[str, float],
     time: ArrayLike,
     start: State,
-    motion: GroundMotion | None,
     rules: Rules,
     rtol: float,
 ) -> Floats:
@@ -53,10 +51,8 @@ def _check_edges(model: str, block: Block, rules: Rules) -> None:
 def _check_parameters(model: str, parameters: Mapping[str, float], rules: Rules) -> None:
     """Raise where the parameters are not those of the model, or the rules not implemented for it."""
     if model in CANDIDATES and model not in LAWS:
-        candidate = CANDIDATES[model]
-        says = {"Rules(kinematics='pivoting')": candidate.kinematics != LAWS[candidate.law].kinematics[0]}
-        says |= {"contact_width_m of the block": candidate.width}
-        remedy = f"use {candidate.law} with {' and '.join(name for name in says if says[name])}"
+        own = CANDIDATES[model]
+        remedy = f"use {own.law} with Rules(kinematics={own.kinematics!r}) and the block's contact_width_m"
         raise FreerockError("model", f"{model} is a candidate of a fit, not a law", remedy)
     if model not in LAWS:
         raise FreerockError("model", f"unknown model {model!r}", f"use one of {', '.join(LAWS)}")

@@ -137,7 +137,7 @@ def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passa
     theta_cr = math.atan2(b, h)
     record = rates.size > 0
     z, t = np.empty(ORDER + 1), np.empty(ORDER + 1)
-    impacts = np.empty(256 if record else 0)
+    impacts = np.empty(0)
     # stiffness of the upright block against turning, and the energy below which it is at rest
     flat = g / (2 * b * k)
     turning = (2 / 3) * k * b * b * b - g * h
@@ -155,7 +155,7 @@ def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passa
     right, left = depth + b * s > 0, depth - b * s > 0
     depth, v = depth - h * cos, v + h * s * w
     outcome = COMPLETED
-    n = n_impacts = n_passed = steps = stiff = 0
+    n = n_passed = steps = stiff = 0
     lifted = False
     while n < time.size and time[n] <= 0:
         theta[n] = angle
@@ -241,12 +241,7 @@ def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passa
                 _fill_rates(z, t, sign, clock, time[first:n], h, rates[first:n])
         passes = angle * angle1 < 0 or (angle == 0 and w * angle1 < 0) or turned == step
         if record and passes:
-            if n_impacts == impacts.size:
-                longer = np.empty(2 * impacts.size)
-                longer[:n_impacts] = impacts
-                impacts = longer
-            impacts[n_impacts] = clock + (step if turned == step else _passage(z, t, step))
-            n_impacts += 1
+            impacts = np.append(impacts, clock + (step if turned == step else _passage(z, t, step)))
         clock, depth, v, angle, w, s, cos = end, depth1, v1, angle1, w1, s1, cos1
         steps += 1
         if abs(angle) > farthest and angle * w >= 0:
@@ -267,7 +262,7 @@ def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passa
                 rates[i, 0] = flat if rests else math.nan
                 rates[i, 1] = rates[i, 2] = 0.0 if rests else math.nan
     there = depth + h * cos, v - h * s * w, sign * angle, sign * w
-    return outcome, steps, n, clock, there, impacts[:n_impacts], n_passed
+    return outcome, steps, n, clock, there, impacts, n_passed
 
 
 def scene_of(law: tuple[float, ...], coefficients: Floats) -> tuple[tuple[float, ...], float]:

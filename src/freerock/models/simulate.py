@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from freerock.arrays import Floats
 from freerock.models import kernel, series
 from freerock.models.block import Block
-from freerock.models.contact import Foundation, State, lean, static_depth
+from freerock.models.contact import State, lean, static_depth
 from freerock.models.ground import GroundMotion, tilted
 from freerock.models.housner import housner_motion, housner_swings
-from freerock.models.laws import GEOMETRIC, LAWS, Law, Rules
+from freerock.models.laws import GEOMETRIC, LAWS, Foundation, Law, Rules
 from freerock.models.refusals import check_scene
 from freerock.models.tangents import LATER_S, Tangents, swings_by_series
 
@@ -128,7 +128,7 @@ def simulate(
     [0.17, 0.1552, 0.1037, -0.0066]
     """
     start = theta0 if isinstance(theta0, State) else State(0.0, 0.0, theta0, 0.0)
-    instants = check_scene(model, block, parameters, time, start, base_excitation, rules, solver.rtol)
+    instants = check_scene(model, block, parameters, time, start, rules, solver.rtol)
     scene = _Scene(model, block, parameters, base_excitation, rules, solver)
     if not scene.law.is_foundation:
         start = State(0.0, 0.0, start.theta, start.theta_rate)
@@ -346,7 +346,7 @@ class _Scene:
         """Whether `series` knows it."""
         odd = self.is_tensionless or self.block.edge_radius or self.block.e
         still = self.motion is None or not len(self.motion.coefficients)
-        return self.law.is_foundation and not odd and (still or self.motion.leans(time, self.block.g))  # type: ignore[union-attr]
+        return self.law.is_expanded and not odd and (still or self.motion.leans(time, self.block.g))  # type: ignore[union-attr]
 
     def in_closed_form(self, theta0: float, time: Floats, rates: Floats | None) -> tuple[Floats, int, Floats]:
         """Rotation of Housner's block released from rest, its outcome and impacts; fills θ̇ if wanted."""
@@ -424,8 +424,5 @@ class _Scene:
 def _contact(block: Block, z_cb: Floats, theta: Floats) -> NDArray[np.int8]:
     """Which part of the base is below the ground, as in `Response`."""
     lift = block.flat * np.sin(theta)
-    contact = np.zeros(theta.size, np.int8)
-    contact[z_cb - lift <= 0] = 1
-    contact[z_cb + lift <= 0] = -1
-    contact[(z_cb - lift <= 0) & (z_cb + lift <= 0)] = 2
-    return contact
+    left, right = (np.asarray(depth <= 0, np.int8) for depth in (z_cb - lift, z_cb + lift))  # which is up
+    return left - right + 2 * left * right

@@ -17,8 +17,8 @@ from freerock.arrays import Floats
 from freerock.config.processing import RUN_LIMITS
 from freerock.identification.fitted import Fit
 from freerock.models.block import Block
-from freerock.models.contact import Foundation, energy
-from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, law_of
+from freerock.models.contact import energy
+from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, Foundation, law_of
 from freerock.models.simulate import Solver, simulate
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View

@@ -6,8 +6,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.models.contact import Foundation
-from freerock.models.laws import GEOMETRIC, LAWS, Rules
+from freerock.models.laws import GEOMETRIC, LAWS, Foundation, Rules
 from freerock.models.simulate import SOLVER, Solver, simulate_fitted
 from freerock.rotation.view import View
 

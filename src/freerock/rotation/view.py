@@ -10,7 +10,8 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.models.contact import Foundation, static_depth
+from freerock.models.contact import static_depth
+from freerock.models.laws import Foundation
 from freerock.rotation import beam_kernel
 from freerock.rotation.beam import beam_of, mirrored
 from freerock.rotation.sensor import Laser, moments

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.models.contact import Foundation
+from freerock.models.laws import Foundation
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.u_total import Contributions
 from freerock.rotation.view import view_of

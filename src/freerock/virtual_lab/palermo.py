@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.added_noise import AddedNoise
+from freerock.virtual_lab.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock.virtual_lab.virtual_record import Recording, VirtualRecord, VirtualRelease, simulate_record
 
 LASERS = {  # one that suits each block

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.models.contact import Foundation, State, lean, static_depth
+from freerock.models.contact import State, lean, static_depth
 from freerock.models.kernel import accelerations
-from freerock.models.laws import GEOMETRIC, LAWS, Rules
+from freerock.models.laws import GEOMETRIC, LAWS, Foundation, Rules
 from freerock.models.simulate import Solver, simulate
 from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement
 from freerock.rotation.sensor import Laser

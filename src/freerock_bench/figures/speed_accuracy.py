@@ -10,7 +10,7 @@ from matplotlib.patheffects import withStroke
 
 from freerock.figures.style import Axes, Drawing, Style, styled
 from freerock.models.laws import LAWS, MODEL_LABELS
-from freerock.models.published import TABLE_3
+from freerock.virtual_lab.published import TABLE_3
 
 BELOW_FLOOR = 1e-2  # of the floor, where the first chart ends
 ROOM_FOR_NOTES = 4.0  # times the longest time

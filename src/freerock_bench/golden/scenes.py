@@ -7,7 +7,7 @@ from itertools import product
 
 from freerock.models.block import Block
 from freerock.models.laws import DEBONDING, KINEMATICS
-from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
+from freerock.virtual_lab.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 
 SAMPLE_S = 0.01  # between the instants quoted
 SPAN_S = 3.0  # the last instant at most

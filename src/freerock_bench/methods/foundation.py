@@ -14,8 +14,8 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from freerock.arrays import Floats
-from freerock.models.contact import Foundation
 from freerock.models.kernel import accelerations
+from freerock.models.laws import Foundation
 from freerock_bench.methods.problem import ATOL_SHARE, BLOWN_UP, Problem, Solution, solution
 
 NEWTON_ITERATIONS = 20

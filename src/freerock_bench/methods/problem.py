@@ -8,7 +8,8 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import Foundation, static_depth
+from freerock.models.contact import static_depth
+from freerock.models.laws import Foundation
 
 SAMPLING_HZ = 2000.0
 NOISE_RAD = math.radians(0.01)  # of a sample of a laser

@@ -11,8 +11,8 @@ from plain_law import accelerations
 from scipy.integrate import solve_ivp
 
 from freerock.models.block import Block
-from freerock.models.contact import Foundation, State, static_depth
-from freerock.models.laws import Rules
+from freerock.models.contact import State, static_depth
+from freerock.models.laws import Foundation, Rules
 
 BLOCK = Block(0.14, 0.07, 2.98)
 LAWS = {"winkler": (4.50e6, 4.05e4, 0.0), "hunt_crossley": (2.86e6, 0.0, 8.16e7)}

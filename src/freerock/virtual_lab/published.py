@@ -9,11 +9,7 @@ BLOCKS = {  # table 1: height and width [m], mass [kg]
     "config2": Block(0.28, 0.07, 5.84),
     "config3": Block(0.14, 0.07, 2.98),
 }
-RELEASE_ANGLES = {  # table 1 [rad]
-    "config1": math.radians(6),
-    "config2": math.radians(10),
-    "config3": math.radians(20),
-}
+RELEASE_ANGLES = dict(zip(BLOCKS, map(math.radians, (6, 10, 20)), strict=True))  # table 1 [rad]
 TABLE_2 = {  # parameters of configuration 2 [SI]
     "marble": {
         "housner": {"r": 0.958},
