@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from freerock.arrays import Floats
 from freerock.config.lasers import LaserKeys, LaserSection
 from freerock.config.mistakes import refuse, validate
+from freerock.config.values import LEAST_SI
 from freerock.errors import FreerockError
 from freerock.rotation.flags import Limits
 from freerock.units import CHANNEL_UNITS, understood
@@ -126,6 +127,8 @@ class Laser(LaserKeys):
     def __post_init__(self) -> None:
         mistakes = list[FreerockError]()
         given = vars(self) | {"calibration": self.calibration and "given"}
+        for name in ("position_m", "response_ms"):  # which a fit may move next to zero
+            given[name] = 0.0 if given[name] and abs(given[name]) < LEAST_SI else given[name]
         validate(LaserSection, given, lambda loc: ".".join(("laser", *map(str, loc))), mistakes)
         refuse(mistakes)
 
