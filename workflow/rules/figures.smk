@@ -24,6 +24,7 @@ rule figures:
         "results/{campaign}/logs/figures.log",
     benchmark:
         "results/{campaign}/benchmarks/figures.tsv"
+    priority: 1
     conda:
         "../envs/freerock.yaml"
     params:

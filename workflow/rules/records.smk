@@ -1,4 +1,7 @@
-"""Per record: from volts to impacts, the laws identified on its runs, a page per run."""
+"""Per record: from volts to impacts, the laws identified on its runs, a page per run.
+
+Pages have less priority: only the report waits for them, and they fill the cores beside tables and figures.
+"""
 
 
 rule record:
@@ -10,6 +13,7 @@ rule record:
         "results/{campaign}/logs/record_{test}.log",
     benchmark:
         "results/{campaign}/benchmarks/record_{test}.tsv"
+    priority: 1
     conda:
         "../envs/freerock.yaml"
     params:
@@ -30,6 +34,7 @@ rule fit:
         "results/{campaign}/logs/fit_{test}.log",
     benchmark:
         "results/{campaign}/benchmarks/fit_{test}.tsv"
+    priority: 1
     conda:
         "../envs/freerock.yaml"
     params:

@@ -23,6 +23,7 @@ rule tables:
         "results/{campaign}/logs/tables.log",
     benchmark:
         "results/{campaign}/benchmarks/tables.tsv"
+    priority: 1
     conda:
         "../envs/freerock.yaml"
     params:
