@@ -121,12 +121,16 @@ def test_many_blocks_have_a_line_each_and_laws_beside(tables):
         name: pd.concat([frame, *(frame[own].assign(block=f"b{i}") for i in range(3, 6))], ignore_index=True)
         for name, frame, own in zip(("table2", "table3"), (second, third), of_b1, strict=True)
     }
+    over = many["table2"].query("model == 'hunt_crossley'")
+    over = over[over["block"].isna()].assign(model="hunt_crossley_pivoting")
+    many["table2"] = pd.concat([many["table2"], over], ignore_index=True)
     printed = printed_tables(tables | many, "simulated", labels=LABELS)
     laws = ["Housner", "Winkler", "Hunt–Crossley"]
     assert list(printed["table2"].text)[1:] == laws == list(printed["table3"].text)[1:]
     lines = printed["table2"].text.iloc[:, 0].tolist()
     assert "b4, paper's procedure, Marble" in lines
-    assert lines[-1] == "All blocks, inputs and impacts free, Soft mat"
+    assert lines[-1] == "All blocks, inputs and impacts free, pivoting, Soft mat"
+    assert printed["table2"].text["Hunt–Crossley"].iloc[-1].startswith("k = (")
 
 
 def test_every_run_stands_with_its_verdict_and_reasons(page):

@@ -191,6 +191,7 @@ def _by_law(first: str, cells: Sequence[Cell], labels: Labels) -> pd.DataFrame:
 
 def _by_block(cells: Sequence[Cell], labels: Labels, first: str = "") -> pd.DataFrame:
     """The same cells where blocks are many: a line for each part on each foundation, a column per law."""
+    cells = [_in_column_of_law(*cell) for cell in cells]
     laws = list(dict.fromkeys(law for _, law, *_ in cells))
     text = {cell[:3]: cell[3] for cell in cells}
     several = len({base for _, _, base, _ in cells}) > 1
@@ -199,6 +200,13 @@ def _by_block(cells: Sequence[Cell], labels: Labels, first: str = "") -> pd.Data
         for part, base in dict.fromkeys((part, base) for part, _, base, _ in cells)
     ]
     return pd.DataFrame(lines, columns=[first, *laws])
+
+
+def _in_column_of_law(part: str, name: str, base: str, text: str) -> Cell:
+    """A cell in the column of a law of the paper: what else its name says goes to its line."""
+    law, _, more = name.partition(", ")
+    known = more and law in {MODEL_LABELS[each] for each in PAPER_MODELS}
+    return (f"{part}, {more}", law, base, text) if known else (part, name, base, text)
 
 
 def _epsilon(row: Any) -> str:

@@ -31,6 +31,9 @@ class Products(Mapping[str, Any]):
     def __len__(self) -> int:
         return len(self._files)
 
+    def __repr__(self) -> str:
+        return f"<{', '.join(self._files) or 'none'}>"
+
 
 @dataclass(frozen=True)
 class Results:
