@@ -11,8 +11,6 @@ from freerock.noise.converter import scatter
 from freerock.noise.spectrum import Noise, white_noise
 from freerock.rotation.flags import FLAGS
 
-PIECE = 1 << 15  # samples at a time
-
 
 class Signal(NamedTuple):
     """Time [s], rotation and standard deviation of its noise [rad], flags; arrays of one length.
@@ -98,14 +96,10 @@ def _numbers(n: int, width: int) -> NDArray[np.int32]:
 
 def window_sums(values: Floats | Mask, width: int, kind: type = float) -> NDArray[Any]:
     """Sum of so many samples about each, fewer at the ends; a rest may be most of a long record."""
-    begin, end = width // 2 + 1, width // 2 + 1 + values.size
-    sums: NDArray[Any] = np.zeros(end + width, kind)
-    np.cumsum(values, out=sums[begin:end])
-    sums[end:] = values.sum()
-    for i in range(0, end, PIECE):
-        part = slice(i, min(i + PIECE, end))
-        sums[part] = sums[part.start + width : part.stop + width] - sums[part]
-    return sums[:end]
+    before: NDArray[Any] = np.zeros(width // 2 + 1, kind)
+    after: NDArray[Any] = np.full(width, values.sum(), kind)
+    sums = np.concatenate([before, np.cumsum(values, dtype=kind), after])
+    return np.asarray(sums[width:] - sums[:-width])
 
 
 SMOOTH_S = 0.005  # averaging time in which the last of the motion stands out of the noise
