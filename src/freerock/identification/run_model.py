@@ -176,6 +176,8 @@ class Moved:
         Rotation [rad].
     rates, passages : ndarray
         As of `simulate_fitted`.
+    stated : Laboratory or None
+        That reads it.
     """
 
     place: Place
@@ -184,6 +186,7 @@ class Moved:
     turned: Floats
     rates: Floats
     passages: Floats
+    stated: Laboratory | None
 
     @cached_property
     def z_cb(self) -> Floats:
@@ -195,12 +198,16 @@ class Moved:
         """The block with what was freed of it."""
         return self.place.block.as_found(self.values)
 
-    def read(self, stated: Laboratory | None, place: Place | None = None, **by: float) -> Floats:
-        """Rotation as a stated laboratory would read it [rad], shape (n_time,).
+    @cached_property
+    def theta(self) -> Floats:
+        """Rotation as the stated laboratory would read it [rad], shape (n_time,)."""
+        return self.read()
+
+    def read(self, place: Place | None = None, **by: float) -> Floats:
+        """As `theta`.
 
         Parameters
         ----------
-        stated : Laboratory or None
         place : Place, optional
             Where it is read; by default that of the motion.
         by : float
@@ -211,7 +218,7 @@ class Moved:
         if place.view is not None and not place.at_once.is_plain(self.turning, bed):
             z_cb = self.z_cb + by.get("z_cb", 0.0)
             theta = place.at_once.seen(theta[None], z_cb[None], self.turning, bed)
-        return place.reread(theta, stated)
+        return place.reread(theta, self.stated)
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,9 +327,7 @@ class RunModel:
         """Means of m samples of the curve, times √m [rad], shape (n,)."""
         if self._response_s(at, samples) is None:
             return samples.averaged(self.curve(at, samples.time_s, rtol))
-        return self._smoothed(
-            at, samples, self._here(at, samples.middle_s, rtol).read(self.motion.laboratory)
-        )
+        return self._smoothed(at, samples, self._here(at, samples.middle_s, rtol).theta)
 
     def derivatives(
         self, at: Point, samples: Samples, rtol: float = RTOL, wanted: Sequence[str] | None = None
@@ -347,10 +352,10 @@ class RunModel:
         by_numbers : ndarray, shape (n, n_wanted + n_impacts)
             In SI units, times √m; columns of the impacts come last.
         """
-        names, stated = self.names if wanted is None else wanted, self.motion.laboratory
+        names = self.names if wanted is None else wanted
         here = self._here(at, samples.middle_s, rtol)
-        theta = here.read(stated)
-        by_turned, rate = self._slopes(here, theta)
+        theta = here.theta
+        by_turned, rate = self._slopes(here)
         columns = np.zeros((theta.size, len(names) + at.impacts.size), order="F")
         if at.impacts.size:
             given = (
@@ -376,11 +381,10 @@ class RunModel:
             return self.means(at, samples, rtol), columns * math.sqrt(samples.m)
         return self.means(at, samples, rtol), samples.smoothed(columns.T, response_s).T
 
-    def _slopes(self, here: Moved, theta: Floats) -> tuple[tuple[Floats, Floats], Floats]:
+    def _slopes(self, here: Moved) -> tuple[tuple[Floats, Floats], Floats]:
         """Derivatives of what is read by rotation and depth, and its rate [rad/s]."""
-        stated, step = self.motion.laboratory, SMALL_STEP
-        by_turned = (here.read(stated, turned=step) - theta) / step
-        by_z = (here.read(stated, z_cb=step) - theta) / step
+        by_turned = (here.read(turned=SMALL_STEP) - here.theta) / SMALL_STEP
+        by_z = (here.read(z_cb=SMALL_STEP) - here.theta) / SMALL_STEP
         rate = by_turned * here.rates[:, -1]
         return (by_turned, by_z), rate + by_z * here.rates[:, 1] if here.rates.shape[1] > 1 else rate
 
@@ -428,15 +432,12 @@ class RunModel:
         stated, time_s = self.motion.laboratory, samples.middle_s
         assert stated is not None
         here = self._here(at, time_s, rtol)
-        theta, means = here.read(stated), self.means(at, samples, rtol)
-        _, rate = self._slopes(here, theta)
+        means, (_, rate) = self.means(at, samples, rtol), self._slopes(here)
         later = replace(
             at, values={**at.values, "theta0": at.values.get("theta0", self.motion.theta0) + STEP}
         )
         from_higher = self._simulated(later, time_s, rtol)
-        by_release = (from_higher.read(stated) - theta) / (
-            from_higher.values["theta0"] - here.values["theta0"]
-        )
+        by_release = (from_higher.theta - here.theta) / (from_higher.values["theta0"] - here.values["theta0"])
         is_slow, base = self._response_s(at, samples) is None, here.place.moved or stated
         for j, source in enumerate(self.inputs):
             steps = np.zeros(len(self.inputs))
@@ -446,14 +447,13 @@ class RunModel:
             if is_slow or (source.name == "response_ms" and self._response_s(moved, samples) is None):
                 columns[:, j] = (self.means(moved, samples, rtol) - means) / steps[j]
                 continue
+            is_square = source.name == "response_ms"
+            place = self._there(moved) if is_square else Place.of(base.moved(source, INPUT_STEP))
             if source.name in OF_BLOCK or source.name == "levelled_deg":
-                place = self._there(moved)
-                other = self._simulated(moved, time_s, rtol).read(stated)
+                other = self._simulated(moved, time_s, rtol, place).theta
             else:
-                is_square = source.name == "response_ms"
-                place = self._there(moved) if is_square else Place.of(base.moved(source, INPUT_STEP))
                 values = as_released(self.law, place.block, self._values(moved, place.moved), place.view)
-                other = here.read(stated, place) + by_release * (values["theta0"] - here.values["theta0"])
+                other = here.read(place) + by_release * (values["theta0"] - here.values["theta0"])
                 other += rate * (self._on_clock(time_s, place.moved) - here.time_s)
             columns[:, j] = (samples.smoothed(other, place.response_s) - means) / steps[j]
         return columns
@@ -473,8 +473,8 @@ class RunModel:
             self._last[key] = time_s, moved
         return self._last[key][1]
 
-    def _simulated(self, at: Point, time_s: Floats, rtol: float) -> Moved:
-        place = self._there(at)
+    def _simulated(self, at: Point, time_s: Floats, rtol: float, place: Place | None = None) -> Moved:
+        place = place or self._there(at)
         values = as_released(self.law, place.block, self._values(at, place.moved), place.view)
         time_s = self._on_clock(time_s, place.moved)
         rates = np.empty((time_s.size, 3 if law_of(self.candidate).is_foundation else 1))
@@ -489,11 +489,11 @@ class RunModel:
             rates=rates,
             passages=passages,
         )
-        return Moved(place, values, time_s, turned, rates, passages)
+        return Moved(place, values, time_s, turned, rates, passages, self.motion.laboratory)
 
     def _read(self, at: Point, time_s: Floats, rtol: float) -> Floats:
         """What a sensor that takes no time makes of the motion [rad]."""
-        return self._simulated(at, time_s, rtol).read(self.motion.laboratory)
+        return self._simulated(at, time_s, rtol).theta
 
     def _response_s(self, at: Point, samples: Samples) -> float | None:
         """Time of the sensor [s] where a smoothed curve tells what it makes of a motion; else None."""
