@@ -35,7 +35,7 @@ class RoundSettings:
     changed : float
         Relative change of σ_r or of the level from which a further round is worth its time.
     poor : float
-        Times the mean square of another run of the record, from which a start is sought for a run by itself.
+        Times the mean square of the best run of the record, from which a run is sought once more.
     exact, rough : (int, float)
         Evaluations of the residual in a round, and the relative change at which it ends.
     far : float
@@ -44,7 +44,7 @@ class RoundSettings:
 
     most: int = 4
     changed: float = 0.15
-    poor: float = 3.0
+    poor: float = 1.3
     exact: tuple[int, float] = (30, 5e-6)
     rough: tuple[int, float] = (12, 1e-3)
     far: float = 3.0

@@ -344,7 +344,8 @@ class Followed:
     ) -> list[Ended]:
         """Ends of starts on the samples up to an instant, the best one first."""
         level = self.noise * float(np.sqrt(left)) if left > START.misfit else self.noise
-        samples = self.model.until(end_s, START.samples)
+        every = self.model.until(end_s, 10**9)
+        samples = replace(every, m=max(1, every.time_s.size // START.samples))
         posed = Posed(self.model, samples, START.sigma_r, level, rtol)
         ends = [minimised(posed, in_step(self.model, start, end_s), *search) for start in starts]
         return sorted(ends, key=lambda end: end.objective)
