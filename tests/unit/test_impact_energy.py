@@ -42,7 +42,7 @@ def test_true_energies_lie_within_the_uncertainty(sigma_r):
     draw, scores = np.random.default_rng(2), []
     motions, truth = {}, {}
     for run in (1, 2, 3):
-        law = {**LAW, "impacts": sigma_r * draw.standard_normal(30)}
+        law = {**LAW, "impacts": sigma_r * draw.standard_normal(30)[:N]}
         motion = simulate("hunt_crossley", BLOCK, law, TIME, theta0=THETA0, solver=Solver(1e-9))
         motions[run], truth[run] = measured(motion.theta, draw), motion
     for run, fit in fit_record("hunt_crossley", BLOCK, motions).items():

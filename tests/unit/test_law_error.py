@@ -18,7 +18,7 @@ def found_of(lean, seed=3):
     """(r - truth)/u without and with the error of the law, and the fits, of three runs."""
     draw, motions, truth = np.random.default_rng(seed), {}, {}
     for run in (1, 2, 3):
-        law = {**LAW, "impacts": 0.01 * draw.standard_normal(30)}
+        law = {**LAW, "impacts": 0.01 * draw.standard_normal(30)[:N]}
         true = simulate("hunt_crossley", BLOCK, law, TIME, theta0=THETA0, solver=Solver(1e-9))
         shown = true.theta + lean * (1 - np.exp(-((true.theta / LIFTED) ** 2)))
         motions[run], truth[run] = measured(shown, draw), true

@@ -3,9 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from scattered import BLOCK, SIGMA, scattered_run
 
-from freerock.identification.posed import Posed
+from freerock.config.fit_settings import FitSettings
+from freerock.identification.fit import Followers, settled
+from freerock.identification.posed import Posed, minimised
 from freerock.identification.run_model import Point, RunModel
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
@@ -51,3 +54,28 @@ def test_derivatives_are_quotients_to_a_part_in_ten_thousand():
         ends = [posed.residual(moved(posed, at, i, by)) for by in (step, -step)]
         off = np.linalg.norm((ends[0] - ends[1]) / (2 * step) - column)
         assert off < 2e-4 * np.linalg.norm(column), i
+
+
+def test_a_curve_has_no_jump_where_a_swing_ceases_to_lift():
+    """Impacts keep their δ, however small the swing before is."""
+    motion, at = motion_of(1, 0.0)
+    posed = posed_of(motion, 0.02)
+    curves = [
+        posed.residual(replace(at, impacts=np.append(np.full(24, delta), np.full(8, 0.1))))
+        for delta in np.linspace(-0.01, 0.0, 201)
+    ]
+    steps = np.linalg.norm(np.diff(curves, axis=0), axis=1)
+    assert np.abs(np.diff(np.log(steps))).max() < 5e-3
+
+
+@pytest.mark.parametrize("seed", [2, 11])
+def test_a_fit_ends_in_the_minimum_that_the_truth_lies_in(seed):
+    motion, truth = motion_of(seed, 0.03)
+    followers = Followers(LAW, BLOCK, {1: motion}, FitSettings())
+    posterior, ended, _ = settled(followers.ends())[1]
+    n = ended.at.impacts.size
+    assert abs(n - np.count_nonzero(truth.impacts)) <= 1  # no δ of a base that rings
+    best = minimised(ended.posed, replace(truth, impacts=truth.impacts[:n]), 100, 1e-10)
+    assert ended.objective < best.objective + 0.5
+    off = ended.at.values["k"] / best.at.values["k"] - 1
+    assert abs(off) < 0.3 * np.sqrt(posterior.covariance[0, 0]) / best.at.values["k"]

@@ -18,7 +18,7 @@ from freerock.identification.posterior import Posterior
 from freerock.identification.run_model import RTOL, RunModel, Samples
 from freerock.identification.scatter import NONE, Scatter, Told, find_scatter
 from freerock.identification.settings import check
-from freerock.identification.start import START, Followed, in_step, whole_s, with_impacts
+from freerock.identification.start import START, Followed, in_step, n_lifting, whole_s, with_impacts
 from freerock.models.block import Block
 from freerock.models.given import legal
 from freerock.runs.motion import Motion
@@ -212,6 +212,7 @@ def _round(end: Ended, sigma_r: float, level: float) -> Ended:
     start = with_impacts(end.at, 0)
     if sigma_r:
         start = in_step(model, end.at, whole_s(model.motion), START.lost)
+        start = with_impacts(start, n_lifting(model, start))
     posed = Posed(model, _all_samples(model), sigma_r, level, RTOL)
     far = level > ROUNDS.far * noise_of(model.motion).variance ** 0.5
     found = minimised(posed, start, *(ROUNDS.rough if far else ROUNDS.exact))

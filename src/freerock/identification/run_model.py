@@ -31,7 +31,6 @@ RTOL_SCREENING = 1e-5
 # Of difference quotients, as a share of a positive number; absolute of δ and of an angle [rad]. A number of
 # the law is nearly a sum of impacts: quotients must be exact to 1e-5, or they tell what the samples do not.
 STEP = 3e-7
-JUMP_RAD = 3e-5  # a step `STEP` moves a curve by less: by 100 rad over the logarithm of a number
 STEP_BOTH_WAYS = 1e-4  # where the integrator's error is larger: edges, an offset, the tensionless rule
 MOST_STEPS = 20_000  # of a curve: a real one takes a tenth; where an optimiser wanders, one takes minutes
 INPUT_STEP = 1e-4  # standard uncertainties: over 0.01 of them that of a width is off by 1 %
@@ -411,14 +410,10 @@ class RunModel:
         elif name == "r":
             step = -step
         later = self._read(replace(at, values={**at.values, name: value + step}), time_s, rtol)
-        only = value - step < PARAMETERS[name].bounds[0]
-        if only or (self.is_smooth and np.max(np.abs(later - theta)) < JUMP_RAD):
+        if self.is_smooth or value - step < PARAMETERS[name].bounds[0]:
             return (later - theta) / step
         earlier = self._read(replace(at, values={**at.values, name: value - step}), time_s, rtol)
-        if not self.is_smooth:
-            return (later - earlier) / (2 * step)
-        # within the step a swing begins or ceases to lift the block, and an impact has its δ or has it not
-        return min(later - theta, theta - earlier, key=lambda by: float(np.max(np.abs(by)))) / step
+        return (later - earlier) / (2 * step)
 
     def by_inputs(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
         """Derivatives of `means` by the inputs [rad per standard uncertainty], shape (n, n_inputs).

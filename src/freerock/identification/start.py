@@ -12,6 +12,7 @@ from freerock.arrays import Floats, Mask
 from freerock.identification.posed import WIDEST_IMPACT, Ended, Posed, minimised
 from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel, Samples
 from freerock.models.block import Block
+from freerock.models.contact import Foundation, static_depth
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import LAWS, law_of
 from freerock.runs.motion import Motion
@@ -360,6 +361,20 @@ def promising(ends: list[Ended]) -> list[Ended]:
         if end.mean_square <= START.promising * least and not any(alike):
             found.append(end)
     return found
+
+
+def n_lifting(model: RunModel, at: Point) -> int:
+    """How many impacts end a measured swing that lifts a side of the base, or come before one that does.
+
+    What follows is the ringing of a base in full contact, at whose passages nothing is hit.
+    """
+    crossings = crossings_s(model.motion)
+    if not law_of(model.candidate).is_foundation:
+        return crossings.size
+    block, bed, whole = model.block.as_found(at.values), Foundation.of(at.values), model.whole
+    lifts = np.flatnonzero(np.abs(whole.theta) > static_depth(block, bed, 0.0) / block.flat)
+    last_s = whole.time_s[lifts[-1]] if lifts.size else -np.inf
+    return min(int(np.searchsorted(crossings, last_s)) + 1, crossings.size)
 
 
 def with_impacts(at: Point, n_impacts: int) -> Point:

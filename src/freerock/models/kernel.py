@@ -839,7 +839,6 @@ def _integrate(
     impacts = np.empty(0)
     n_time, n_segments = time.size, coefficients.shape[0]
     steps = rejected = implicit = evaluations = n_passed = 0
-    lifted = housner
     n, segment = _begun(y, time, breaks, out, rates)
     right = y[2] > 0 or (y[2] == 0 and y[3] > 0)
     sign = 1.0 if right else -1.0
@@ -922,8 +921,7 @@ def _integrate(
                 size = max(step * growth, size if whole else 0.0)
                 error_before = error
                 swing1 = b * y1[3] * sincos(y1[2])[1]
-                lifted = lifted or regime != FULL
-                counts = lifted and n_passed < factors.size
+                counts = n_passed < factors.size
                 pivots = housner or counts or kick * step * max(y[3] * y[3], y1[3] * y1[3]) > least
                 if tensionless or housner or _may_cross(bits, pivots, y1, swing1, y[1], swing, law):
                     first, which = _first_event(regime, bits, tensionless, pivots, dense, law)
@@ -977,7 +975,7 @@ def _integrate(
         implicit += stiff
         t, y, f, swing = end, y1, f1, swing1
         fresh = whole or which >= 0 or (turned and corner > 0)
-        counted = which == 5 and lifted and n_passed < factors.size
+        counted = which == 5 and n_passed < factors.size
         factor = factors[n_passed] if counted else 1.0
         if which == 5 and not housner:
             y = (y[0], y[1], 0.0, factor * y[3])
@@ -995,7 +993,7 @@ def _integrate(
             if n_passed < passages.shape[0]:
                 passages[n_passed, 0], passages[n_passed, 1], passages[n_passed, 2] = end, y[0], y[1]
                 passages[n_passed, 3], passages[n_passed, 4] = 0.0, y[3]
-            n_passed, lifted = n_passed + 1, housner
+            n_passed += 1
         if 0 <= which < 5:
             bits ^= 1 << which
             if which < 4 and y[2] == 0 and y[3] == 0:
@@ -1064,7 +1062,7 @@ def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.floa
     max_steps : int
         Steps, taken or rejected, after which to give up.
     factors : ndarray, shape (n_impacts,)
-        What the rate is multiplied with at the first passages of θ = 0 from one lifted side to the other;
+        What the rate is multiplied with at the first passages of θ = 0, be a side lifted before or not;
         beside the restitution of Housner's block.
     passages : ndarray, shape (n_impacts, 5)
         Receives instant [s], z_cb, ż_cb, θ and θ̇ just after each of these passages; without rows they are

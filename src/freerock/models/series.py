@@ -155,8 +155,12 @@ def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passa
     right, left = depth + b * s > 0, depth - b * s > 0
     depth, v = depth - h * cos, v + h * s * w
     outcome = COMPLETED
+<<<<<<< HEAD
     n = n_passed = steps = stiff = 0
     lifted = False
+=======
+    n = n_impacts = n_passed = steps = stiff = 0
+>>>>>>> a7734193 (Each passage has its δ, lifted or not; those of a base that rings have none)
     while n < time.size and time[n] <= 0:
         theta[n] = angle
         if record:
@@ -171,7 +175,6 @@ def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passa
             law = (k, c, lam, b, h, J, g, sign * ground)
             right, left = True, False
         a = corner if angle > 0 or (angle == 0 and w > 0) else -corner
-        lifted = lifted or not (right and left)
         if right and left:
             on_whole_base(z, t, depth, v, angle, w, s, cos, a, law)
         elif right:
@@ -205,9 +208,7 @@ def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passa
                 z, t, step, -1.0, left, rate - turn, base - b * s1, rate1 - turn1, within, law
             )
         turned = math.inf
-        counts = (
-            lifted and n_passed < factors.size and (angle * angle1 < 0 or (angle == 0 and w * angle1 < 0))
-        )
+        counts = n_passed < factors.size and (angle * angle1 < 0 or (angle == 0 and w * angle1 < 0))
         if counts or (a * angle1 < 0 and kick * step * max(w * w, w1 * w1) > least):
             turned = _passage(z, t, step)
         if min(of_right, of_left, turned) < math.inf:
@@ -224,7 +225,7 @@ def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passa
                         passages[n_passed, 0], passages[n_passed, 1] = clock + step, depth1 + h
                         passages[n_passed, 2], passages[n_passed, 3] = v1, 0.0
                         passages[n_passed, 4] = sign * w1
-                    n_passed, lifted = n_passed + 1, False
+                    n_passed += 1
             elif of_right <= of_left:
                 right, left = not right, left != both
             else:

@@ -18,8 +18,13 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.contact import State, lean, static_depth
 from freerock.models.kernel import accelerations
+<<<<<<< HEAD
 from freerock.models.laws import GEOMETRIC, LAWS, Foundation, Rules
 from freerock.models.simulate import Solver, simulate
+=======
+from freerock.models.laws import GEOMETRIC, LAWS, Rules
+from freerock.models.simulate import Response, Solver, simulate
+>>>>>>> a7734193 (Each passage has its δ, lifted or not; those of a base that rings have none)
 from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.added_noise import AddedNoise, Disturbance, converted
@@ -208,6 +213,10 @@ def _release(
     since = grid[rocking] - free
     law: dict[str, Any] = {**release.parameters, "impacts": np.array(release.impacts, float)}
     motion = simulate(model, block, law, since, theta0=begin, rules=rules, solver=EXACT)
+    n_lifting = len(_before_lifting(motion)) + 1
+    if soil and len(release.impacts) > n_lifting:  # at the passages of a base that rings nothing is hit
+        law["impacts"] = law["impacts"][:n_lifting]
+        motion = simulate(model, block, law, since, theta0=begin, rules=rules, solver=EXACT)
     theta[rocking] = motion.theta
     depth = np.zeros(grid.size)
     if soil:
@@ -219,8 +228,7 @@ def _release(
     moving = np.flatnonzero(np.abs(theta) > REST_RAD)  # NaN, once overturned, is not
     rest = round(float(grid[moving[-1]]) + 1 / rate_hz, 6) if moving.size else free
     end = rest + release.pause_s
-    lifted = motion.time[motion.contact != 0]
-    impacts = motion.impacts[motion.impacts < lifted[-1]] if lifted.size else motion.impacts[:0]
+    impacts = _before_lifting(motion)
     truth = {
         "theta0_rad": release.theta0,
         **release.parameters,
@@ -236,6 +244,12 @@ def _release(
     if release.impacts:
         truth["impact_factors"] = [round(1 + each, 6) for each in release.impacts[: impacts.size]]
     return np.stack([theta, depth])[:, : math.ceil(end * rate_hz) - first], truth, end
+
+
+def _before_lifting(motion: Response) -> Floats:
+    """Instants of the impacts after which a side of the base lifts [s]."""
+    lifted = motion.time[motion.contact != 0]
+    return motion.impacts[motion.impacts < lifted[-1]] if lifted.size else motion.impacts[:0]
 
 
 def _fade(
