@@ -15,7 +15,7 @@ from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, 
 from freerock.identification.goodness import noise_of
 from freerock.identification.posed import Ended, Posed, minimised
 from freerock.identification.posterior import Posterior
-from freerock.identification.run_model import RTOL, RunModel, Samples
+from freerock.identification.run_model import RTOL, Point, RunModel, Samples
 from freerock.identification.scatter import NONE, Scatter, Told, find_scatter
 from freerock.identification.settings import check
 from freerock.identification.start import START, Followed, in_step, n_lifting, whole_s, with_impacts
@@ -40,14 +40,18 @@ class RoundSettings:
         Evaluations of the residual in a round, and the relative change at which it ends.
     far : float
         Times the noise, from which a law's round is a rough one.
+    jumps, late : int, float
+        Of a round that creeps along a curved valley; and what impacts may be late after one, of a swing.
     """
 
     most: int = 4
     changed: float = 0.15
     poor: float = 1.3
-    exact: tuple[int, float] = (30, 5e-6)
+    exact: tuple[int, float] = (12, 5e-6)
     rough: tuple[int, float] = (12, 1e-3)
     far: float = 3.0
+    jumps: int = 3
+    late: float = 0.05
 
 
 ROUNDS = RoundSettings()
@@ -216,8 +220,28 @@ def _round(end: Ended, sigma_r: float, level: float) -> Ended:
     posed = Posed(model, _all_samples(model), sigma_r, level, RTOL)
     far = level > ROUNDS.far * noise_of(model.motion).variance ** 0.5
     found = minimised(posed, start, *(ROUNDS.rough if far else ROUNDS.exact))
+    for _ in range(ROUNDS.jumps if sigma_r and not far else 0):
+        if found.result.success:
+            break
+        ahead = in_step(model, _ahead(found), whole_s(model.motion), ROUNDS.late)
+        other = minimised(posed, ahead, *ROUNDS.exact)
+        if other.objective >= found.objective:
+            break
+        found = other
     found.result.nfev += end.result.nfev
     return found
+
+
+def _ahead(end: Ended) -> Point:
+    """Where a Gauss-Newton step leads that knows nothing of the valley's curvature."""
+    theta, rows = end.derived
+    varied = np.array([each.vary for each in end.result.params.values()])
+    step = np.zeros(varied.size)
+    step[varied] = np.linalg.lstsq(rows[:, varied], -end.posed.residual(end.at, theta), rcond=None)[0]
+    n, n_z = len(end.posed.model.names), len(end.at.inputs)
+    values = {name: end.at.values[name] + by for name, by in zip(end.at.values, step, strict=False)}
+    moved = Point(values, end.at.inputs + step[n : n + n_z], end.at.impacts + step[n + n_z :])
+    return end.posed.point(end.posed.parameters(moved))  # within the bounds
 
 
 def _on_all_samples(end: Ended) -> Ended:

@@ -12,9 +12,9 @@ from freerock.arrays import Floats, Mask
 from freerock.identification.posed import WIDEST_IMPACT, Ended, Posed, minimised
 from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel, Samples
 from freerock.models.block import Block
-from freerock.models.contact import Foundation, static_depth
+from freerock.models.contact import static_depth
 from freerock.models.free_parameters import PARAMETERS
-from freerock.models.laws import LAWS, law_of
+from freerock.models.laws import LAWS, Foundation, law_of
 from freerock.runs.motion import Motion
 
 
@@ -35,13 +35,14 @@ class StartSettings:
     passes : int
         Curves at most, over which the swings are brought to the durations that were measured.
     in_step, lost : float
-        Of a swing, up to which the instants of impacts agree with the measured ones; from which a fit has
+        Of a swing, up to which the instants of its impacts agree with the measured ones; from which a fit has
         lost a swing.
     first, whole, hurried : (int, float)
         Evaluations, and the relative change at which they end: on the first swings, on the whole run, and
         there of a law that is far from it.
-    clear : float
-        Standard deviations of the noise, above which a rotation has a sign.
+    clear, sure : float
+        Standard deviations of the noise, above which a rotation has a sign; and the instant of an impact is
+        known to a hundredth of the swing.
     missing : float
         Times the two swings before it, from which a swing holds one that the noise hides.
     screened : int
@@ -63,9 +64,10 @@ class StartSettings:
     in_step: float = 0.01
     lost: float = 0.2
     first: tuple[int, float] = (30, 1e-3)
-    whole: tuple[int, float] = (12, 1e-3)
+    whole: tuple[int, float] = (15, 1e-3)
     hurried: tuple[int, float] = (16, 1e-3)
     clear: float = 10.0
+    sure: float = 30.0
     missing: float = 1.4
     screened: int = 6
     promising: float = 5.0
@@ -76,14 +78,13 @@ class StartSettings:
 START = StartSettings()
 
 
-def crossings_s(motion: Motion) -> Floats:
+def crossings_s(motion: Motion, clear: float = START.clear) -> Floats:
     """Instants at which the measured rotation changes its sign while the block moves [s].
 
     Swings grow shorter: what follows one that is missing in the noise is left out.
     """
     counts = np.isfinite(motion.theta) & (motion.time_s >= 0)
-    clear = START.clear * motion.sigma_theta
-    found = _crossings_s(motion.time_s[counts], motion.theta[counts], clear)
+    found = _crossings_s(motion.time_s[counts], motion.theta[counts], clear * motion.sigma_theta)
     swings = np.diff(found)
     longer = np.flatnonzero(swings[2:] > START.missing * np.maximum(swings[1:-1], swings[:-2]))
     return np.asarray(found[: longer[0] + 3] if longer.size else found)
@@ -107,6 +108,12 @@ def whole_s(motion: Motion) -> float:
     """
     crossings = crossings_s(motion)
     return float(crossings[-1]) if crossings.size > 2 else 1.1 * moving_s(motion) + 0.1
+
+
+def sure_s(motion: Motion) -> float:
+    """End of the swings that last as long as measured but for a hundredth [s]: others are no start."""
+    crossings = crossings_s(motion, START.sure)
+    return float(crossings[-1]) if crossings.size > START.screened else whole_s(motion)
 
 
 def screening_s(motion: Motion) -> float:
@@ -320,16 +327,14 @@ class Followed:
         return self._of_first[0]
 
     def whole(self, roughly: bool = False) -> Ended:
-        """The best end of the whole run; `roughly` of a law that is far from it."""
-        search = START.hurried if roughly else START.whole
-        if self.known is None:
-            starts, left = [end.at for end in self._of_first], self.over_noise(self.screened)
-        else:
-            values = {**self.known.at.values, "theta0": self.model.motion.theta0, "t0": 0.0}
-            values = {name: values[name] for name in self.model.names}
-            starts = [Point(values, self.known.at.inputs, np.zeros(0))]
-            left = self.over_noise(self.known)
-        return self._ends(whole_s(self.model.motion), starts, left, search, RTOL)[0]
+        """The best end of the whole run, from the numbers of the law; `roughly` if it is far from the run."""
+        known, starts = [self.known] if self.known else self._of_first, list[Point]()
+        for end in known:
+            values = {**end.at.values, "theta0": self.model.motion.theta0, "t0": 0.0}
+            inputs = end.at.inputs if self.known else np.zeros(len(self.model.inputs))
+            starts.append(Point({name: values[name] for name in self.model.names}, inputs, np.zeros(0)))
+        search, left = START.hurried if roughly else START.whole, self.over_noise(known[0])
+        return self._ends(sure_s(self.model.motion), starts, left, search, RTOL)[0]
 
     def over_noise(self, end: Ended) -> float:
         """Mean square of the residual and the priors at an end, over the noise."""

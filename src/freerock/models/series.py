@@ -155,12 +155,7 @@ def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passa
     right, left = depth + b * s > 0, depth - b * s > 0
     depth, v = depth - h * cos, v + h * s * w
     outcome = COMPLETED
-<<<<<<< HEAD
     n = n_passed = steps = stiff = 0
-    lifted = False
-=======
-    n = n_impacts = n_passed = steps = stiff = 0
->>>>>>> a7734193 (Each passage has its δ, lifted or not; those of a base that rings have none)
     while n < time.size and time[n] <= 0:
         theta[n] = angle
         if record:

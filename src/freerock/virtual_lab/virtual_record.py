@@ -18,13 +18,8 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.contact import State, lean, static_depth
 from freerock.models.kernel import accelerations
-<<<<<<< HEAD
 from freerock.models.laws import GEOMETRIC, LAWS, Foundation, Rules
-from freerock.models.simulate import Solver, simulate
-=======
-from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.simulate import Response, Solver, simulate
->>>>>>> a7734193 (Each passage has its δ, lifted or not; those of a base that rings have none)
 from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.added_noise import AddedNoise, Disturbance, converted
