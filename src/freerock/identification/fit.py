@@ -34,8 +34,9 @@ class RoundSettings:
         Rounds of σ_r and of the level.
     changed : float
         Relative change of σ_r or of the level from which a further round is worth its time.
-    poor : float
-        Times the mean square of the best run of the record, from which a run is sought once more.
+    poor, lost : float
+        Times the mean square of the best run of the record, from which a run is sought once more; of a law
+        that is far from the runs.
     exact, rough : (int, float)
         Evaluations of the residual in a round, and the relative change at which it ends.
     far : float
@@ -47,6 +48,7 @@ class RoundSettings:
     most: int = 4
     changed: float = 0.15
     poor: float = 1.3
+    lost: float = 10.0
     exact: tuple[int, float] = (12, 5e-6)
     rough: tuple[int, float] = (12, 1e-3)
     far: float = 3.0
@@ -163,8 +165,9 @@ class Followers:
                 keep(run, self._of(run, found[min(left, key=lambda other: left[other])]))
         best = min(left, key=lambda run: left[run])
         for run in self.models:
-            if left[run] > ROUNDS.poor * max(left[best], 1.0):
-                keep(run, self._of(run, found[best]) if run == self.first else self._of(run))
+            if left[run] > (ROUNDS.lost if roughly else ROUNDS.poor) * max(left[best], 1.0):
+                by_itself = not roughly and run != self.first
+                keep(run, self._of(run, None if by_itself else found[best]))
         return found
 
     def _of(self, run: int, known: Ended | None = None) -> Followed:
