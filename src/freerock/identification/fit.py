@@ -227,7 +227,7 @@ def _round(end: Ended, sigma_r: float, level: float) -> Ended:
         if found.result.success:
             break
         ahead = in_step(model, _ahead(found), whole_s(model.motion), ROUNDS.late)
-        other = minimised(posed, ahead, *ROUNDS.exact)
+        other = minimised(posed, with_impacts(ahead, start.impacts.size), *ROUNDS.exact)
         if other.objective >= found.objective:
             break
         found = other
