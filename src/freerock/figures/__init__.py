@@ -5,7 +5,7 @@ It takes the tables and datasets it draws, the `origin` of their records ("simul
 figure states it) and `labels`, printed names of blocks and foundations. It returns the figure
 and the numbers drawn; `style.save` writes both. What a figure of a campaign says of these numbers in its
 caption, such as the runs drawn, comes from its function `caption`. `captions.toml` has title, caption and
-what is read for each; the workflow reads it without importing a module (`declared`).
+what is read for each; the workflow reads it without importing a module (`captions`).
 """
 
 __all__ = [

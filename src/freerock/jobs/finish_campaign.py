@@ -1,4 +1,8 @@
-"""The end of a campaign: which records have no usable run."""
+"""The end of a campaign: which records have no usable run.
+
+Whether a product is whole is told elsewhere: it is moved into place when it is (`files.atomic`), and
+`freerock verify` holds it against the checksums that `make_report` writes.
+"""
 
 import csv
 import logging

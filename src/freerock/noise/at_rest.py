@@ -1,4 +1,7 @@
-"""Noise of a sensor at rest, from the stretches of a record in which θ shows nothing else."""
+"""Noise of a sensor at rest, from the stretches of a record in which θ shows nothing else.
+
+σ of a sample is found by `still_signal`, the spectrum by `spectrum`.
+"""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence

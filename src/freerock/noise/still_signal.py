@@ -1,6 +1,6 @@
 """The noise of a signal: σ of a sample, interference of the mains, rests that move, while it stands still.
 
-The spectrum of the noise of θ, on which errors of fits rest, is that of `runs.noise_spectrum`.
+The spectrum of the noise of θ, on which errors of fits rest, is that of `noise.spectrum`.
 """
 
 import math
@@ -71,7 +71,7 @@ class StillSignal:
         """Standard deviation of a sample's white noise, rounding by the converter included.
 
         From differences of neighbours, those beyond 6 MADs left out; where the converter hides the noise,
-        from the samples about the level of their phase (`lattice.scatter`).
+        from the samples about the level of their phase (`converter.scatter`).
         """
         if not self.phases:
             return math.nan

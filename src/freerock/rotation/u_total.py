@@ -1,8 +1,8 @@
 """u_total: standard uncertainty of a number by noise, law and every input of the laboratory.
 
-A fit has `Fit.u_total` (`identification.fitted`), by `Contributions.total` of this module, which
-`populations.sensitivity` completes by inputs that were held; r and θ₀ of a run `runs.measured_total`; r by
-energy `populations.impact_energy`; means `populations.random_effects`; plans `planning.bound`.
+A fit has `Fit.u_total` (`identification.fitted`), by `Contributions.total` of this module; r and θ₀ of a run
+`runs.measured_total`; r by energy `populations.impact_energy`; means `populations.random_effects`; plans
+`planning.bound`.
 """
 
 from dataclasses import dataclass

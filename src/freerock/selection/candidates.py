@@ -1,4 +1,4 @@
-"""The candidates that a campaign allows, in the order of their numbers."""
+"""The candidates that a campaign allows, in the order of their numbers; `identify` tries them in tiers."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
