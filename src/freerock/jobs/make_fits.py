@@ -82,7 +82,9 @@ def make_fits(
     if missed := _not_fitted(found, allowed):
         attributes["not_fitted"] = missed
     attributes["provenance"] = provenance([record_file], settings)
-    energies = energies_of_record(fits, motions, block, limits, allowed.options["debonding"])
+    energies = energies_of_record(
+        fits, motions, block, limits, allowed.settings(allowed.candidates[0]).debonding
+    )
     choices = dict.fromkeys(fits, choice)
     papers = {
         number: {law: _with_impacts(fit, block, limits) for law, fit in own.items()}

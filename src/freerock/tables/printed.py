@@ -99,7 +99,7 @@ def _table2(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printe
         own = frame[(frame["block"] == block) & frame["model"].isin(PAPER_MODELS)]
         cells += _cells("Paper's procedure" if one else f"{name}, paper's procedure", own, _by_procedure)
         cells += _cells("Published" if one else f"{name}, published", own, _published)
-    of_foundations = frame[frame["model"].map(lambda model: law_of(model).is_foundation)]
+    of_foundations = frame[frame["model"].map(lambda model: law_of(model).is_foundation).astype(bool)]
     means = of_foundations[of_foundations["block"] == ""]
     alone = frame.drop(of_foundations.index)
     cells += _cells(OVER_ALL[one], alone, _mean, {} if one else labels)
