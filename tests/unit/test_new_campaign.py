@@ -72,7 +72,7 @@ def test_inspect_tells_what_the_reader_found_out_and_what_can_not_be_read(folder
         book.active.append(row)
     book.save(folder / "pairs.xlsx")
     pairs = look_into(folder / "pairs.xlsx")
-    assert [(channel.rate_hz, channel.n_samples) for channel in pairs.readable] == [
+    assert [(channel.rate_hz, channel.n_samples) for channel in pairs.channels] == [
         (pytest.approx(100), 12),
         (pytest.approx(50), 8),
     ]

@@ -40,34 +40,9 @@ def add_arguments(add: Callable[..., object]) -> None:
 
 
 def run(chosen: Namespace) -> None:
-    """Add records; print what is in them and what was written."""
-    looks, rows = add_records(chosen.name, chosen.files, {cell: getattr(chosen, cell) for cell in CELLS})
-    print("\n\n".join(map(look_text, looks)), end="\n\n")
-    for row in rows:
-        print(f"added: {', '.join(row[cell] for cell in ('test', 'file', *CELLS) if row[cell])}")
-    print(f"next:  freerock check {chosen.name}")
+    """Add records; print what is in them and what was written.
 
-
-def add_records(
-    name: str, files: Sequence[str | Path], wanted: Mapping[str, str]
-) -> tuple[list[RecordLook], list[Row]]:
-    """Add record files to a campaign: all are read, and all lines checked, before anything is written.
-
-    Parameters
-    ----------
-    name : str
-        Of the campaign, in the current folder.
-    files : sequence of path
-        The record files.
-    wanted : mapping of str to str
-        Channel, block, foundation and laser of all of them; "" for the only one.
-
-    Returns
-    -------
-    looks : list of RecordLook
-        What is in the files.
-    rows : list of dict
-        The cells of the new lines.
+    All files are read, and all lines checked, before anything is written.
 
     Raises
     ------
@@ -78,12 +53,12 @@ def add_records(
         Something can't be written.
     """
     problems: list[FreerockError] = []
-    paths = campaign_paths("config/config.yaml", [name], problems)
+    paths = campaign_paths("config/config.yaml", [chosen.name], problems)
     source = read_campaign(paths[0]) if paths else None
     refuse([*problems, *(source.problems if source else ())])
     assert source
-    cells = _cells(source, wanted)
-    looks, refused = looks_to_take(files)
+    cells = _cells(source, {cell: getattr(chosen, cell) for cell in CELLS})
+    looks, refused = looks_to_take(chosen.files)
     refuse(refused)
     raw, table, rows = Path(source.raw), source.path.with_suffix(".csv"), list[Row]()
     for look in looks:
@@ -99,7 +74,10 @@ def add_records(
                 take(look, partial)
     _list_checksums(raw, looks, rows)
     write_bytes(table, content)
-    return looks, rows
+    print("\n\n".join(map(look_text, looks)), end="\n\n")
+    for row in rows:
+        print(f"added: {', '.join(row[cell] for cell in ('test', 'file', *CELLS) if row[cell])}")
+    print(f"next:  freerock check {chosen.name}")
 
 
 def _list_checksums(raw: Path, looks: Sequence[RecordLook], rows: Sequence[Row]) -> None:
@@ -170,7 +148,7 @@ def _faults(
 def _channel(look: RecordLook, cells: Mapping[str, str], source: Source) -> str:
     """The cell of the channels: as requested, else the only one that may be the laser's."""
     lasers = [name.strip() for name in cells["laser"].split(";")]
-    names = {channel.name: channel for channel in look.readable}
+    names = {channel.name: channel for channel in look.channels}
     units = source.lasers[lasers[0]].units
     fitting = [name for name, each in names.items() if not _contradiction(units, each.units)] or [*names]
     wanted = [name.strip() for name in cells["channel"].split(";")] if cells["channel"] else fitting
@@ -184,7 +162,7 @@ def _channel(look: RecordLook, cells: Mapping[str, str], source: Source) -> str:
         if error := _contradiction(source.lasers[laser].units, names[name].units):
             where = f"{look.path}: channel {name} of laser {laser}"
             raise FreerockError(where, error.what, error.remedy)
-    return "" if len(look.channels) == 1 else ";".join(wanted)
+    return "" if len(look.channels) + len(look.faults) == 1 else ";".join(wanted)
 
 
 def _contradiction(declared: str, stated: str) -> FreerockError | None:

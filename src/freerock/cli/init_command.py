@@ -10,7 +10,6 @@ Existing files are kept; constraints.txt, config/README.md and the schemas are r
 import re
 from argparse import Namespace
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
@@ -31,24 +30,21 @@ def add_arguments(add: Callable[..., object]) -> None:
 
 def run(chosen: Namespace) -> None:
     """Write the files of a folder; print which were written, which kept, and what to do next."""
-    made = init(chosen.folder)
-    print(f"written: {', '.join(made.written) or 'nothing'}")
-    if made.kept:
-        print(f"kept:    {', '.join(made.kept)}")
+    written, kept = init(chosen.folder)
+    print(f"written: {', '.join(written) or 'nothing'}")
+    if kept:
+        print(f"kept:    {', '.join(kept)}")
     at = "" if Path(chosen.folder) == Path(".") else f"cd {chosen.folder}; "
     print(f"next:    {at}freerock new-campaign NAME --from FOLDER")
 
 
-@dataclass(frozen=True)
-class Made:
-    """Paths of the files written and kept, relative to the folder."""
-
-    written: tuple[str, ...]
-    kept: tuple[str, ...]
-
-
-def init(folder: str | Path = ".") -> Made:
+def init(folder: str | Path = ".") -> tuple[list[str], list[str]]:
     """Write what a laboratory's folder needs besides records and campaigns.
+
+    Returns
+    -------
+    written, kept : list of str
+        Paths of the files, relative to the folder.
 
     Raises
     ------
@@ -64,14 +60,14 @@ def init(folder: str | Path = ".") -> Made:
         "profiles/default/config.yaml": (HOME / "profiles/default/config.yaml").read_text(encoding="utf-8"),
         "requirements.txt": _text("requirements.txt").format(version=version("freerock")),
     }
-    kept = tuple(name for name in once if (folder / name).exists())
+    kept = [name for name in once if (folder / name).exists()]
     written = {name: text for name, text in once.items() if name not in kept} | {
         name: text for name, text in generated.items() if _other(folder / name, text)
     }
     for name, text in written.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         write_text(folder / name, text)
-    return Made(tuple(written), kept)
+    return [*written], kept
 
 
 def constraints(lock: str) -> str:

@@ -9,14 +9,14 @@ Formats: docs/records.md. The record file is only read.
 import math
 import shutil
 from argparse import Namespace
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, extremes
 from freerock.config.values import Invalid, check_inside
 from freerock.errors import FreerockError, attempt, printable
 from freerock.files import sha256
@@ -45,7 +45,7 @@ def run(chosen: Namespace) -> None:
 
 @dataclass(frozen=True)
 class ChannelLook:
-    """A channel in short, or why it can't be read.
+    """A channel in short.
 
     Parameters
     ----------
@@ -61,22 +61,19 @@ class ChannelLook:
         Samples that show the course: the extremes of each of some hundreds of stretches.
     remarks : tuple of str
         What the reader found out by itself.
-    fault : str
-        Why the channel can't be read, and what to do; "" where it can.
     """
 
     name: str
     units: str
-    n_samples: int = 0
-    n_missing: int = 0
-    start_s: float = math.nan
-    rate_hz: float = math.nan
-    low: float = math.nan
-    high: float = math.nan
-    time_s: "Floats" = field(default_factory=lambda: np.empty(0))
-    values: "Floats" = field(default_factory=lambda: np.empty(0))
-    remarks: tuple[str, ...] = ()
-    fault: str = ""
+    n_samples: int
+    n_missing: int
+    start_s: float
+    rate_hz: float
+    low: float
+    high: float
+    time_s: Floats
+    values: Floats
+    remarks: tuple[str, ...]
 
     @property
     def duration_s(self) -> float:
@@ -86,18 +83,14 @@ class ChannelLook:
 
 @dataclass(frozen=True)
 class RecordLook:
-    """A record file: its name, checksum, format and channels."""
+    """A record file: its name, checksum, format and channels, and by name why others can't be read."""
 
     path: Path
     sha256: str
     n_bytes: int
     format: str
-    channels: tuple[ChannelLook, ...]
-
-    @property
-    def readable(self) -> tuple[ChannelLook, ...]:
-        """The channels that can be read."""
-        return tuple(channel for channel in self.channels if not channel.fault)
+    channels: Sequence[ChannelLook]
+    faults: Mapping[str, FreerockError]
 
 
 def look_into(path: str | Path) -> RecordLook:
@@ -108,16 +101,15 @@ def look_into(path: str | Path) -> RecordLook:
     FreerockError
         The file can't be read at all, see `freerock.records.read.read_record`.
     """
-    path, kind, channels = Path(path), "", list[ChannelLook]()
-    for name, listed in list_channels(path).items():
+    path, kind, channels, faults = Path(path), "", list[ChannelLook](), dict[str, FreerockError]()
+    for name in list_channels(path):
         record = attempt(read_record, path, name)
         if isinstance(record, FreerockError):
-            fault = f"{record.what}; {record.remedy}"
-            channels.append(ChannelLook(name, listed.units, fault=fault))
+            faults[name] = record
         else:
             kind = record.attrs["format"]
             channels.append(_in_short(name, record))
-    return RecordLook(path, sha256(path), path.stat().st_size, kind, tuple(channels))
+    return RecordLook(path, sha256(path), path.stat().st_size, kind, channels, faults)
 
 
 def look_to_take(path: Path) -> RecordLook:
@@ -139,10 +131,9 @@ def look_to_take(path: Path) -> RecordLook:
 
 def check_readable(look: RecordLook) -> None:
     """Refuse a record file none of whose channels can be read."""
-    if not look.readable:
-        channel = look.channels[0]
-        what, _, remedy = channel.fault.rpartition("; ")
-        raise FreerockError(f"{look.path}: {channel.name}", what, remedy)
+    if not look.channels:
+        name, error = next(iter(look.faults.items()))
+        raise FreerockError(f"{look.path}: {name}", error.what, error.remedy)
 
 
 def looks_to_take(paths: Iterable[str | Path]) -> tuple[list[RecordLook], list[FreerockError]]:
@@ -161,8 +152,6 @@ def take(look: RecordLook, copy: Path) -> None:
 
 def _in_short(name: str, record: "xr.Dataset") -> ChannelLook:
     """The one channel of a dataset, in short."""
-    from freerock.arrays import extremes
-
     (signal,), times = record.data_vars.values(), record["time"].values
     values = signal.values
     known, drawn = values[np.isfinite(values)], extremes(values)
@@ -186,14 +175,14 @@ def look_text(look: RecordLook) -> str:
     head = f"{look.path}: {look.format or 'no readable channel'}, {look.n_bytes} bytes"
     lines = [head, f"sha256 {look.sha256}", ""]
     rows = [("channel", "unit", "rate", "duration", "from", "to", "missing")]
-    for channel in look.readable:
+    for channel in look.channels:
         rate, duration = f"{channel.rate_hz:g} Hz", f"{channel.duration_s:.3f} s"
         low, high = (f"{bound:.6g}" for bound in (channel.low, channel.high))
         name, unit, missing = " ".join(channel.name.split()), channel.units or "–", str(channel.n_missing)
         rows.append((name, unit, rate, duration, low, high, missing))
     lines += aligned(rows)
-    lines += [f"{channel.name}: {channel.fault}" for channel in look.channels if channel.fault]
-    remarks = dict.fromkeys(text for channel in look.readable for text in channel.remarks)
+    lines += [f"{name}: {error.what}; {error.remedy}" for name, error in look.faults.items()]
+    remarks = dict.fromkeys(text for channel in look.channels for text in channel.remarks)
     return printable("\n".join([*lines, *remarks]))
 
 
@@ -204,12 +193,12 @@ def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def draw_looks(looks: Iterable[RecordLook], path: Path) -> None:
-    """Draw the readable channels of some records over time, as PNG."""
-    from freerock.figures.quick_look import Panel, draw, save_picture
+    """Draw the channels of some records over time, as PNG."""
+    from freerock.figures.quick_look import draw
 
     panels = [
-        Panel(look.path.name, f"{channel.name} / {channel.units or '?'}", channel.time_s, channel.values)
+        (look.path.name, f"{channel.name} / {channel.units or '?'}", channel.time_s, channel.values)
         for look in looks
-        for channel in look.readable
+        for channel in look.channels
     ]
-    save_picture(draw(panels), path)
+    draw(panels, path)

@@ -18,7 +18,6 @@ import shutil
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import chain, count
 from pathlib import Path
 
@@ -45,83 +44,61 @@ def add_arguments(add: Callable[..., object]) -> None:
 
 
 def run(chosen: Namespace) -> None:
-    """Begin a campaign; print what is to be done next."""
-    made = new_campaign(chosen.name, chosen.folder)
-    print("\n\n".join(map(look_text, made.looks)))
-    for error in made.refused:
-        print(f"left out: {error}", file=sys.stderr)
-    print(f"\nwritten: {made.raw}, {made.csv}, {made.yaml}, {made.picture}")
-    print(f"next:    replace each {FILL_IN} in {made.yaml} and {made.csv}")
-    print(f"         freerock check {chosen.name}")
-    print("         snakemake" if made.named else f"         snakemake --config campaigns={chosen.name}")
-    if not made.named:
-        print("To analyse it with every `snakemake`, add its name to campaigns in config/config.yaml.")
-
-
-@dataclass(frozen=True)
-class NewCampaign:
-    """What was written, what was found in the folder, and whether config.yaml names the campaign."""
-
-    yaml: Path
-    csv: Path
-    raw: Path
-    picture: Path
-    looks: tuple[RecordLook, ...]
-    refused: tuple[FreerockError, ...]
-    named: bool = False
-
-
-def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCampaign:
-    """Copy the records of a folder to raw/NAME, and write config/campaigns/NAME.yaml and .csv.
-
-    Parameters
-    ----------
-    name : str
-        Letters, digits and _.
-    folder : path
-        Holds the record files; its subfolders are not searched. It may be raw/NAME itself.
-    root : path
-        The project folder, with config/ and raw/.
-
-    Returns
-    -------
-    NewCampaign
+    """Copy the records of a folder, write the campaign's files; print what is to be done next.
 
     Raises
     ------
     FreerockError
         The name can't be used, something of that name exists already, or no record can be read.
     """
-    folder, root = Path(folder), Path(root)
-    if fault := name_fault(name):
-        raise FreerockError("NAME", *fault)
-    if name in RESERVED:
-        raise FreerockError(name, "is a folder of results", "choose another name")
-    if not folder.is_dir():
-        raise FreerockError(folder, "is no folder", "name the folder of the record files")
-    raw, yaml = root / "raw" / name, root / "config" / "campaigns" / f"{name}.yaml"
-    in_place = raw.is_dir() and raw.samefile(folder)
-    for path in (yaml, yaml.with_suffix(".csv"), *(() if in_place else (raw,))):
+    name, folder = chosen.name, Path(chosen.folder)
+    raw, yaml = Path("raw", name), Path("config/campaigns", f"{name}.yaml")
+    table, picture = yaml.with_suffix(".csv"), Path("results", name, QUICK_LOOK)
+    in_place = _in_place(name, folder, raw)
+    for path in (yaml, table, *(() if in_place else (raw,))):
         if path.exists():
             raise FreerockError(path, "exists already", "choose another name, or move it away first")
-    files = (path for path in sorted(folder.iterdir()) if path.suffix.lower() in READERS)
-    looks, refused = looks_to_take(path for path in files if path.is_file() and path.name != MANIFEST)
-    if not looks:
-        remedy = refused[0].remedy if refused else f"put files of {', '.join(READERS)} there"
-        why = f": {refused[0].where}: {refused[0].what}" if refused else ""
-        raise FreerockError(folder, f"holds no record that can be read{why}", remedy)
-
-    picture = root / "results" / name / QUICK_LOOK
+    looks, refused = _records_in(folder)
     draw_looks(looks[:MOST_DRAWN], picture)
     if not in_place:
         _copy(looks, raw)
     if not (raw / MANIFEST).exists():
         write_manifest(raw, [look.path.name for look in looks])
     sensors = _sensors(looks)
-    write_text(yaml.with_suffix(".csv"), _csv_text(looks, refused, sensors))
-    write_text(yaml, _yaml_text(name, sensors, picture.relative_to(root)))
-    named = _name_the_first(root / "config/config.yaml", name)
-    return NewCampaign(yaml, yaml.with_suffix(".csv"), raw, picture, tuple(looks), tuple(refused), named)
+    write_text(table, _csv_text(looks, refused, sensors))
+    write_text(yaml, _yaml_text(name, sensors, picture))
+    named = _name_the_first(Path("config/config.yaml"), name)
+    print("\n\n".join(map(look_text, looks)))
+    for error in refused:
+        print(f"left out: {error}", file=sys.stderr)
+    print(f"\nwritten: {raw}, {table}, {yaml}, {picture}")
+    print(f"next:    replace each {FILL_IN} in {yaml} and {table}")
+    print(f"         freerock check {name}")
+    print("         snakemake" if named else f"         snakemake --config campaigns={name}")
+    if not named:
+        print("To analyse it with every `snakemake`, add its name to campaigns in config/config.yaml.")
+
+
+def _in_place(name: str, folder: Path, raw: Path) -> bool:
+    """Whether the folder is the campaign's raw folder itself; refuses a name or folder that can't be used."""
+    if fault := name_fault(name):
+        raise FreerockError("NAME", *fault)
+    if name in RESERVED:
+        raise FreerockError(name, "is a folder of results", "choose another name")
+    if not folder.is_dir():
+        raise FreerockError(folder, "is no folder", "name the folder of the record files")
+    return raw.is_dir() and raw.samefile(folder)
+
+
+def _records_in(folder: Path) -> tuple[list[RecordLook], list[FreerockError]]:
+    """The record files of a folder, not of those below it, and why others can't be taken."""
+    files = (path for path in sorted(folder.iterdir()) if path.suffix.lower() in READERS)
+    looks, refused = looks_to_take(path for path in files if path.is_file() and path.name != MANIFEST)
+    if not looks:
+        remedy = refused[0].remedy if refused else f"put files of {', '.join(READERS)} there"
+        why = f": {refused[0].where}: {refused[0].what}" if refused else ""
+        raise FreerockError(folder, f"holds no record that can be read{why}", remedy)
+    return looks, refused
 
 
 def _name_the_first(path: Path, name: str) -> bool:
@@ -145,10 +122,10 @@ def _copy(looks: Sequence[RecordLook], raw: Path) -> None:
         raise
 
 
-def _proposed(look: RecordLook) -> tuple[ChannelLook, ...]:
+def _proposed(look: RecordLook) -> Sequence[ChannelLook]:
     """The channels that may be the sensor's: those whose unit is one of a sensor, else all."""
-    known = tuple(channel for channel in look.readable if understood(channel.units))
-    return known or look.readable
+    known = [channel for channel in look.channels if understood(channel.units)]
+    return known or look.channels
 
 
 def _sensors(looks: Sequence[RecordLook]) -> Sensors:
@@ -180,11 +157,11 @@ def _csv_text(looks: Sequence[RecordLook], refused: Sequence[FreerockError], sen
     taken: set[str] = set()
     for look in looks:
         among = _proposed(look)
-        out.write(_comment(f"{look.path.name}: {', '.join(map(_in_words, look.readable))}"))
+        out.write(_comment(f"{look.path.name}: {', '.join(map(_in_words, look.channels))}"))
         if len({(each.n_samples, each.rate_hz, each.start_s) for each in among}) > 1:
             tests = [(f"{look.path.stem}_{each.name}", each.name, each) for each in among]  # a test each
         else:
-            channel = "" if len(look.readable) == 1 else among[0].name if len(among) == 1 else FILL_IN
+            channel = "" if len(look.channels) == 1 else among[0].name if len(among) == 1 else FILL_IN
             tests = [(look.path.stem, channel, among[0])]
         for test, channel, each in tests:
             cells = [_test_name(test, taken), look.path.name, channel, "block1", "foundation1"]

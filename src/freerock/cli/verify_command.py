@@ -27,7 +27,8 @@ def run(chosen: Namespace) -> None:
     """Print what differs, and how many files do not; raise when there is anything."""
     n_differing = 0
     for name in load_config(campaigns=chosen.campaign or None):
-        listed = listed_files(name)
+        known = read_json(f"results/{name}/provenance.json", "run snakemake")
+        listed: dict[str, str] = known["inputs"] | known["products"]
         told = {path: state_of(path, checksum) for path, checksum in listed.items()}
         differing = [f"{state}: {path}" for path, state in told.items() if state]
         n_differing += len(differing)
@@ -35,18 +36,6 @@ def run(chosen: Namespace) -> None:
     if n_differing:
         remedy = "restore record files; make products again: snakemake --forcerun FILE …"
         raise FreerockError("results", f"{n_differing} files are not as they were", remedy)
-
-
-def listed_files(name: str) -> dict[str, str]:
-    """SHA-256 of each record file and product of a campaign, by its path.
-
-    Raises
-    ------
-    FreerockError
-        The campaign has no provenance.json.
-    """
-    known = read_json(f"results/{name}/provenance.json", "run snakemake")
-    return {**known["inputs"], **known["products"]}
 
 
 def state_of(path: str, checksum: str) -> str:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -10,33 +9,26 @@ from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
 from freerock.errors import printable
-from freerock.figures.style import styled
+from freerock.figures.style import WIDTH_IN, styled
 from freerock.files import atomic
 
 
-class Panel(NamedTuple):
-    """A channel to draw: title and label of its axis, times [s] and values, shape (n_samples,) each."""
+def draw(panels: Sequence[tuple[str, str, Floats, Floats]], path: Path) -> None:
+    """Draw a panel per channel over time, as PNG, the same bytes each time.
 
-    title: str
-    ylabel: str
-    time_s: Floats
-    values: Floats
-
-
-def draw(panels: Sequence[Panel]) -> Figure:
-    """A panel per channel over time."""
+    Parameters
+    ----------
+    panels : sequence of (str, str, ndarray, ndarray)
+        Title and label of the axis of each, times [s] and values, shape (n_samples,) each.
+    path : path
+    """
     with styled(), rc_context({"text.parse_math": False}):  # a $ in a name is a $
-        figure = Figure(figsize=(7.0, 0.6 + 1.3 * max(1, len(panels))), layout="constrained")
-        axes = figure.subplots(max(1, len(panels)), 1, squeeze=False)[:, 0]
-        for ax, panel in zip(axes, panels, strict=False):
-            ax.plot(panel.time_s, panel.values, color="black", linewidth=0.7)
-            ax.set_title(printable(panel.title), loc="left")
-            ax.set_ylabel(printable(panel.ylabel))
+        figure = Figure(figsize=(WIDTH_IN, 0.6 + 1.3 * len(panels)), layout="constrained")
+        axes = figure.subplots(len(panels), 1, squeeze=False)[:, 0]
+        for ax, (title, label, time_s, values) in zip(axes, panels, strict=True):
+            ax.plot(time_s, values, color="black", linewidth=0.7)
+            ax.set_title(printable(title), loc="left")
+            ax.set_ylabel(printable(label))
         axes[-1].set_xlabel("time / s")
-    return figure
-
-
-def save_picture(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG, the same bytes each time."""
     with atomic(path) as partial:
         FigureCanvasAgg(figure).print_png(partial, metadata={"Software": None})
