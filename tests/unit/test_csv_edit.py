@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from freerock.errors import FreerockError
-from freerock.review.csv_edit import Edit, edited
+from freerock.review.csv_edit import edited
 
 HEAD = "test,file,channel,block,foundation,laser,exclude,override,reason,note"
 ROW = "{0},{0}.tdms,,tall,mat,high,{1},{2},{3},{4}"
@@ -53,7 +53,7 @@ AWKWARD = {
         '\ntwo,two.tdms,,tall,mat,high,2,,"slipped, a little",\n',
     ),
 }
-EDITS = [Edit("two", "exclude", "2"), Edit("two", "reason", "slipped, a little")]
+EDITS = [("two", "exclude", "2"), ("two", "reason", "slipped, a little")]
 
 
 @pytest.mark.parametrize("name", AWKWARD)
@@ -79,7 +79,7 @@ def test_whatever_a_file_holds_only_one_cell_changes(cells, end, value):
     writer.writerows([f"t{i}", *row] for i, row in enumerate(cells))
     content = out.getvalue().encode()
     try:
-        made = edited(content, [Edit("t0", "note", value)])
+        made = edited(content, [("t0", "note", value)])
     except FreerockError as error:
         assert "control character" in str(error)
         return

@@ -21,7 +21,6 @@ from freerock.config.record import Record
 from freerock.config.values import Number, Section, Text, Whole, key
 from freerock.errors import FreerockError
 
-COLUMNS = ("exclude", "override", "reason", "note")
 Run = Annotated[Whole, Field(ge=1, le=999_999)]
 Seconds = Annotated[Number, Field(ge=-1e9, le=1e9), AfterValidator(lambda time_s: round(time_s, 6))]
 

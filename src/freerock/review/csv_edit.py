@@ -9,7 +9,6 @@ import unicodedata
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import NamedTuple
 
 from freerock.config.record import rows_in, wrong_length
 from freerock.config.yaml_lines import text_of
@@ -20,28 +19,20 @@ KEY = "test"  # the column that names a record
 READ_AGAIN = "read the file again; what was not saved is kept"
 
 
-class Edit(NamedTuple):
-    """A cell and what it is to hold."""
-
-    test: str
-    column: str
-    value: str
-
-
 def digest(content: bytes) -> str:
     """By which a file is known again."""
     return hashlib.sha256(content).hexdigest()
 
 
-def edited(content: bytes, edits: Sequence[Edit], path: str | Path = "CSV") -> bytes:
+def edited(content: bytes, edits: Sequence[tuple[str, str, str]], path: str | Path = "CSV") -> bytes:
     """The file with some cells changed; a column that it lacks is added at the end of each record.
 
     Parameters
     ----------
     content : bytes
         The file, in UTF-8.
-    edits : sequence of Edit
-        Of two for one cell the later counts.
+    edits : sequence of (str, str, str)
+        Test, column and value of each; of two for one cell the later counts.
     path : path, optional
         For errors.
 
@@ -52,8 +43,8 @@ def edited(content: bytes, edits: Sequence[Edit], path: str | Path = "CSV") -> b
         closed; a record with more or fewer cells than the first line.
     """
     wanted: dict[str, dict[str, str]] = {}
-    for edit in edits:
-        wanted.setdefault(edit.test, {})[edit.column] = _plain(edit, path)
+    for test, column, value in edits:
+        wanted.setdefault(test, {})[column] = _plain(test, column, value, path)
     rows, lines = rows_in(text_of(content, Path(path)), path), content.decode().split("\n")
     header = rows[0][1] if rows else []
     if KEY not in header:
@@ -66,7 +57,7 @@ def edited(content: bytes, edits: Sequence[Edit], path: str | Path = "CSV") -> b
         if tests.count(test) != 1:
             what = f"{test!r} is there twice" if test in tests else f"there is no record {test!r}"
             raise FreerockError(path, what, "read the file again and choose another record")
-    added = [column for column in dict.fromkeys(edit.column for edit in edits) if column not in header]
+    added = [column for column in dict.fromkeys(column for _, column, _ in edits) if column not in header]
     for number, cells in rows:
         own = wanted.get(cells[header.index(KEY)], {})
         made = [own.get(column, cell) for column, cell in zip(header, cells, strict=True)]
@@ -81,7 +72,7 @@ def edited(content: bytes, edits: Sequence[Edit], path: str | Path = "CSV") -> b
 def save_edits(
     path: str | Path,
     known: str,
-    edits: Sequence[Edit],
+    edits: Sequence[tuple[str, str, str]],
     beside: Callable[[bytes], Mapping[Path, bytes]] = lambda made: {},
 ) -> bytes:
     """Change cells of a CSV file after what is beside it; returns its new content.
@@ -92,7 +83,7 @@ def save_edits(
         The file.
     known : str
         `digest` of its content as it was read: nobody may have changed it since.
-    edits : sequence of Edit
+    edits : sequence of (str, str, str)
     beside : callable
         Gives what other files will hold, by the new content; what it raises, nothing is written after.
 
@@ -132,11 +123,11 @@ def locked(path: Path) -> Iterator[bytes]:
         yield content
 
 
-def _plain(edit: Edit, path: str | Path) -> str:
+def _plain(test: str, column: str, text: str, path: str | Path) -> str:
     """A value without spaces around it; refused where it is no line of text."""
-    value = edit.value.strip()
+    value = text.strip()
     if any(unicodedata.category(letter) in ("Cc", "Cs", "Zl", "Zp") for letter in value):
-        what = f"the {edit.column} of {edit.test} would hold a line break or another control character"
+        what = f"the {column} of {test} would hold a line break or another control character"
         raise FreerockError(path, what, "write it in one line")
     return value
 

@@ -17,7 +17,7 @@ from freerock.files import listed_checksums, read_bytes, write_bytes
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review.corrections import Correction, corrected, corrected_cells, correction_of
-from freerock.review.csv_edit import Edit, digest, locked, save_edits
+from freerock.review.csv_edit import digest, locked, save_edits
 from freerock.review.listing import analysed_lines, is_behind, listed_rows
 from freerock.review.pictures import lines_of_record, means_of, run_picture
 from freerock.review.reprocessing import Analysed, Bench
@@ -260,7 +260,7 @@ class Desk:
 
     def _write(self, lines: Sequence[Change], known: str) -> None:
         """Change the CSV and the log together, if the configuration takes the CSV as it will be."""
-        edits = [Edit(each.test, each.cell, each.after) for each in lines]
+        edits = [(each.test, each.cell, each.after) for each in lines]
         campaign, log = self.campaign, b""
 
         def beside(made: bytes) -> dict[Path, bytes]:

@@ -39,12 +39,8 @@ class Look(Sent):
     seen: bool = key("true or false")
 
 
-class Asked(Section):
-    """What an address requires; its values are texts."""
-
-
-class OfTest(Asked):
-    """A record."""
+class OfTest(Section):
+    """A record; in an address, so that its values are texts."""
 
     test: Test
 
@@ -66,9 +62,9 @@ class Window(OfTest):
 
 DONE: dict[str, type[Section]] = {"refit": Refit, "keep": Keep, "undo": Sent, "look": Look}
 REQUESTS: dict[str, type[Section]] = {
-    "list": Asked,
-    "again": Asked,
-    "styles": Asked,
+    "list": Section,
+    "again": Section,
+    "styles": Section,
     "record": OfRecord,
     "means": OfTest,
     "window": Window,

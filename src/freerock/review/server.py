@@ -34,7 +34,6 @@ POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-LONG = ("refit",)  # what takes long
 HEADERS = {
     "Content-Security-Policy": POLICY,
     "X-Content-Type-Options": "nosniff",
@@ -173,7 +172,7 @@ class Do(Page):
             return
         if what == "refit":
             given["needed"] = self.work.needed()
-        await self.answer(partial(getattr(self.desk, what), **given), long=what in LONG)
+        await self.answer(partial(getattr(self.desk, what), **given), long=what == "refit")
 
 
 def application(desk: Desk, token: str, once: str = "") -> tornado.web.Application:

@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,16 +14,9 @@ from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.units import BASE
 
 Json = dict[str, Any]
+Channel = tuple[str, str, NDArray[np.float32]]
 BINS = 900  # of a curve, with two samples drawn in each: about as many as it has columns on the screen
 FLAGGED_DRAWN = 200  # stretches of invalid samples drawn; those that are near each other become one
-
-
-class ShownChannel(NamedTuple):
-    """What was recorded, in its unit; values of shape (n_time,), in single precision."""
-
-    label: str
-    unit: str
-    values: NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -36,7 +29,8 @@ class Signals:
         First instant and sampling interval [s].
     n : int
         Samples.
-    channels : list of ShownChannel
+    channels : list of (str, str, ndarray of float32)
+        Label, unit and values, shape (n,), of what was recorded.
     theta : ndarray, shape (n,), or None
         Rotation [rad] in single precision; None where the channels could not become one.
     flags : ndarray of uint8, shape (n,), or None
@@ -46,7 +40,7 @@ class Signals:
     start_s: float
     step_s: float
     n: int
-    channels: list[ShownChannel]
+    channels: list[Channel]
     theta: NDArray[np.float32] | None = None
     flags: Flags | None = None
 
@@ -86,19 +80,17 @@ def signals_of(record: xr.Dataset) -> Signals:
     """The signals of a record over time [s]: channels, and where it could be processed theta [rad], flags."""
     time_s = record["time"].values
     step_s = float(time_s[-1] - time_s[0]) / (len(time_s) - 1) if len(time_s) > 1 else 1.0
-    even = Signals(float(time_s[0]), step_s, len(time_s), [*_channels(record)])
-    if "theta" not in record:
-        return even
-    return replace(even, theta=_single(record["theta"]), flags=record["flags"].values)
+    found = (_single(record["theta"]), record["flags"].values) if "theta" in record else ()
+    return Signals(float(time_s[0]), step_s, len(time_s), [*_channels(record)], *found)
 
 
-def _channels(record: xr.Dataset) -> Iterator[ShownChannel]:
+def _channels(record: xr.Dataset) -> Iterator[Channel]:
     for name, variable in record.data_vars.items():
         kind, _, second = str(name).partition("_")
         if variable.dims == ("time",) and (kind in BASE or "theta" not in record):
             label = f"{kind} of laser {second}" if second.isdigit() else kind
             unit = BASE.get(kind) or str(variable.attrs.get("units", ""))
-            yield ShownChannel(label, unit, _single(variable))
+            yield label, unit, _single(variable)
 
 
 def _single(variable: xr.DataArray) -> NDArray[np.float32]:
