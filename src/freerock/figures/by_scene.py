@@ -14,7 +14,7 @@ from freerock.figures.style import Axes, Drawing, Labels, styled
 from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS
-from freerock.tables.number_text import fixed
+from freerock.tables.number_text import fixed, number_of
 from freerock.tables.swings import first_runs, swings
 
 MARKERS = "os^Dv<>p*h"  # of the runs of a record
@@ -76,7 +76,7 @@ def figure_of(
         """How many points and runs are drawn."""
         seen = data[data["source"] == "experiment"]
         n = len(seen[["test", "run"]].drop_duplicates())
-        return f"{style.number_of(len(seen), point).capitalize()} of {style.number_of(n, 'run')}."
+        return f"{number_of(len(seen), point).capitalize()} of {number_of(n, 'run')}."
 
     return draw, caption
 

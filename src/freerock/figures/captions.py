@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 
-@cache
 def caption_of(module: str) -> dict[str, Any]:
     """What a figure is called, what it shows, and what is read for it.
 

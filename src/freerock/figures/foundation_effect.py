@@ -41,7 +41,7 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
 
     beside = 1 if len(blocks) <= MOST_BELOW else style.fit_beside(len(blocks), style.ALONE_IN)
     rows = -(-len(blocks) // beside)
-    figure = Figure(figsize=style.size(0.6 + 1.75 * rows))
+    figure = Figure(figsize=(style.WIDTH_IN, 0.6 + 1.75 * rows))
     axes = figure.subplots(rows, beside, squeeze=False).ravel()
     for i, (ax, block) in enumerate(zip(axes, blocks, strict=False)):
         ax.axhline(0, color="0.6", linewidth=0.5)

@@ -14,14 +14,10 @@ from freerock.figures.style import Axes, Drawing, Labels, Style, styled
 from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.tables.choices import laws_of_foundations, named_by
-from freerock.tables.number_text import quantity
+from freerock.tables.number_text import number_of, quantity
 
 MOST_RECORDS = 12  # of a foundation: with more, as many of them evenly, without rows of their runs
-ROW_IN, FRAME_IN, LEAST_ROWS = (
-    0.16,
-    0.75,
-    8.0,
-)  # height of a row, of a panel's frame, and rows it has at least
+ROW_IN, FRAME_IN, LEAST_ROWS = 0.16, 0.75, 8.0  # height of a row, of a panel's frame, and its least rows
 COLUMNS = ["level", "model", "test", "run", "block", "foundation", "parameter", "value", "u", "correlation"]
 COLUMNS += ["rejected", "named_by"]
 LOOKS: dict[str, tuple[Style, str]] = {
@@ -65,7 +61,7 @@ def draw(
     beside = max(len(own) + (len(own) > 1) for own in names.values())
     of_base = {base: _rows(data[data["foundation"] == base], labels) for base in laws}
     room = [FRAME_IN + ROW_IN * max(LEAST_ROWS, len(rows)) for rows in of_base.values()]
-    figure = Figure(figsize=style.size(0.3 + sum(room)))
+    figure = Figure(figsize=(style.WIDTH_IN, 0.3 + sum(room)))
     axes = figure.subplots(len(laws), beside, squeeze=False, height_ratios=room)
     for line, (base, rows) in zip(axes, of_base.items(), strict=True):
         own = data[data["foundation"] == base]
@@ -93,7 +89,7 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
         on = ", ".join(known.get(each, each) for each in own["foundation"].unique())
         several = data["model"].nunique() > 1
         told.append(f"{MODEL_LABELS[model]}{f' ({on})' * several}, selected for {named}")
-    drawn = style.number_of(data["test"].replace("", pd.NA).nunique(), "record")
+    drawn = number_of(data["test"].replace("", pd.NA).nunique(), "record")
     return f"Law{'s' * (len(told) > 1)}: {'; '.join(told)}. {drawn.capitalize()}."
 
 

@@ -4,11 +4,10 @@ import pandas as pd
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from freerock.figures import style
-from freerock.figures.by_scene import MARKERS, SHADES, run_handles
+from freerock.figures.by_scene import HEIGHT_IN, MARKERS, SHADES, run_handles
 from freerock.figures.style import Axes, Drawing, Labels, styled
 from freerock.models.laws import MODEL_LABELS
 
-HEIGHT_IN = 2.0
 TICKS = (1.0, 2.0, 3.0, 5.0)  # of a decade
 
 

@@ -43,7 +43,7 @@ def draw(
     low = 0.2 * tallest
     high = [1.12 * max(heights[i * beside : (i + 1) * beside]) for i in range(rows)]
     room = [(low + each) / (1.32 * tallest) for each in high]
-    figure = Figure(figsize=style.size(0.2 + 0.3 * rows + 2.3 * sum(room)))
+    figure = Figure(figsize=(style.WIDTH_IN, 0.2 + 0.3 * rows + 2.3 * sum(room)))
     axes = figure.subplots(rows, beside, squeeze=False, height_ratios=room)  # one scale for all
     for i, (ax, (name, block)) in enumerate(zip(axes.ravel(), shown.items(), strict=False)):
         _panel(ax, block, set_ups[name], labels)

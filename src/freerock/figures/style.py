@@ -26,7 +26,6 @@ from freerock.files import atomic
 from freerock.models.free_parameters import SYMBOLS, unit_of
 from freerock.tables.csvfile import write_csv
 from freerock.tables.number_text import fixed, in_words, with_unit
-from freerock.tables.number_text import number_of as number_of
 
 Axes = Any
 """Axes of Matplotlib: its hints do not say what an array of them holds."""
@@ -43,15 +42,10 @@ styled = functools.partial(matplotlib.rc_context, fname=HERE / "freerock.mplstyl
 """Context manager and decorator that draws in the style sheet, whatever the user's own settings are."""
 
 
-def size(height_in: float) -> tuple[float, float]:
-    """Size of a figure of so much height, as wide as both columns of a journal's page [inch]."""
-    return WIDTH_IN, height_in
-
-
 def legend_columns(labels: Sequence[str], room: float = 1.0) -> int:
     """How many columns of a legend fit side by side into so much of the figure's width."""
     points = _points("legend.fontsize")
-    inches = room * size(1)[0]
+    inches = room * WIDTH_IN
     beside = points * (matplotlib.rcParams["legend.handlelength"] + 2.8)  # handle and spaces
     widths = [beside + CHARACTER * points * len(text.replace("$", "")) for text in labels]
     for n in range(len(labels), 1, -1):
@@ -62,7 +56,7 @@ def legend_columns(labels: Sequence[str], room: float = 1.0) -> int:
 
 def wrapped(text: str, room: float) -> str:
     """A title or label of an axis without formulas, broken where it is wider than so much of the figure."""
-    characters = room * size(1)[0] * 72 / (CHARACTER * _points("axes.titlesize"))
+    characters = room * WIDTH_IN * 72 / (CHARACTER * _points("axes.titlesize"))
     return as_text(textwrap.fill(text.replace(r"\$", "$"), max(8, int(characters))))
 
 
@@ -117,8 +111,8 @@ def recorded(origin: str) -> Style:
     return MEASURED | {"label": "simulated record" if origin == "simulated" else origin}
 
 
-def runs_told(data: pd.DataFrame) -> str:
-    """The runs of a figure's numbers, as its caption names them."""
+def drawn_runs(data: pd.DataFrame, labels: Labels = None) -> str:
+    """Sentence of a caption about the runs drawn; what to say where there is none."""
     runs = data[["test", "run"]].dropna().astype(str).drop_duplicates()
     of_runs: dict[tuple[str, ...], list[str]] = {}  # tests by the runs that are drawn of each
     for test, own in runs.groupby("test", sort=False)["run"]:
@@ -127,13 +121,7 @@ def runs_told(data: pd.DataFrame) -> str:
         f"run{'s' * (len(each) > 1)}\N{NO-BREAK SPACE}{in_words(each)} of {in_words(tests)}"
         for each, tests in of_runs.items()
     ]
-    return "; ".join(named)
-
-
-def drawn_runs(data: pd.DataFrame, labels: Labels = None) -> str:
-    """Sentence of a caption about the runs drawn; what to say where there is none."""
-    told = runs_told(data)
-    return f"Drawn: {told}." if told else "No run can be drawn."
+    return f"Drawn: {'; '.join(named)}." if named else "No run can be drawn."
 
 
 def thin(n_samples: int, n_drawn: int = 1000) -> NDArray[np.intp]:
@@ -173,7 +161,7 @@ def footer(figure: Figure, origin: str) -> None:
 
 def nothing_drawn(why: str, origin: str) -> Figure:
     """A figure that says why there is nothing in it."""
-    figure = Figure(figsize=size(0.8))
+    figure = Figure(figsize=(WIDTH_IN, 0.8))
     figure.set_layout_engine("none")
     figure.text(0.5, 0.6, why, ha="center")
     footer(figure, origin)
@@ -182,7 +170,7 @@ def nothing_drawn(why: str, origin: str) -> Figure:
 
 def fit_beside(n: int, narrowest_in: float) -> int:
     """How many of so many panels stand side by side in the figure's width."""
-    return max(1, min(n, int(size(1)[0] / narrowest_in)))
+    return max(1, min(n, int(WIDTH_IN / narrowest_in)))
 
 
 NARROWEST_IN, ALONE_IN = 1.7, 2.1  # of a panel of a scene, below one of its foundation and else
@@ -240,7 +228,7 @@ def panels_per_scene(
         The panels of each block and foundation.
     """
     n, (rows, beside, places) = len(ratios), _places(scenes)
-    figure = Figure(figsize=size(0.5 + height_in * rows))
+    figure = Figure(figsize=(WIDTH_IN, 0.5 + height_in * rows))
     axes = figure.subplots(n * rows, beside, squeeze=False, height_ratios=[*ratios] * rows, **shared)
     panels: dict[Scene, tuple[Axes, ...]] = {}
     for scene, (i, j) in places.items():

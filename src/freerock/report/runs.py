@@ -1,6 +1,5 @@
 """The runs of a campaign as the report lists them: verdicts, laws and why, changes by hand."""
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -80,19 +79,17 @@ def _left_out(left: pd.DataFrame) -> str:
 
 def printed_tests(choice: pd.DataFrame, runs: pd.DataFrame) -> Printed:
     """The candidates of each run with their p-values."""
-    numbers = {"residual_over_noise": "Residual / noise", "p_prediction": "p (prediction)"}
-    shown = choice[choice["test"].isin(runs["test"]) & (choice["status"] != "not_fitted")].head(
-        3 * MOST_LISTED
-    )
+    shown = choice[choice["test"].isin(runs["test"]) & (choice["status"] != "not_fitted")]
     rows = [
         {
-            "Record": row["test"],
-            "Run": str(row["run"]),
-            "Candidate": MODEL_LABELS[row["model"]],
-            "Status": STATUS_WORDS[row["status"]],
-            **{head: _number(row[name]) for name, head in numbers.items() if name in row},
+            "Record": row.test,
+            "Run": str(row.run),
+            "Candidate": MODEL_LABELS[row.model],
+            "Status": STATUS_WORDS[row.status],
+            "Residual / noise": quantity(row.residual_over_noise, digits=2),
+            "p (prediction)": quantity(row.p_prediction, digits=2),
         }
-        for row in shown.to_dict("records")
+        for row in shown.head(3 * MOST_LISTED).itertuples()
     ]
     return Printed(pd.DataFrame(rows), "Candidates and tests", ["All: tables/choice.csv."])
 
@@ -126,9 +123,3 @@ def changes_seen(changes: Sequence[Change], runs: pd.DataFrame) -> str:
     mine = [each for key, each in looked.items() if key in known]
     people = ", ".join(sorted({each.login for each in mine}))
     return f"Looked at: {len(mine)} of {len(known)} runs, by {people}." if mine else ""
-
-
-def _number(value: Any) -> str:
-    return (
-        quantity(float(value), digits=2) if isinstance(value, int | float) and math.isfinite(value) else "–"
-    )

@@ -27,7 +27,7 @@ def draw(frame: pd.DataFrame) -> Drawing:
     figure, data : Figure, pandas.DataFrame
         Columns group, case, normal and error_over_u.
     """
-    figure, parts = Figure(figsize=style.size(3.2)), []
+    figure, parts = Figure(figsize=(style.WIDTH_IN, 3.2)), []
     axes = figure.subplots(1, len(GROUPS), squeeze=False, sharey=True)[0]
     for ax, (group, names) in zip(axes, GROUPS.items(), strict=True):
         own = frame[frame["parameter"].isin(names) & (frame["u"] > 0)]

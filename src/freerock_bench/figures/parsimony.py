@@ -27,7 +27,7 @@ def draw(frame: pd.DataFrame) -> Drawing:
     """
     data = frame[frame["parameter"] == EVIDENCE]
     data = data.assign(numbers=[len(MODELS[model]) + CANDIDATES[model].width for model in data["note"]])
-    figure = Figure(figsize=style.size(3.2))
+    figure = Figure(figsize=(style.WIDTH_IN, 3.2))
     ax = figure.subplots()
     for _, own in data.groupby("test"):
         best = own.groupby("numbers")["value"].min()
