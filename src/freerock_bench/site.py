@@ -14,7 +14,6 @@ import re
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
 from contextlib import redirect_stdout, suppress
 from pathlib import Path
 from unittest.mock import patch
@@ -50,8 +49,9 @@ def stage(source: Path) -> None:
     shutil.copytree(ROOT / "docs/images", source / "images", ignore=shutil.ignore_patterns("*.py", "*.csv"))
     for name in ("conf.py", "site.css"):
         shutil.copy(ROOT / "docs/site" / name, source / name)
-    written = {page: converted(text, f"docs/{page}", page) for page, text in documents()}
-    for path, page in PAGES["outside"].items():
+    found = [path.relative_to(ROOT).as_posix() for path in sorted((ROOT / "docs").rglob("*.md"))]
+    written = {}
+    for path, page in ({each: each.removeprefix("docs/") for each in found} | PAGES["outside"]).items():
         written[page] = converted((ROOT / path).read_text(encoding="utf-8"), path, page)
     written |= {"command-line.md": command_line(), "columns.md": columns_page(), **api()}
     written["gallery.md"] = gallery()
@@ -62,12 +62,6 @@ def stage(source: Path) -> None:
     for page, text in written.items():
         (source / page).parent.mkdir(exist_ok=True)
         (source / page).write_text(text, encoding="utf-8")
-
-
-def documents() -> Iterator[tuple[str, str]]:
-    """Address below docs/ and text of each written page."""
-    for path in sorted((ROOT / "docs").rglob("*.md")):
-        yield path.relative_to(ROOT / "docs").as_posix(), path.read_text(encoding="utf-8")
 
 
 def converted(text: str, source: str, page: str) -> str:
@@ -139,20 +133,17 @@ def help_of(*words: str) -> str:
 
 def api() -> dict[str, str]:
     """A page for each room that has public names, and the list of all."""
-    rooms: dict[str, list[tuple[str, str]]] = {}
+    rooms: dict[str, list[str]] = {}
+    rows = []
     for name in freerock.__all__:
-        module = getattr(freerock, name).__module__
-        room = module.split(".")[1]
-        rooms.setdefault("config" if room == "errors" else room, []).append((name, f"{module}.{name}"))
-    pages = {
-        f"api/{room}.md": f"# freerock: {room}\n\n" + "\n\n".join(described(*each) for each in names) + "\n"
-        for room, names in rooms.items()
-    }
-    rows = [
-        f"| {{py:obj}}`{name} <{path}>` | {first_line(name)} |"
-        for names in rooms.values()
-        for name, path in names
-    ]
+        found = getattr(freerock, name)
+        path, room = f"{found.__module__}.{name}", found.__module__.split(".")[1]
+        kind = "class" if inspect.isclass(found) else "function"
+        directive = f"```{{eval-rst}}\n.. auto{kind}:: {path}\n```\n"
+        rooms.setdefault("config" if room == "errors" else room, []).append(directive)
+        first_line = (inspect.getdoc(found) or "").partition("\n")[0].replace("|", "\\|")
+        rows.append(f"| {{py:obj}}`{name} <{path}>` | {first_line} |")
+    pages = {f"api/{room}.md": f"# freerock: {room}\n\n" + "\n".join(own) for room, own in rooms.items()}
     pages["api/index.md"] = (
         "# Python API\n\nPublic names of `freerock`. Units are SI. Angles are in radians.\n"
         "Everything else is internal and may change.\n\n| name | what it is |\n|---|---|\n"
@@ -163,21 +154,10 @@ def api() -> dict[str, str]:
     return pages
 
 
-def described(name: str, path: str) -> str:
-    """The directive that documents a public name."""
-    kind = "class" if inspect.isclass(getattr(freerock, name)) else "function"
-    return f"```{{eval-rst}}\n.. auto{kind}:: {path}\n```"
-
-
-def first_line(name: str) -> str:
-    """The first line of a docstring."""
-    return (inspect.getdoc(getattr(freerock, name)) or "").partition("\n")[0].replace("|", "\\|")
-
-
 def gallery() -> str:
     """The figures of a report, each with its caption and the Python that draws it."""
     figures = [
-        f"## {each['title'].format(Measured='Simulated')}\n\n"
+        f"## {each['title']}\n\n"
         f"```{{figure}} images/report_{name}.png\n\n{each['caption']}\n```\n\n"
         f"```python\n{program(name)}\n```\n"
         for name, each in ((name, caption_of(f"freerock.figures.{name}")) for name in FIGURES)
