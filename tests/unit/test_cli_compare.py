@@ -43,15 +43,15 @@ def changed(tables, factor):
 
 
 def test_the_same_analysis_is_the_same(a):
-    found = compare_results(a, a)
-    assert set(found.parameters["verdict"]) == {"identical"} and found.others == []
+    parameters, others = compare_results(a, a)
+    assert set(parameters["verdict"]) == {"identical"} and others == []
 
 
 @pytest.mark.parametrize(("shift", "verdict"), [(0.9, "within"), (-1.1, "changed")])
 def test_more_than_one_standard_error_is_a_change(a, tables, tmp_path, shift, verdict):
     """r = 0.957 ± 0.0012."""
     b = write(tmp_path / "b", changed(tables, 1 + shift * 0.0012 / 0.957))
-    row = compare_results(a, b).parameters.query("verdict != 'identical'").iloc[0]
+    row = compare_results(a, b)[0].query("verdict != 'identical'").iloc[0]
     assert (row["model"], row["parameter"], row["verdict"]) == ("housner", "r", verdict)
     assert row["ratio"] == pytest.approx(shift, rel=1e-3)
 
@@ -63,9 +63,9 @@ def test_choices_verdicts_inputs_and_settings_that_differ(a, tables, tmp_path, c
     fewer = tables["parameters"].query("model != 'winkler' or test != 'b1_marble'")
     other = {"choice": choice, "runs": runs, "parameters": fewer}
     b = write(tmp_path / "b", tables | other, "1b", fits={"debonding": "tensionless"})
-    found = compare_results(a, b)
-    assert set(found.parameters["verdict"]) == {"identical", "only a"}
-    assert set(found.others) == {
+    parameters, others = compare_results(a, b)
+    assert set(parameters["verdict"]) == {"identical", "only a"}
+    assert set(others) == {
         ("b1_marble, run 1: model", "hunt_crossley", "winkler"),
         ("b1_marble, run 2: verdict", "ok", "warn"),
         ("config.fits.debonding", "geometric", "tensionless"),

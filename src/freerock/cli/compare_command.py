@@ -10,7 +10,7 @@ fits see the same noise, so that their errors are not combined.
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -24,6 +24,7 @@ from freerock.tables.number_text import quantity
 
 KEY = ["test", "run", "model", "parameter"]
 COLUMNS = [*KEY, "unit", "value_a", "stderr_a", "value_b", "stderr_b", "ratio", "verdict"]
+Difference = tuple[str, str, str]
 NAME_RESULTS = "name the results of a campaign, as results/NAME"
 
 
@@ -36,30 +37,22 @@ def add_arguments(add: Callable[..., object]) -> None:
 
 def run(chosen: Namespace) -> None:
     """Print what changed."""
-    found = compare_results(chosen.a, chosen.b)
-    print(printable(comparison_text(found)))
+    parameters, others = compare_results(chosen.a, chosen.b)
+    print(printable(comparison_text(parameters, others)))
     if chosen.csv:
-        write_csv(found.parameters, chosen.csv)
+        write_csv(parameters, chosen.csv)
 
 
-class Comparison(NamedTuple):
-    """What `compare_results` finds.
+def compare_results(a: str | Path, b: str | Path) -> tuple[pd.DataFrame, list[Difference]]:
+    """Compare the products of two analyses, as `results/palermo_virtual`.
 
-    Parameters
-    ----------
+    Returns
+    -------
     parameters : pandas.DataFrame
         A row for each parameter of a or b, columns `COLUMNS`: ratio is b minus a over the larger standard
         error; verdict is "identical", "within", "changed", "only a" or "only b".
     others : list of (str, str, str)
         What else differs, in a, in b: verdict and law of a run, and what made the results.
-    """
-
-    parameters: pd.DataFrame
-    others: list[tuple[str, str, str]]
-
-
-def compare_results(a: str | Path, b: str | Path) -> Comparison:
-    """Compare the products of two analyses, as `results/palermo_virtual`.
 
     Raises
     ------
@@ -71,20 +64,20 @@ def compare_results(a: str | Path, b: str | Path) -> Comparison:
     verdicts = [_of_runs(_table(folder, "runs"), "verdict") for folder in folders]
     laws = [_of_runs(_table(folder, "choice").query("status == 'selected'"), "model") for folder in folders]
     others = [*_differing(*verdicts), *_differing(*laws), *_differing(*made_by)]
-    return Comparison(_parameters(*(_table(folder, "parameters") for folder in folders)), others)
+    return _parameters(*(_table(folder, "parameters") for folder in folders)), others
 
 
-def comparison_text(found: Comparison) -> str:
+def comparison_text(parameters: pd.DataFrame, others: Sequence[Difference]) -> str:
     """What a comparison prints: only what differs."""
-    counts = found.parameters["verdict"].value_counts(sort=False)
+    counts = parameters["verdict"].value_counts(sort=False)
     parts = ["parameters: " + ", ".join(f"{n} {verdict}" for verdict, n in counts.items())]
-    shown = found.parameters[~found.parameters["verdict"].isin(["identical", "within"])]
+    shown = parameters[~parameters["verdict"].isin(["identical", "within"])]
     rows = [("record", "run", "model", "parameter", "a", "b", "(b − a)/stderr", "")]
     for row in shown.itertuples():
         values = quantity(row.value_a, row.stderr_a), quantity(row.value_b, row.stderr_b)
         rows.append((*map(str, row[1:5]), *values, quantity(row.ratio), row.verdict))
     parts += ["\n".join(aligned(rows))] * (len(rows) > 1)
-    parts += ["\n".join(aligned([("what differs", "a", "b"), *found.others]))] * bool(found.others)
+    parts += ["\n".join(aligned([("what differs", "a", "b"), *others]))] * bool(others)
     return "\n\n".join(parts)
 
 
@@ -113,7 +106,7 @@ def _made_by(folder: Path) -> dict[str, str]:
     return {".".join(key): str(value) for key, value in leaves(found | by_test)}
 
 
-def _differing(a: dict[str, str], b: dict[str, str]) -> Sequence[tuple[str, str, str]]:
+def _differing(a: dict[str, str], b: dict[str, str]) -> Sequence[Difference]:
     pairs = ((name, a.get(name, "–"), b.get(name, "–")) for name in dict.fromkeys([*a, *b]))
     return [pair for pair in pairs if pair[1] != pair[2]]
 
