@@ -1,10 +1,12 @@
 """Titles and captions of figures, read without their modules: Snakemake starts without Matplotlib."""
 
 import tomllib
-from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
+
+_CAPTIONS = tomllib.loads(Path(__file__).with_name("captions.toml").read_text(encoding="utf-8"))
+FIGURES = (*_CAPTIONS,)
+"""Figures of a campaign, in the order of the report."""
 
 
 def caption_of(module: str) -> dict[str, Any]:
@@ -18,26 +20,13 @@ def caption_of(module: str) -> dict[str, Any]:
     Returns
     -------
     dict
-        caption; of a figure of a campaign also title and reads: records, fits, tables by name,
-        blocks, set_ups.
+        title, caption and reads: records, fits, tables by name, blocks, set_ups.
     """
-    package, _, name = module.rpartition(".")
-    found: dict[str, Any] = _table(package)[name]
+    found: dict[str, Any] = _CAPTIONS[module.rpartition(".")[2]]
     return found
 
 
 def drawn_tables() -> list[str]:
     """Names of the tables that the figures of a campaign read."""
-    read = {each for name in FIGURES for each in caption_of(f"freerock.figures.{name}")["reads"]}
+    read = {each for caption in _CAPTIONS.values() for each in caption["reads"]}
     return sorted(read - {"records", "fits", "blocks", "set_ups"})
-
-
-@cache
-def _table(package: str) -> dict[str, Any]:
-    spec = find_spec(package)
-    assert spec is not None and spec.origin is not None, package
-    return tomllib.loads(Path(spec.origin).with_name("captions.toml").read_text(encoding="utf-8"))
-
-
-FIGURES = (*_table("freerock.figures"),)
-"""Figures of a campaign, in the order of the report."""

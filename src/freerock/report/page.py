@@ -31,9 +31,8 @@ from freerock.tables.choices import laws_of_foundations
 from freerock.tables.number_text import SIMULATED_NOTE
 from freerock.tables.printed import printed_tables
 
-INDEXED = re.compile(
-    r"(?<![A-Za-z0-9_])(ε|t|θ|σ)_(θ|f|th|ex|cr|r)(?![A-Za-z0-9_])"
-)  # in no name, as mat_foam
+# Symbols with an index, in no name, as mat_foam.
+INDEXED = re.compile(r"(?<![A-Za-z0-9_])(ε|t|θ|σ)_(θ|f|th|ex|cr|r)(?![A-Za-z0-9_])")
 
 
 def write_report(
