@@ -59,9 +59,10 @@ def housner_events(problem: Problem, time: Floats, rtol: float, limit: float = m
         if evaluations > limit:
             theta[last:] = np.nan
             return Solution(theta, evaluations, "step_limit")
-        if result.status != 1 or result.t_events[0][0] - start < rtol:
+        impact_s = result.t_events[0]
+        if not impact_s.size or impact_s[0] - start < rtol:  # at rest, overturned, or at the end
             break
-        start, rate = result.t_events[0][0], r * result.y_events[0][0][1]
+        start, rate = impact_s[0], r * result.y_events[0][0][1]
         state, sign = (0.0, rate), math.copysign(1.0, rate)
     return solution(problem, time, theta, evaluations, True)
 
