@@ -170,11 +170,13 @@ def _table3(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printe
         for row in frame.itertuples()
     ]
     about = f"Median of the runs, {PROCEDURE}."
-    beside = " In brackets: published." if frame["published"].notna().any() else ""
+    if frame["published"].notna().any():
+        beside = "In brackets: published"
+        notes = [each.replace("Published:", f"{beside},") for each in notes] or [f"{beside}."]
     caption = "ε_θ between recorded and modelled rotation"
     few = frame["block"].nunique() <= MOST_BESIDE
     text = _by_law("ε_θ / %", cells, labels) if few else _by_block(cells, labels, "ε_θ / %")
-    return Printed(text, caption, [about + beside, *notes])
+    return Printed(text, caption, [about, *notes])
 
 
 def _by_law(first: str, cells: Sequence[Cell], labels: Labels) -> pd.DataFrame:
