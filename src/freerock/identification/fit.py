@@ -42,7 +42,8 @@ class RoundSettings:
     far : float
         Times the noise, from which a law's round is a rough one.
     jumps, late : int, float
-        Of a round that creeps along a curved valley; and what impacts may be late after one, of a swing.
+        Gauss-Newton steps at most of a round that creeps along a curved valley; share of a swing by which an
+        impact may be late after one.
     """
 
     most: int = 4
@@ -148,7 +149,9 @@ class Followers:
         return self._followed.whole()
 
     def ends(self, roughly: bool = False) -> dict[int, Ended]:
-        """Where each run ends; a run starts with the law's numbers of the one before it.
+        """Where each run ends; a run starts with the law's numbers of the best run before it.
+
+        One that ends poorly beside the best is sought once more.
 
         `roughly` of a law that is far from the runs.
         """
@@ -236,7 +239,7 @@ def _round(end: Ended, sigma_r: float, level: float) -> Ended:
 
 
 def _ahead(end: Ended) -> Point:
-    """Where a Gauss-Newton step leads that knows nothing of the valley's curvature."""
+    """The point to which one Gauss-Newton step leads, whatever the curvature of the valley."""
     theta, rows = end.derived
     varied = np.array([each.vary for each in end.result.params.values()])
     step = np.zeros(varied.size)

@@ -111,7 +111,7 @@ def whole_s(motion: Motion) -> float:
 
 
 def sure_s(motion: Motion) -> float:
-    """End of the swings that last as long as measured but for a hundredth [s]: others are no start."""
+    """End of the swings whose durations the noise leaves exact to a hundredth [s]; a search ends there."""
     crossings = crossings_s(motion, START.sure)
     return float(crossings[-1]) if crossings.size > START.screened else whole_s(motion)
 
