@@ -3,5 +3,3 @@
 A study is a module, and in it one function, `run(size)`, which gives the study's table. Its size is "full" or
 "small": a few cases of everything, in seconds. What several studies need stands beside them.
 """
-
-__all__ = []  # the product imports nothing of the bench

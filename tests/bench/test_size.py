@@ -5,7 +5,7 @@ import pytest
 from freerock_bench.size import rooms
 
 SMALL = {
-    "__init__.py": '"""A door."""\n\n__all__ = ["upper"]\n',
+    "__init__.py": '"""A room."""\n\n__all__ = ["upper"]\n',
     "lower.py": '"""Words\nof two lines."""\n\nA, B = 1, 2  # two names\nC: int = 3\nlower = 4\n',
     "middle.py": 'from package.selection.lower import A\n\n\ndef double():\n    """Twice."""\n\n'
     "    # a comment\n    return (\n        2 * A\n    )\n",

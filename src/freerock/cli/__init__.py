@@ -1,3 +1,1 @@
 """The command `freerock`: `subcommands` lists them, and each is a module `NAME_command`."""
-
-__all__ = ["check_command", "subcommands"]

@@ -3,22 +3,3 @@
 A key of a YAML file stands with its default in the module of its group: `lasers.range_m` in `lasers`. Those
 of `plan` and `published` are in `campaign_file`, those that each fit takes in `fit_settings`.
 """
-
-__all__ = [
-    "blocks",
-    "campaign",
-    "campaign_file",
-    "fit_settings",
-    "fits",
-    "hand_corrections",
-    "lasers",
-    "mistakes",
-    "processing",
-    "record",
-    "reference",
-    "review_log",
-    "step_settings",
-    "uncertainty",
-    "values",
-    "yaml_lines",
-]

@@ -7,20 +7,3 @@ and the numbers drawn; `style.save` writes both. What a figure of a campaign say
 caption, such as the runs drawn, comes from its function `caption`. `captions.toml` has title, caption and
 what is read for each; the workflow reads it without importing a module (`captions`).
 """
-
-__all__ = [
-    "backbone",
-    "by_scene",
-    "captions",
-    "comparison",
-    "foundation_effect",
-    "looks",
-    "parameters",
-    "predictions",
-    "quality",
-    "quick_look",
-    "residuals",
-    "restitution",
-    "set_up",
-    "style",
-]

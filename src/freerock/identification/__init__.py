@@ -3,19 +3,3 @@
 A fit goes `settings` → `run_model` → `start` → `posed` (the least squares) → `scatter` → `goodness` →
 `posterior` → `fit`, which gives `fitted.Fit`; `paper_fit` is the paper's own.
 """
-
-__all__ = [
-    "epsilon_theta",
-    "fit",
-    "fitted",
-    "goodness",
-    "lmfit_models",
-    "paper_fit",
-    "posed",
-    "posterior",
-    "run_model",
-    "scatter",
-    "settings",
-    "significance_levels",
-    "start",
-]

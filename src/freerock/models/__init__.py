@@ -3,17 +3,3 @@
 A law is a row in `laws`, plain formulas in `contact` and compiled ones in `kernel` and, as
 Taylor series of free rocking, in `series`; `simulate` is the way in.
 """
-
-__all__ = [
-    "block",
-    "compiled",
-    "contact",
-    "free_parameters",
-    "given",
-    "ground",
-    "housner",
-    "kernel",
-    "laws",
-    "series",
-    "simulate",
-]

@@ -3,15 +3,3 @@
 `at_rest.at_rest` finds the noise of a record, `spectrum.Noise`; `in_motion` where it is louder while the
 block swings, `sums` what it does to sums.
 """
-
-__all__ = [
-    "at_rest",
-    "converter",
-    "in_motion",
-    "lines",
-    "mains",
-    "spectrum",
-    "still",
-    "still_signal",
-    "sums",
-]

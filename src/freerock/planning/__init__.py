@@ -1,3 +1,1 @@
 """Before a test: how well one run will tell the parameters of a law."""
-
-__all__ = ["bound", "plan"]

@@ -1,10 +1,1 @@
 """Runs and blocks together: means, predictions, uncertainty budget."""
-
-__all__ = [
-    "band",
-    "estimate",
-    "impact_energy",
-    "law_error",
-    "means",
-    "random_effects",
-]

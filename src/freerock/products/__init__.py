@@ -1,10 +1,1 @@
 """Datasets of a campaign: netCDF in and out, names of variables, what a dataset holds, provenance."""
-
-__all__ = [
-    "estimates",
-    "groups",
-    "names",
-    "netcdf",
-    "provenance",
-    "runs",
-]

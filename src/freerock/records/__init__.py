@@ -1,3 +1,1 @@
 """Record files: one module per format behind `read.read_record`, all of them on an even time base."""
-
-__all__ = ["channels", "read"]

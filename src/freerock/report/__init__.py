@@ -1,3 +1,1 @@
 """The report of a campaign: one HTML file that opens without internet."""
-
-__all__ = ["page"]

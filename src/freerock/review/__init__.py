@@ -3,5 +3,3 @@
 `server` answers the page, `desk` holds a campaign, `reprocessing` processes a record again by the workflow's
 jobs, `csv_edit` writes cells.
 """
-
-__all__ = ["corrections", "csv_edit", "desk", "pictures", "reprocessing", "server"]

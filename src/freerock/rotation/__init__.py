@@ -3,16 +3,3 @@
 `rotation.find_rotation` does it all; the other modules hold what it is made of and what others use besides:
 sensors and the geometry of their beams, flags of samples, faults of a signal.
 """
-
-__all__ = [
-    "as_measured",
-    "beam",
-    "faults",
-    "flags",
-    "laboratory",
-    "of_record",
-    "rotation",
-    "sensor",
-    "u_total",
-    "view",
-]

@@ -1,9 +1,1 @@
 """Which law the runs of a record need: candidates, their fits, the choice among them, and reasons to warn."""
-
-__all__ = [
-    "candidates",
-    "choice",
-    "identify",
-    "prediction",
-    "reasons",
-]
