@@ -121,7 +121,7 @@ def fits(tree, failed=(), models=PAPER_MODELS):
     attrs = {key: tree.attrs[key] for key in (*identity(*"    "), "verdict", "reasons")}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "fits.nc")
-        datasets.write_fits(path, fitted, attrs, dict.fromkeys(fitted, choice(models, failed)), papers)
+        datasets.write_fits(path, fitted, attrs, choice(models, failed), papers)
         return datasets.open_fits(path)
 
 

@@ -8,7 +8,7 @@ from fabricated import fits, record
 
 from freerock.models.block import Block
 from freerock.models.laws import PAPER_MODELS
-from freerock.products.estimates import estimates_in, estimates_of
+from freerock.products.estimates import estimates_in
 from freerock.rotation.laboratory import Input
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View
@@ -16,7 +16,7 @@ from freerock.rotation.view import View
 
 def test_every_usable_fit_is_an_estimate():
     tree = fits(record("b1_marble"))
-    found = list(estimates_in(tree))
+    found = list(estimates_in([tree]))
     assert [(each.run, each.model) for each in found] == [
         (run, model) for run in (1, 2) for model in PAPER_MODELS
     ]
@@ -31,7 +31,7 @@ def test_every_usable_fit_is_an_estimate():
 
 def test_the_laboratory_has_the_inputs_that_the_fit_moved():
     """Two standard uncertainties of the height, one of the scale of the one laser."""
-    block, own = Block(1.0, 0.25, 500.0), next(iter(estimates_in(fits(record("b1_marble")))))
+    block, own = Block(1.0, 0.25, 500.0), next(estimates_in([fits(record("b1_marble"))]))
     height, scale = Input("b1", "height_m", 5e-3, True), Input("laser", "scale_fraction", 1e-3, True)
     view = View(block, Laser("horizontal", 0.4, 0.1))
     known = replace(own, moved={height: 2.0, scale: 1.0}).laboratory(block, view)
@@ -46,5 +46,5 @@ def test_the_laboratory_has_the_inputs_that_the_fit_moved():
 
 def test_failed_fits_are_no_estimates():
     some = fits(record("b1_marble"), failed=["hunt_crossley"])
-    assert {each.model for each in estimates_of([some])} == {"housner", "winkler"}
-    assert estimates_of([fits(record("b1_marble"), failed=PAPER_MODELS)]) == []
+    assert {each.model for each in estimates_in([some])} == {"housner", "winkler"}
+    assert [*estimates_in([fits(record("b1_marble"), failed=PAPER_MODELS)])] == []

@@ -169,7 +169,7 @@ def write(folder, name="a"):
         folder / f"fits_{name}.nc",
         fits,
         ATTRS | {"verdict": "ok", "reasons": []},
-        dict.fromkeys((1, 2), CHOICE),
+        CHOICE,
         {number: {law: made_up_paper(law) for law in PAPER_MODELS} for number in (1, 2)},
         energies={number: {"winkler": made_up_energies()} for number in fits},
     )

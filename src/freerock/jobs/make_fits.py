@@ -42,7 +42,6 @@ def make_fits(
     record_file: str | Path,
     output: str | Path,
     identify: Callable[[Block, Mapping[int, Motion], Allowed], Identified] = identify_record,
-    packed: bool = True,
 ) -> None:
     """Write the fits of a record.
 
@@ -58,8 +57,6 @@ def make_fits(
     identify : callable
         What is identified of the runs of the record: one that remembers spares the work on runs that have not
         changed.
-    packed : bool
-        Compress what runs over time.
     """
     motions, attrs = _read(record_file)
     block, laboratory = Block(**settings["block"]), Laboratory.of(settings["laboratory"])
@@ -85,12 +82,11 @@ def make_fits(
     energies = energies_of_record(
         fits, motions, block, limits, allowed.settings(allowed.candidates[0]).debonding
     )
-    choices = dict.fromkeys(fits, choice)
     papers = {
         number: {law: _with_impacts(fit, block, limits) for law, fit in own.items()}
         for number, own in found.paper.items()
     }
-    write_fits(output, fits, attributes, choices, papers, reasons, energies, packed)
+    write_fits(output, fits, attributes, choice, papers, reasons, energies)
 
 
 def _read(record_file: str | Path) -> tuple[dict[int, Motion], Mapping[Any, Any]]:

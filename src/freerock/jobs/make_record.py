@@ -35,8 +35,7 @@ def give_up_record(settings: Settings, output: str | Path, reason: str) -> None:
 def make_record(
     settings: Settings,
     output: str | Path,
-    rotate: Callable[[Settings], xr.Dataset] | None = None,
-    packed: bool = True,
+    rotate: Callable[[Settings], xr.Dataset] = rotation_of,
 ) -> None:
     """Write the dataset of a record; of one that can't be processed, with the verdict fail and the reason.
 
@@ -49,10 +48,8 @@ def make_record(
     output : path
         netCDF file to write.
     rotate : callable, optional
-        Gives θ(t) of the record, as `rotation_of` does, which it is by default: one that remembers spares the
-        work while only release and end of runs change.
-    packed : bool
-        Compress what runs over time.
+        Gives θ(t) of the record: one that remembers spares the work while only release and end of runs
+        change.
     """
     path, record = Path(settings["raw"], settings["file"]), None
     attributes = settings["attributes"] | {"provenance": provenance([], settings)}
@@ -63,7 +60,7 @@ def make_record(
             write_failure(output, excluded, attributes)
             return
         by_hand = ByHand(settings["overrides"], settings["exclusions"], settings.get("stretches", ()))
-        record = by_hand.without_hidden((rotate or rotation_of)(settings))
+        record = by_hand.without_hidden(rotate(settings))
         limits = RunLimits(**settings["runs"]), ImpactLimits(**settings["impacts"])
         found = measured(record, Block(**settings["block"]), by_hand, *limits)
         laboratory = Laboratory.of(settings["laboratory"])
@@ -77,9 +74,9 @@ def make_record(
         where = str(error.where) if str(path) in str(error.where) else f"{path}: {error.where}"
         failure = FreerockError(where, error.what, error.remedy)
         log.error(failure)
-        write_failure(output, Reason.of("not_processed", str(failure)), attributes, record, packed)
+        write_failure(output, Reason.of("not_processed", str(failure)), attributes, record)
         return
-    write_record(output, record, found.runs, found.impacts, attributes, packed, totals, found.noise)
+    write_record(output, record, found.runs, found.impacts, attributes, totals, found.noise)
     _log(record, found.runs)
 
 

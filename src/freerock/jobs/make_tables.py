@@ -12,7 +12,7 @@ from freerock.columns import columns_of
 from freerock.models.block import Block
 from freerock.populations.band import bands
 from freerock.populations.estimate import Estimate
-from freerock.products.estimates import estimates_of
+from freerock.products.estimates import estimates_in
 from freerock.products.netcdf import open_fits, open_record, samples_in
 from freerock.products.runs import motions_in
 from freerock.runs.motion import Motion
@@ -84,7 +84,7 @@ def _read(
         fits = [open_fits(path, samples=False) for path in fit_files[some]]
         parts.append(rows_of(measured, fits))
         records += measured
-        estimates += estimates_of(fits)
+        estimates += estimates_in(fits)
         del fits
         gc.collect()  # groups know their parents: nothing else frees them
     return records, estimates, joined(parts)

@@ -17,30 +17,31 @@ if TYPE_CHECKING:
     import lmfit
 
 
-def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:
-    """The fits of a record that may be used: of each run in order.
+def estimates_in(trees: Iterable[xr.DataTree]) -> Iterator[Estimate]:
+    """The fits of records that may be used, in order.
 
     Parameters
     ----------
-    tree : xarray.DataTree
-        Root of `fits/<test>.nc`; samples are not needed.
+    trees : iterable of xarray.DataTree
+        Roots of `fits/<test>.nc`; samples are not needed.
     """
-    names = {key: str(tree.attrs[key]) for key in ("campaign", "test", "block", "foundation")}
-    for run, model, fit in fits_of(tree):
-        if not fit.attrs["success"]:
-            continue
-        freed = fit["parameter"].values.astype(str)
-        n = len(MODELS[model])
-        yield Estimate(
-            **names,
-            run=run,
-            model=model,
-            values=dict(zip(freed.tolist(), fit["value"].values, strict=True)),
-            covariance=fit["covariance"].values[:n, :n],
-            shifts=_shifts(fit, n),
-            moved=_moved(fit),
-            sigma_r=fit["sigma_r"].item(),
-        )
+    for tree in trees:
+        names = {key: str(tree.attrs[key]) for key in ("campaign", "test", "block", "foundation")}
+        for run, model, fit in fits_of(tree):
+            if not fit.attrs["success"]:
+                continue
+            freed = fit["parameter"].values.astype(str)
+            n = len(MODELS[model])
+            yield Estimate(
+                **names,
+                run=run,
+                model=model,
+                values=dict(zip(freed.tolist(), fit["value"].values, strict=True)),
+                covariance=fit["covariance"].values[:n, :n],
+                shifts=_shifts(fit, n),
+                moved=_moved(fit),
+                sigma_r=fit["sigma_r"].item(),
+            )
 
 
 def parameters_in(fit: xr.Dataset) -> "lmfit.Parameters":
@@ -88,8 +89,3 @@ def _moved(fit: xr.Dataset) -> dict[Input, float]:
         return {}
     columns = (fit[name].values.tolist() for name in ("input_owner", "input", "input_u", "input_moved"))
     return {Input(owner, name, u, True): by for owner, name, u, by in zip(*columns, strict=True) if by}
-
-
-def estimates_of(trees: Iterable[xr.DataTree]) -> list[Estimate]:
-    """The usable fits of several records, in their order."""
-    return [estimate for tree in trees for estimate in estimates_in(tree)]

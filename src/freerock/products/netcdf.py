@@ -49,7 +49,6 @@ def write_record(
     runs: Sequence["Run"],
     impacts: Sequence["Impacts"],
     attrs: Attrs,
-    packed: bool = True,
     totals: Sequence["MeasuredTotal | None"] = (),
     noise: "Noise | None" = None,
 ) -> None:
@@ -68,8 +67,6 @@ def write_record(
     attrs : mapping
         Root attributes: campaign, test, block, foundation, origin, title, ... and `provenance`; where it is
         known, start_time (ISO 8601).
-    packed : bool
-        Compress what runs over time.
     totals : sequence of MeasuredTotal, optional
         One per run, where the laboratory's inputs are known.
     noise : Noise, optional
@@ -81,7 +78,11 @@ def write_record(
         The file can't be written.
     """
     root = _root(record, "volts to rotation, runs and impacts", attrs, *_record_verdict(runs))
-    groups = {"/": root if noise is None else root.assign(_spectrum(noise)).assign_attrs(noise=noise.told)}
+    if noise:
+        frequency, density = noise.spectrum()
+        spectrum: dict[str, Any] = {"frequency": frequency, "noise_density": ("frequency", density)}
+        root = root.assign(spectrum).assign_attrs(noise=noise.told)
+    groups = {"/": root}
     for run, found, total in zip(runs, impacts, totals or [None] * len(runs), strict=True):
         groups[f"run_{run.number}"] = xr.Dataset(
             {name: ((), getattr(run, field)) for field, name in RUN_VARIABLES.items()}
@@ -96,18 +97,16 @@ def write_record(
                 "overridden": run.overridden,
             },
         )
-    write_groups(path, groups, packed)
+    write_groups(path, groups)
 
 
-def write_failure(
-    path: str | Path, reason: Reason, attrs: Attrs, record: xr.Dataset | None = None, packed: bool = True
-) -> None:
+def write_failure(path: str | Path, reason: Reason, attrs: Attrs, record: xr.Dataset | None = None) -> None:
     """Write the dataset of a record without runs: why it could not be processed, or was left out by hand.
 
     `record` is θ(t), as `write_record` takes it, where that much is known.
     """
     known = xr.Dataset() if record is None else record
-    write_groups(path, {"/": _root(known, "not processed", attrs, reason.verdict, [reason])}, packed)
+    write_groups(path, {"/": _root(known, "not processed", attrs, reason.verdict, [reason])})
 
 
 def _root(
@@ -137,11 +136,10 @@ def write_fits(
     path: str | Path,
     fits: Mapping[int, Mapping[str, "Fit"]],
     attrs: Attrs,
-    choices: Mapping[int, "Choice"] | None = None,
+    choice: "Choice | None" = None,
     papers: Mapping[int, Mapping[str, "PaperFit"]] | None = None,
     reasons: Mapping[int, Sequence[Reason]] | None = None,
     energies: "Mapping[int, Mapping[str, ImpactEnergy]] | None" = None,
-    packed: bool = True,
 ) -> None:
     """Write identified models: a group per run, with a group per candidate and law of the paper in each.
 
@@ -153,16 +151,14 @@ def write_fits(
         Fits of each run by run number and candidate; the fits of a run share their time axis.
     attrs : mapping
         Root attributes, as for `write_record`; verdict and reasons are those of the record.
-    choices : mapping of int to Choice, optional
-        Which law a run needs, by run number.
+    choice : Choice, optional
+        Which law the runs need: it stands with each of them.
     papers : mapping of int to mapping of str to PaperFit, optional
         The paper's own fits of each run, by law.
     reasons : mapping of int to sequence of Reason, optional
         What the fits of a run say against it, by run number.
     energies : mapping of int to mapping of str to ImpactEnergy, optional
         Of the impacts of each fit, by run number and candidate.
-    packed : bool
-        Compress what runs over time.
 
     Raises
     ------
@@ -175,9 +171,9 @@ def write_fits(
         groups |= _fits(f"run_{number}", models, (energies or {}).get(number, {}), {"run": number, **own})
         for law, paper in (papers or {}).get(number, {}).items():
             groups[f"run_{number}/{PAPER_GROUP.format(law)}"] = _paper(paper)
-        if choices and number in choices:
-            groups[f"run_{number}/{CHOICE_GROUP}"] = _choice(choices[number])
-    write_groups(path, groups, packed, named=False)
+        if choice:
+            groups[f"run_{number}/{CHOICE_GROUP}"] = _choice(choice)
+    write_groups(path, groups, named=False)
 
 
 def open_record(path: str | Path, samples: bool = True, only: Collection[str] = ()) -> xr.DataTree:
@@ -194,7 +190,7 @@ def open_record(path: str | Path, samples: bool = True, only: Collection[str] = 
     >>> record = open_record("results/palermo_virtual/records/config2_marble.nc")  # doctest: +SKIP
     >>> record["run_1"]["restitution"].sel(impact=1).item()  # doctest: +SKIP
     """
-    return open_product(path, "record", samples, only=only)
+    return open_product(path, "record", samples, only)
 
 
 def samples_in(path: str | Path, names: Iterable[str]) -> dict[str, Floats]:
@@ -211,7 +207,7 @@ def open_fits(path: str | Path, samples: bool = True, only: Collection[str] = ()
     >>> fits = open_fits("results/palermo_virtual/fits/config2_marble.nc")  # doctest: +SKIP
     >>> fits["run_1/winkler"]["theta_model"].plot()  # doctest: +SKIP
     """
-    return open_product(path, "fits", samples, only=only)
+    return open_product(path, "fits", samples, only)
 
 
 def _record_verdict(runs: Sequence["Run"]) -> tuple[Level, list[Reason]]:
@@ -238,12 +234,6 @@ def _impacts(impacts: "Impacts") -> dict[str, Any]:
 def _numbered(n: int) -> dict[str, Any]:
     """The coordinate of impacts: their numbers, from 1."""
     return {"impact": np.arange(1, n + 1, dtype=np.int32)}
-
-
-def _spectrum(noise: "Noise") -> dict[str, Any]:
-    """The spectrum of the noise at rest, with its frequencies."""
-    frequency, density = noise.spectrum()
-    return {"frequency": frequency, "noise_density": ("frequency", density)}
 
 
 def _totals(total: "MeasuredTotal | None") -> dict[str, Any]:
@@ -296,7 +286,8 @@ def _fit(model: str, fit: "Fit", energies: "ImpactEnergy | None") -> xr.Dataset:
     arrays: dict[str, Any] = {name: ("parameter", values) for name, values in of_parameters.items()}
     arrays |= {"covariance": (("parameter", "parameter_b"), known.covariance)}
     arrays |= {"theta_model": ("time", fit.curve.theta_model), "residual": ("time", fit.curve.residual)}
-    arrays |= {name: ("impact", _padded(values, n)) for name, values in of_impacts.items()}
+    unknown = np.full(n, np.nan)  # of impacts beyond those that a quantity has
+    arrays |= {name: ("impact", np.append(values, unknown)[:n]) for name, values in of_impacts.items()}
     arrays |= {name: ((), value) for name, value in scalars.items()}
     told = {
         "model": model,
@@ -382,11 +373,6 @@ def _choice(choice: "Choice") -> xr.Dataset:
 
 def _since(time_s: Floats) -> dict[str, Any]:
     return {"time": ("time", time_s, SINCE_RELEASE)}
-
-
-def _padded(values: Floats, n: int) -> Floats:
-    """Values of the first impacts, NaN of those beyond."""
-    return np.append(values, np.full(max(0, n - len(values)), np.nan))[:n]
 
 
 def _of_lmfit(result: "lmfit.minimizer.MinimizerResult") -> dict[str, Any]:

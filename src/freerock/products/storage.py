@@ -27,10 +27,8 @@ MISSING = "there is no such file", "run snakemake to make it"
 DAMAGED = "delete the file and run snakemake again"
 
 
-def write_groups(
-    path: str | Path, groups: Mapping[str, xr.Dataset], packed: bool = True, named: bool = True
-) -> None:
-    """Write the groups of a file, what runs over time compressed unless it is read back at once.
+def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], named: bool = True) -> None:
+    """Write the groups of a file, what runs over time compressed.
 
     `named`: each variable has its long name. Else only what is drawn has it, so that the head of a file whose
     groups are alike stays short, and the root's attribute long_names has the others.
@@ -47,9 +45,7 @@ def write_groups(
                 defined = [
                     each
                     for name, dataset in groups.items()
-                    for each in _define(
-                        file if name == "/" else file.createGroup(name), dataset, packed, named
-                    )
+                    for each in _define(file if name == "/" else file.createGroup(name), dataset, named)
                 ]
                 for variable, values in defined:  # last: each return to definitions walks all groups
                     variable[...] = values
@@ -58,7 +54,7 @@ def write_groups(
 
 
 def _define(
-    group: "netCDF4.Dataset", dataset: xr.Dataset, packed: bool, named: bool
+    group: "netCDF4.Dataset", dataset: xr.Dataset, named: bool
 ) -> Iterator[tuple["netCDF4.Variable[Any]", Any]]:
     """Define the content of a group; yields each variable and its values."""
     group.setncatts(_plain(dataset.attrs))
@@ -74,10 +70,9 @@ def _define(
         elif name in SINGLE_PRECISION and variable.dims:
             dtype = np.float32
         missing = np.nan if variable.dtype.kind == "f" and np.isnan(variable.values).any() else None
-        over_time = packed and "time" in variable.dims
-        filters: dict[str, Any] = {"compression": "zlib", "complevel": 4} if over_time else {}
+        packed: dict[str, Any] = {"compression": "zlib", "complevel": 4} if "time" in variable.dims else {}
         dimensions = [str(each) for each in variable.dims]
-        written = group.createVariable(name, dtype, dimensions, fill_value=missing, **filters)
+        written = group.createVariable(name, dtype, dimensions, fill_value=missing, **packed)
         attrs = describe(name, dataset, named) | variable.attrs
         coordinates = [str(other) for other in beside if beside[other] <= set(variable.dims)]
         if coordinates and name not in dataset.coords:
@@ -170,7 +165,7 @@ def groups_in(
 
 
 def open_product(
-    path: str | Path, product: str, samples: bool = True, of: str = "a record", only: Collection[str] = ()
+    path: str | Path, product: str, samples: bool = True, only: Collection[str] = ()
 ) -> xr.DataTree:
     """Read a product into memory; without samples, all but what runs over time; or `only` some variables.
 
@@ -183,5 +178,5 @@ def open_product(
         file.set_auto_maskandscale(False)
         tree = xr.DataTree.from_dict(dict(groups_in(file, samples, only)))
     if tree.attrs.get("freerock_product") != product:
-        raise FreerockError(path, f"is not the {product} dataset of {of}", DAMAGED)
+        raise FreerockError(path, f"is not the {product} dataset of a record", DAMAGED)
     return tree

@@ -149,13 +149,13 @@ class Bench:
             release = {int(run.attrs["run"]): run.dataset["release"].item() for run in runs}
             if not needed():
                 raise Superseded
-            make_fits(of_fits, record_file, fits_file, identify, packed=False)
+            make_fits(of_fits, record_file, fits_file, identify)
             return Analysed(record, open_fits(fits_file))
 
     def _record(self, settings: Mapping[str, Any], file: Path) -> xr.DataTree:
         from freerock.jobs.make_record import make_record
 
-        make_record(settings, file, self._rotation, packed=False)
+        make_record(settings, file, self._rotation)
         return open_record(file, samples=False)
 
     def _rotation(self, settings: Mapping[str, Any]) -> xr.Dataset:
