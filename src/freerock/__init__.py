@@ -1,92 +1,25 @@
 """freerock: free-rocking tests, from laser volts to identified models.
 
-The public names below load what they need when they are first used, so that `import freerock` costs nothing.
+`__init__.pyi` lists the public names. They load what they need when they are first used, so that
+`import freerock` costs nothing.
 """
 
+import ast
 import importlib
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
-if TYPE_CHECKING:
-    from freerock.config.campaign import load_campaign as load_campaign
-    from freerock.config.campaign import load_config as load_config
-    from freerock.config.fit_settings import FitSettings as FitSettings
-    from freerock.config.processing import ImpactLimits as ImpactLimits
-    from freerock.config.processing import RotationOptions as RotationOptions
-    from freerock.config.processing import RunLimits as RunLimits
-    from freerock.errors import FreerockError as FreerockError
-    from freerock.identification.fit import fit_record as fit_record
-    from freerock.identification.fit import fit_run as fit_run
-    from freerock.identification.fitted import Fit as Fit
-    from freerock.identification.lmfit_models import HousnerModel as HousnerModel
-    from freerock.identification.lmfit_models import HuntCrossleyModel as HuntCrossleyModel
-    from freerock.identification.lmfit_models import WinklerModel as WinklerModel
-    from freerock.loaded_record import LoadedRecord as LoadedRecord
-    from freerock.loaded_record import LoadedRun as LoadedRun
-    from freerock.loaded_record import load as load
-    from freerock.models.block import Block as Block
-    from freerock.models.contact import State as State
-    from freerock.models.ground import GroundMotion as GroundMotion
-    from freerock.models.ground import accelerogram as accelerogram
-    from freerock.models.ground import pulse as pulse
-    from freerock.models.laws import Rules as Rules
-    from freerock.models.simulate import Response as Response
-    from freerock.models.simulate import Solver as Solver
-    from freerock.models.simulate import simulate as simulate
-    from freerock.products.estimates import parameters_in as parameters_in
-    from freerock.products.netcdf import open_fits as open_fits
-    from freerock.products.netcdf import open_record as open_record
-    from freerock.records.read import list_channels as list_channels
-    from freerock.records.read import read_record as read_record
-    from freerock.rotation.faults import SignalQuality as SignalQuality
-    from freerock.rotation.rotation import find_rotation as find_rotation
-    from freerock.rotation.sensor import Laser as Laser
-    from freerock.rotation.view import view_of as view_of
-    from freerock.runs.by_hand import ByHand as ByHand
-    from freerock.runs.impacts import Impacts as Impacts
-    from freerock.runs.impacts import find_impacts as find_impacts
-    from freerock.runs.motion import Motion as Motion
-    from freerock.runs.segment import Run as Run
-    from freerock.runs.segment import find_runs as find_runs
-    from freerock.tables.results import open_results as open_results
+_LISTED = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
+_MODULES = {each.names[0].name: each.module for each in _LISTED if isinstance(each, ast.ImportFrom)}
 
-_ROOMS = {  # module: the public names it holds
-    "config.campaign": ("load_campaign", "load_config"),
-    "config.fit_settings": ("FitSettings",),
-    "config.processing": ("ImpactLimits", "RotationOptions", "RunLimits"),
-    "errors": ("FreerockError",),
-    "identification.fit": ("fit_record", "fit_run"),
-    "identification.fitted": ("Fit",),
-    "identification.lmfit_models": ("HousnerModel", "HuntCrossleyModel", "WinklerModel"),
-    "loaded_record": ("LoadedRecord", "LoadedRun", "load"),
-    "models.block": ("Block",),
-    "models.contact": ("State",),
-    "models.ground": ("GroundMotion", "accelerogram", "pulse"),
-    "models.laws": ("Rules",),
-    "models.simulate": ("Response", "Solver", "simulate"),
-    "products.estimates": ("parameters_in",),
-    "products.netcdf": ("open_fits", "open_record"),
-    "records.read": ("list_channels", "read_record"),
-    "rotation.faults": ("SignalQuality",),
-    "rotation.rotation": ("find_rotation",),
-    "rotation.sensor": ("Laser",),
-    "rotation.view": ("view_of",),
-    "runs.by_hand": ("ByHand",),
-    "runs.impacts": ("Impacts", "find_impacts"),
-    "runs.motion": ("Motion",),
-    "runs.segment": ("Run", "find_runs"),
-    "tables.results": ("open_results",),
-}
-
-__all__ = sorted(name for names in _ROOMS.values() for name in names)
+__all__ = sorted(_MODULES)
 
 
 def __getattr__(name: str) -> Any:
-    for room, names in _ROOMS.items():
-        if name in names:
-            found = getattr(importlib.import_module(f"freerock.{room}"), name)
-            globals()[name] = found
-            return found
-    raise AttributeError(f"module 'freerock' has no attribute {name!r}")
+    if name not in _MODULES:
+        raise AttributeError(f"module 'freerock' has no attribute {name!r}")
+    found = globals()[name] = getattr(importlib.import_module(_MODULES[name]), name)
+    return found
 
 
 def __dir__() -> list[str]:

@@ -121,31 +121,23 @@ def listed_checksums(folder: str | Path) -> dict[str, str]:
     return {PurePosixPath(row["file"]).as_posix(): row["sha256"] for row in listed}
 
 
-def check_manifest(folder: str | Path, files: Iterable[str] | None = None) -> None:
-    """Refuse raw files that are no longer what manifest.csv says; without a manifest nothing is refused.
+def check_file(folder: str | Path, file: str, listed: str) -> None:
+    """Refuse a raw file that is no longer what manifest.csv lists.
 
     Parameters
     ----------
     folder : path
         Folder of the raw files and of manifest.csv.
-    files : iterable of str, optional
-        Files to check, relative to the folder; one that is not listed passes. Left out, all listed files.
+    file : str
+        Relative to the folder.
+    listed : str
+        Its SHA-256 in manifest.csv.
 
     Raises
     ------
     FreerockError
-        A file is missing or has another checksum; the manifest has other columns.
+        The file is missing or has another checksum.
     """
-    folder = Path(folder)
-    listed = listed_checksums(folder)
-    for file in listed if files is None else files:
-        if file not in listed:
-            continue
-        check_file(folder, file, listed[file])
-
-
-def check_file(folder: str | Path, file: str, listed: str) -> None:
-    """Refuse a raw file whose SHA-256 is not the one listed; raises as `check_manifest`."""
     path, manifest = Path(folder, file), Path(folder, MANIFEST)
     if not path.is_file():
         raise FreerockError(path, f"is missing but listed in {manifest}", "restore the file")

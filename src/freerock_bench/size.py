@@ -32,7 +32,9 @@ def rooms(package: Path = PACKAGE) -> pd.DataFrame:
         longest_file and longest_function, lines with all that is in them.
     """
     paths: dict[str, list[Path]] = {}
-    for path in sorted(set(package.rglob("*.py")) - {package / each for each in GENERATED}):
+    for path in sorted(
+        {*package.rglob("*.py"), *package.rglob("*.pyi")} - {package / each for each in GENERATED}
+    ):
         inside = path.relative_to(package)
         paths.setdefault(inside.parts[0] if len(inside.parts) > 1 else ".", []).append(path)
     rows = [

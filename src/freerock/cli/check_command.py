@@ -21,7 +21,7 @@ from freerock.config.mistakes import refuse
 from freerock.config.record import Record
 from freerock.config.step_settings import section_values
 from freerock.errors import FreerockError, attempt
-from freerock.files import check_manifest, listed_checksums, sha256
+from freerock.files import check_file, listed_checksums, sha256
 from freerock.models.block import density_if_square
 from freerock.units import in_base_units
 
@@ -127,9 +127,11 @@ def check_files(source: Source) -> Iterator[FreerockError]:
 def _manifest(raw: str, unread: set[str]) -> Iterator[FreerockError]:
     """Files that are not those listed, but for those already named as unreadable."""
     listed = attempt(listed_checksums, raw)
-    files = [] if isinstance(listed, FreerockError) else [file for file in listed if file not in unread]
-    found = [listed, *(attempt(check_manifest, raw, [file]) for file in files)]
-    yield from (each for each in found if isinstance(each, FreerockError))
+    if isinstance(listed, FreerockError):
+        yield listed
+        return
+    found = (attempt(check_file, raw, file, listed[file]) for file in listed if file not in unread)
+    yield from filter(None, found)
 
 
 def _record(

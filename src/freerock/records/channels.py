@@ -101,6 +101,11 @@ def unfit(name: str, why: str, group: str = "") -> Channel:
     return Channel(name, "", lambda: np.empty(0), Even(np.nan), group, fault=why)
 
 
+def is_possible(step: float) -> bool:
+    """Whether a number may be a sampling interval [s], or a rate [Hz]."""
+    return 1e-12 < step < 1e12
+
+
 def differ(one: float, other: float) -> bool:
     """Whether two sampling intervals are not the same one rounded."""
     return abs(one / other - 1) > RATES_DIFFER

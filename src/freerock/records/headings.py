@@ -5,9 +5,8 @@ import string
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import compress
 
-from freerock import bounds
 from freerock.errors import FreerockError
-from freerock.records.channels import Even, differ
+from freerock.records.channels import Even, differ, is_possible
 from freerock.records.words import HEADINGS, HERTZ, SECOND_UNITS
 from freerock.units import quantity_of_other, understood
 
@@ -132,7 +131,7 @@ def _rates(path: object, values: Values, decimal: str) -> Iterator[tuple[str, Ev
                 yield heading, FreerockError(path, what, "write the number without it")
                 continue
             value = _number(text) if text else 0.0
-        if not bounds.SHORTEST_STEP_S < value < bounds.LONGEST_STEP_S:
+        if not is_possible(value):
             continue
         factor = units.get(unit.casefold())
         if factor is None:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from freerock import bounds
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.records import channels
@@ -165,7 +164,7 @@ def _grid(path: Path, clocks: Clocks, given: tuple[list[str], str, float | None]
         raise FreerockError(path, clock.unknown, STATE_RATE)
     else:
         grid = Grid(clock.start_s, 1 / rate_hz if rate_hz and clock.unknown else clock.step_s, length)
-    if not bounds.SHORTEST_STEP_S < grid.step_s < bounds.LONGEST_STEP_S:
+    if not channels.is_possible(grid.step_s):
         raise FreerockError(path, f"the sampling interval is {grid.step_s:g} s", "correct the unit of time")
     _check_other_clocks(path, also, grid.step_s)
     return grid

@@ -12,10 +12,9 @@ from nptdms import TdmsChannel, TdmsFile
 from nptdms.log import log_manager
 from nptdms.reader import TdmsReader
 
-from freerock import bounds
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Stamps, unfit
+from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Stamps, is_possible, unfit
 from freerock.records.headings import is_time, split_unit
 
 NUMBERS, DATE = ("i", "u", "f"), "M"  # kinds of samples as NumPy names them
@@ -90,7 +89,7 @@ def _unit(channel: TdmsChannel) -> str:
 def _even(channel: TdmsChannel) -> Even:
     """Clock of a channel by NI's properties; an interval of 1 s that starts with LabVIEW's epoch is none."""
     step, origin = channel.properties.get("wf_increment", "absent"), channel.properties.get("wf_start_time")
-    known = isinstance(step, int | float) and bounds.SHORTEST_STEP_S < step < bounds.LONGEST_STEP_S
+    known = isinstance(step, int | float) and is_possible(step)
     if not known or (step == 1 and isinstance(origin, np.datetime64) and origin < UNSET):
         return Even(np.nan, unknown=f"{channel.name!r} gives no sampling rate (wf_increment is {step})")
     start = channel.properties.get("wf_start_offset", 0.0)
