@@ -7,7 +7,8 @@
 
 A study writes docs/evidence/NAME.csv, whose first line states version, seed, and checksums of the code that
 it judges and of its rows. From these files alone come the tables of docs/evidence.md and the numbers of
-docs/evidence/numbers.csv, which texts cite as `<!--name-->number<!--/-->`.
+docs/evidence/numbers.csv, which texts cite as `<!--name-->number<!--/-->` and which
+docs/evidence.md lists: where each stands, of which rows it is made.
 """
 
 import argparse
@@ -30,7 +31,7 @@ from freerock.files import write_text
 from freerock.jobs.code_checksum import code_files
 from freerock.jobs.home import PACKAGE
 from freerock_bench import campaigns
-from freerock_bench.document import renew
+from freerock_bench.document import in_markdown, renew
 from freerock_bench.gallery import IMAGES, in_few_colours
 from freerock_bench.size import lines_of_code
 
@@ -62,6 +63,7 @@ STATISTICS: dict[str, Callable[[pd.DataFrame], str]] = {  # what a number says o
     "times": lambda rows: f"{_times(rows):.2g}",
     "median": lambda rows: f"{rows['value'].median():.3g}",
     "least": lambda rows: f"{rows['value'].min():.3g}",
+    "verdict": lambda rows: str(rows["note"].iloc[0]).split()[0],
 }
 
 
@@ -135,8 +137,8 @@ def table(name: str, folder: Path = FOLDER) -> pd.DataFrame:
     rows = path.read_text(encoding="utf-8").partition("\n")[2]
     if _sum(rows) != stated.rows:
         own = {row["name"] for row in numbers() if row["study"] == name}
-        resting = [f"{page.name}: {each}" for page in pages() for each, _ in cited(page) if each in own]
-        what = f"a cell was changed by hand; on it rest {', '.join(resting) or 'no texts'}"
+        resting = dict.fromkeys(where for page in pages() for each, _, where in cited(page) if each in own)
+        what = f"a cell was changed by hand; on it rest {'; '.join(resting) or 'no texts'}"
         raise FreerockError(path, what, f"run python -m freerock_bench.evidence {name}")
     return pd.read_csv(io.StringIO(rows))
 
@@ -168,7 +170,7 @@ def _sum(text: str) -> str:
 
 
 def numbers() -> list[dict[str, str]]:
-    """Name, study, rows, statistic and printed text of each number that may be cited."""
+    """Name, printed text, study, rows, statistic and command of each number that may be cited."""
     with open(FOLDER / "numbers.csv", encoding="utf-8", newline="") as file:
         return [*csv.DictReader(file)]
 
@@ -186,14 +188,19 @@ def pages() -> list[Path]:
     return [ROOT / "README.md", ROOT / "paper.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
-def cited(page: Path) -> list[tuple[str, str]]:
-    """Name and text of each number that a page cites."""
-    return CITED.findall(page.read_text(encoding="utf-8"))
+def cited(page: Path) -> list[tuple[str, str, str]]:
+    """Name and text of each number that a page cites, and the line where it stands, after its place."""
+    found = []
+    for i, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        where = f"{page.name}:{i}: " + CITED.sub(lambda each: each[2], line)
+        found += [(name, text, where) for name, text in CITED.findall(line)]
+    return found
 
 
 def renew_documents() -> None:
     """Write numbers, citations and tables of the documentation from the tables of the studies."""
-    made = [number | {"printed": printed(number)} for number in numbers()]
+    command = "python -m freerock_bench.evidence {study}"
+    made = [row | {"printed": printed(row), "command": command.format(**row)} for row in numbers()]
     lines = io.StringIO()
     out = csv.DictWriter(lines, [*made[0]], lineterminator="\n")
     out.writeheader()
@@ -209,8 +216,24 @@ def renew_documents() -> None:
         renew(DOCUMENT, name, text)
 
 
+def listing() -> str:
+    """A row per number that is cited, in the order of pages: of which rows of which table it is made."""
+    where, of = dict[str, list[str]](), {number["name"]: number for number in numbers()}
+    for page in pages():
+        for name, *_ in cited(page):
+            where.setdefault(name, []).append(page.name)
+    rows = []
+    for name, found in where.items():
+        number = of[name]
+        shown = f'<a id="{name}"></a>{number["printed"]}'
+        query = f"`{number['rows']}`".replace("|", "\\|") if number["rows"] else "all"
+        rows.append([", ".join(dict.fromkeys(found)), shown, number["statistic"], query, number["study"]])
+    return in_markdown(["page", "number", "statistic", "of rows", "of table"], rows)
+
+
 def sections() -> Iterator[tuple[str, str]]:
     """Name and text of each table of docs/evidence.md, below a line that says of which code it is."""
+    yield "numbers", listing()
     for name in STUDIES:
         if (FOLDER / f"{name}.csv").is_file():
             stated = heading(name)

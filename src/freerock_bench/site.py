@@ -27,6 +27,7 @@ from freerock.columns import columns
 from freerock.figures.captions import FIGURES, caption_of
 from freerock.products.names import VARIABLES
 from freerock_bench.document import in_markdown
+from freerock_bench.evidence import CITED
 from freerock_bench.gallery import program
 
 ROOT = Path(__file__).parents[2]
@@ -68,6 +69,8 @@ def converted(text: str, source: str, page: str) -> str:
     """A page with the links of the site, outside of code; code of languages that Pygments lacks as text."""
     parts = FENCE.split(text)
     parts[::2] = [LINK.sub(lambda found: linked(found, source, page), part) for part in parts[::2]]
+    listed = posixpath.relpath("evidence.html", posixpath.dirname(page) or ".")
+    parts[::2] = [CITED.sub(rf'<a href="{listed}#\1">\2</a>', part) for part in parts[::2]]
     return re.sub(r"^( *)```csv$", r"\1```text", "".join(parts), flags=re.M)
 
 

@@ -18,7 +18,7 @@ PACKAGE = Path(freerock.__file__).parent
 GENERATED = ("models/series_sums.py",)  # what a program writes is not counted
 NO_CODE = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT}
 DOCUMENTED = (ast.Module, ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
-COLUMNS = ["room", "files", "code_lines", "constants", "longest_file", "longest_function"]
+COLUMNS = ["room", "files", "code_lines", "longest_file", "longest_function"]
 
 
 def rooms(package: Path = PACKAGE) -> pd.DataFrame:
@@ -28,8 +28,8 @@ def rooms(package: Path = PACKAGE) -> pd.DataFrame:
     -------
     pandas.DataFrame
         A row per room, and "." of the modules beside the rooms: files, with the room's `__init__.py`;
-        code_lines, without docstrings, comments and blanks; constants, names in capitals that modules bind;
-        longest_file and longest_function, lines with all that is in them.
+        code_lines, without docstrings, comments and blanks; longest_file and
+        longest_function, lines with all that is in them.
     """
     paths: dict[str, list[Path]] = {}
     for path in sorted(
@@ -42,7 +42,6 @@ def rooms(package: Path = PACKAGE) -> pd.DataFrame:
             room,
             len(own),
             sum(map(code_lines, own)),
-            sum(map(constants, own)),
             max(len(path.read_text(encoding="utf-8").splitlines()) for path in own),
             max(map(longest_function, own)),
         )
@@ -70,17 +69,6 @@ def lines_of_code(path: Path) -> set[int]:
     return lines - texts
 
 
-def constants(path: Path) -> int:
-    """Names in capitals that a module binds."""
-    found = set[str]()
-    for node in _tree(path).body:
-        if isinstance(node, (ast.Assign, ast.AnnAssign)):
-            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            names = (each.id for target in targets for each in ast.walk(target) if isinstance(each, ast.Name))
-            found.update(name for name in names if name.isupper())
-    return len(found)
-
-
 def longest_function(path: Path) -> int:
     """Lines of a file's longest function, with its docstring; 0 without any."""
     functions = (node for node in ast.walk(_tree(path)) if isinstance(node, DOCUMENTED[1:3]))
@@ -95,4 +83,4 @@ def _tree(path: Path) -> ast.Module:
 if __name__ == "__main__":
     found = rooms(Path(sys.argv[1]) if sys.argv[1:] else PACKAGE)
     print(found.to_string(index=False))
-    print("all:", *(f"{name} {found[name].sum()}" for name in ("files", "code_lines", "constants")))
+    print("all:", *(f"{name} {found[name].sum()}" for name in ("files", "code_lines")))

@@ -43,7 +43,6 @@ BASE = {  # what a base may be besides flat
     "hollow_m": 0.0,  # depth in the middle
 }
 BESIDES = {  # what may be besides a law; 0 is none
-    "thickness_m": 0.0,  # of a mat that hardens: p = k z / (1 - z/H)
     "two_beds": 0.0,  # share by which the right half is stiffer and the left one softer
     "varies": 0.0,  # share by which the stiffness goes up and down along the base, once
     "varies_from": 0.0,  # phase of that at the left corner [rad]
@@ -63,7 +62,7 @@ BESIDES = {  # what may be besides a law; 0 is none
     "tilt": 0.0,  # of the base, lower on the right [rad]
 }
 KEYS = list(BESIDES)
-UNEVEN = ("radius_m", "hollow_m", "thickness_m", "varies", "hysteresis", "relaxing", "tensionless")
+UNEVEN = ("radius_m", "hollow_m", "varies", "hysteresis", "relaxing", "tensionless")
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def stored(y, cells, e, h):  # type: ignore[no-untyped-def]
 @compiled()
 def bed_force(y, law, cells, besides, pulls):  # type: ignore[no-untyped-def]
     """Upward force [N], its moment about the base's middle by u, and rates of what the bed remembers."""
-    thick, lags, relaxing, relaxes, loose = besides[0], besides[4], besides[5], besides[6], besides[7]
+    lags, relaxing, relaxes, loose = besides[3], besides[4], besides[5], besides[6]
     k, c, lam = law
     sin, cos = math.sin(y[2]), math.cos(y[2])
     force = moment = 0.0
@@ -69,8 +69,6 @@ def bed_force(y, law, cells, besides, pulls):  # type: ignore[no-untyped-def]
             place, z = u + half * at, depth + deeper * at
             rate = y[11] - low_rate + (place * cos + height * sin) * y[8]
             stiff = k * stiffer * (1.0 + lags * math.tanh(rate / DULL_M_S))
-            if thick > 0.0:
-                stiff /= 1.0 - min(z / thick, 0.95)
             f = stiff * z + (c + lam * z) * rate + bent
             if loose > 0.0:
                 f = max(f, 0.0)
@@ -83,7 +81,7 @@ def bed_force(y, law, cells, besides, pulls):  # type: ignore[no-untyped-def]
 def rates_of(t, y, body, law, cells, besides, hand, fade):  # type: ignore[no-untyped-def]
     """Of all states; the hand is a couple that fades."""
     m, inertia, e, h, top, up, left, right, pivots = body
-    top_hz, table, x_hz, y_hz, lost, grip, air, rub, tilt = besides[9:]
+    top_hz, table, x_hz, y_hz, lost, grip, air, rub, tilt = besides[8:]
     theta, q, w, vq = y[2], y[3], y[8], y[9]
     sin, cos = math.sin(theta), math.cos(theta)
     force, moment, forgets = bed_force(y, law, cells, besides, (e, h))
@@ -142,7 +140,7 @@ def rates_of(t, y, body, law, cells, besides, hand, fade):  # type: ignore[no-un
     found = np.zeros(y.shape[0])
     found[:6], found[6:N] = y[6:N], speeds[:6]
     found[N] = slides
-    if besides[5] > 0.0:
+    if besides[4] > 0.0:
         found[N + 1 :] = forgets
     return found
 

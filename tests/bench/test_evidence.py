@@ -41,8 +41,12 @@ def test_a_table_is_older_once_the_code_that_it_judges_is_another(written, monke
 def test_a_cell_changed_by_hand_is_seen(written):
     path = written / "minimum.csv"
     path.write_text(path.read_text().replace("1.92", "1.99"))
-    with pytest.raises(FreerockError, match=r"a cell was changed by hand.*evidence minimum"):
+    with pytest.raises(FreerockError, match=r"a cell was changed by hand.*evidence minimum") as told:
         evidence.table("minimum", written)
+    own = {number["name"] for number in evidence.numbers() if number["study"] == "minimum"}
+    places = [where for page in evidence.pages() for name, _, where in evidence.cited(page) if name in own]
+    assert places and all(each in str(told.value) for each in places)
+    assert re.match(r"\w+\.md:\d+: ", places[0]) and "<!--" not in places[0]
 
 
 def test_numbers_are_made_of_rows():
@@ -55,9 +59,9 @@ def test_numbers_are_made_of_rows():
 def test_every_number_of_the_documentation_is_that_of_its_study():
     texts = {number["name"]: evidence.printed(number) for number in evidence.numbers()}
     for page in evidence.pages():
-        for name, text in evidence.cited(page):
-            assert text == texts[name], f"{page.name}: {name} is {texts[name]}"
-    assert {name for page in evidence.pages() for name, _ in evidence.cited(page)} == set(texts)
+        for name, text, where in evidence.cited(page):
+            assert text == texts[name], f"{where} [{name} is {texts[name]}]"
+    assert {name for page in evidence.pages() for name, *_ in evidence.cited(page)} == set(texts)
 
 
 def test_every_table_of_the_documentation_is_that_of_its_study():

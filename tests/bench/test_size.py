@@ -26,7 +26,6 @@ def test_rooms_are_measured(found):
     assert found.loc["selection"].to_dict() == {
         "files": 4,
         "code_lines": 1 + 3 + 5 + 2,
-        "constants": 3,
         "longest_file": 10,
         "longest_function": 7,
     }

@@ -86,7 +86,6 @@ def test_a_base_slips_where_friction_does_not_hold_it():
 @pytest.mark.parametrize(
     "besides",
     [
-        {"thickness_m": 4e-3},
         {"two_beds": 0.2},
         {"top": 0.2, "top_hz": 40.0},
         {"table_kg": 60.0, "table_x_hz": 20.0},

@@ -19,6 +19,10 @@ def test_the_site_has_every_page_and_name_and_loads_nothing_from_elsewhere(tmp_p
     text = "".join(page.read_text(encoding="utf-8") for page in (tmp_path / "api").glob("*.html"))
     for name in freerock.__all__:
         assert f'id="{getattr(freerock, name).__module__}.{name}"' in text, name
+    rows = set(re.findall(r'<a id="(\w+)"', (tmp_path / "evidence.html").read_text(encoding="utf-8")))
+    link = re.compile(r'<a href="evidence\.html#(\w+)">')
+    cited = [link.findall(page.read_text(encoding="utf-8")) for page in tmp_path.glob("*.html")]
+    assert rows and {name for names in cited for name in names} <= rows
     loaded = re.compile(r"<(?:script|img|link|iframe)[^>]*?(?:src|href)=\"(?:https?:)?//[^\"]*\"")
     for page in tmp_path.rglob("*.html"):
         assert not loaded.findall(page.read_text(encoding="utf-8")), page
