@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import lmfit
 import numpy as np
 import pytest
 
@@ -55,6 +56,29 @@ def test_a_wrong_law_has_an_honest_uncertainty_where_a_swing_just_lifts_the_bloc
     fit = freerock.fit_run("winkler", BLOCK, replace(record.runs[0].motion, laboratory=None))
     assert not fit.evidence.agrees
     assert dict(zip(fit.parameters, fit.u_total / fit.value, strict=True))["c"] > 0.01
+
+
+def test_lmfit_goes_on_with_a_fit_whose_impacts_scatter(record):
+    fit = record.runs[0].fit("hunt_crossley")
+    assert fit.result.redchi == pytest.approx(1, abs=0.15)
+    (_, low), _, (_, high) = lmfit.conf_interval(fit.minimizer, fit.result, ["k"], sigmas=[1])["k"]
+    assert (high - low) / 2 == pytest.approx(fit.u_total[0], rel=0.1)
+
+
+def test_slow_noise_counts_once_in_the_statistics():
+    block, laser = replace(BLOCK, height_m=0.42, mass_kg=8.67), replace(LASER, position_m=0.22)
+    file = FILE.with_name("config1_aerstop.tdms")
+    result = freerock.load(file, block, laser).runs[0].fit("hunt_crossley").result
+    assert result.redchi == pytest.approx(1, abs=0.15) and result.ndata < 0.3 * len(result.residual)
+    assert result.nfree == result.ndata - result.nvarys
+    assert result.redchi == pytest.approx(np.sum(result.residual**2) / result.nfree)
+    assert result.bic - result.aic == pytest.approx((np.log(result.ndata) - 2) * result.nvarys)
+
+
+def test_a_law_that_is_wrong_has_no_interval_without_its_error(record):
+    fit = record.runs[0].fit("housner")
+    with pytest.raises(freerock.FreerockError, match=r"does not agree with the noise.*use u_total"):
+        fit.conf_interval()
 
 
 def test_uncertainties_are_defaults_where_none_is_given():

@@ -11,7 +11,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.config.fit_settings import FitSettings
 from freerock.identification.epsilon_theta import epsilon_theta
-from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, Uncertainty
+from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, Minimizer, Uncertainty
 from freerock.identification.goodness import noise_of
 from freerock.identification.posed import Ended, Posed, minimised
 from freerock.identification.posterior import Posterior
@@ -301,7 +301,10 @@ def _fit(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
         len(model.law_names),
         int(ended.result.nfev),
     )
-    with_covariance(ended.result, covariance[np.ix_(posterior.varied, posterior.varied)])
+    each = np.ix_(posterior.varied, posterior.varied)
+    with_covariance(ended.result, covariance[each])
+    n_priors = len(posterior.rows) - len(posterior.residual)
+    with_statistics(ended.result, n_priors + posterior.independent * (ended.result.ndata - n_priors))
     return Fit(
         model.candidate,
         {name: at.values[name] for name in model.names},
@@ -312,7 +315,9 @@ def _fit(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
         not message,
         message or "converged",
         ended.result,
-        ended.minimizer,
+        Minimizer(
+            ended.minimizer, ended.result, posterior.inverse[np.ix_(posterior.varied, posterior.varied)]
+        ),
         posterior,
     )
 
@@ -347,3 +352,13 @@ def with_covariance(result: "lmfit.minimizer.MinimizerResult", covariance: Float
             for j, other in enumerate(result.var_names)
             if j != i and stderr[i] > 0 and stderr[j] > 0
         }
+
+
+def with_statistics(result: "lmfit.minimizer.MinimizerResult", n_data: float) -> None:
+    """Give a result the statistics that lmfit has of so many independent data."""
+    result.ndata = max(round(n_data), result.nvarys + 1)
+    result.nfree = result.ndata - result.nvarys
+    result.redchi = result.chisqr / result.nfree
+    likelihood = result.ndata * math.log(result.chisqr / result.ndata)
+    result.aic = likelihood + 2 * result.nvarys
+    result.bic = likelihood + math.log(result.ndata) * result.nvarys

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import lmfit
 import numpy as np
-from scipy.special import chdtr
 
 from freerock.arrays import Floats
+from freerock.errors import FreerockError
 from freerock.identification.posterior import Posterior
 from freerock.identification.scatter import Scatter
 from freerock.models.free_parameters import unit_of
@@ -122,6 +122,40 @@ class ImpactScatter:
     with_parameters: Floats
 
 
+class Minimizer(lmfit.Minimizer):  # type: ignore[misc]
+    """Of lmfit, from an end: where numbers are held off it, as by `lmfit.conf_interval`, the others follow.
+
+    They start where the linear model of the end has them; a swing that is out of step holds a search fast.
+
+    Parameters
+    ----------
+    ended : lmfit.Minimizer
+    end : lmfit.minimizer.MinimizerResult
+    covariance : ndarray, shape (n_varied, n_varied)
+        Of the numbers that vary, by the curvature of what is minimised.
+    """
+
+    def __init__(
+        self, ended: lmfit.Minimizer, end: "lmfit.minimizer.MinimizerResult", covariance: Floats
+    ) -> None:
+        super().__init__(ended.userfcn, end.params, scale_covar=False, **ended.kws)
+        self.end, self.covariance = end, covariance
+
+    def leastsq(
+        self, params: lmfit.Parameters | None = None, **options: Any
+    ) -> "lmfit.minimizer.MinimizerResult":
+        """As of lmfit."""
+        params = (params or self.params).copy()
+        names, ends = self.end.var_names, self.end.params
+        held = [i for i, name in enumerate(names) if not params[name].vary]
+        off = [params[names[i]].value - ends[names[i]].value for i in held]
+        by = self.covariance[:, held] @ np.linalg.solve(self.covariance[np.ix_(held, held)], off)
+        for i, name in enumerate(names):
+            if i not in held:
+                params[name].set(value=params[name].value + by[i])
+        return super().leastsq(params, **options)
+
+
 @dataclass(frozen=True)
 class Fit:
     """A candidate fitted to a run.
@@ -140,9 +174,10 @@ class Fit:
         Whether the least squares converged; `message` says why not.
     message : str
     result : lmfit.minimizer.MinimizerResult
-        Of the least squares, with the covariance of `uncertainty`: its standard errors are `u_total`.
-    minimizer : lmfit.Minimizer
-        That gave it.
+        Of the least squares, with the covariance of `uncertainty`: its standard errors are `u_total`. `ndata`
+        counts samples as independent ones: neighbours share slow noise.
+    minimizer : Minimizer
+        That goes on from it.
     posterior : Posterior or None
         The linear model at the end; None of the paper's fit.
     impacts : Impacts or None
@@ -158,7 +193,7 @@ class Fit:
     success: bool
     message: str
     result: "lmfit.minimizer.MinimizerResult" = field(compare=False, repr=False)
-    minimizer: lmfit.Minimizer = field(default=None, compare=False, repr=False)
+    minimizer: Minimizer | None = field(default=None, compare=False, repr=False)
     posterior: Posterior | None = field(default=None, compare=False, repr=False)
     impacts: Impacts | None = None
 
@@ -205,10 +240,18 @@ class Fit:
     def conf_interval(self, *names: str, sigmas: Sequence[float] = (1, 2)) -> dict[str, list[Any]]:
         """Intervals of numbers, by default the law's, by `lmfit.conf_interval`: it fits all else again.
 
-        The noise is known: chi-square itself tells the chance. The mass, which fits hold, is not in it.
+        The mass, which fits hold, is not in it.
+
+        Raises
+        ------
+        FreerockError
+            The law does not agree with the noise: intervals would leave out its error, which `u_total` holds.
         """
+        if not self.evidence.agrees:
+            what = f"{self.model} does not agree with the noise: an interval would leave out its error"
+            raise FreerockError("conf_interval", what, "use u_total")
         own = [legal(name) for name in names or law_of(self.model).parameters]
-        return dict(lmfit.conf_interval(self.minimizer, self.result, own, sigmas=sigmas, prob_func=_chance))
+        return dict(lmfit.conf_interval(self.minimizer, self.result, own, sigmas=sigmas))
 
     def plot(self) -> "Figure":
         """A figure of the measured and the modelled rotation, and of their difference."""
@@ -223,8 +266,3 @@ class Fit:
         above.legend()
         below.set(xlabel="time since the release [s]", ylabel="model less measured [rad]")
         return figure
-
-
-def _chance(best: "lmfit.minimizer.MinimizerResult", other: "lmfit.minimizer.MinimizerResult") -> float:
-    """Chance that a number is nearer to the best fit than in another one."""
-    return float(chdtr(1, max(other.chisqr - best.chisqr, 0.0)))

@@ -1,6 +1,5 @@
 """The laws as `lmfit.Model`s."""
 
-import operator
 from collections.abc import Mapping
 from dataclasses import dataclass
 from inspect import Parameter, Signature
@@ -12,7 +11,7 @@ import numpy as np
 from freerock.arrays import Floats, sampled
 from freerock.config.fit_settings import FitSettings
 from freerock.identification.posed import bounds_of
-from freerock.identification.run_model import RTOL, RunModel
+from freerock.identification.run_model import RunModel
 from freerock.identification.start import Followed
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS, PER_RUN
@@ -22,6 +21,8 @@ from freerock.models.simulate import Solver
 from freerock.rotation.as_measured import as_measured
 from freerock.rotation.view import View
 from freerock.runs.motion import Motion
+
+EXACT = Solver(1e-11)  # lmfit moves a number by as little as 1.5e-8 of it
 
 
 @dataclass(frozen=True)
@@ -48,81 +49,17 @@ class _Theta:
 
     def __call__(self, time: Floats, **values: float) -> Floats:
         named = {self.names[name]: float(value) for name, value in values.items()}
-        solver = Solver(RTOL)
-        return as_measured(self.law, self.block, named, time, self.view, rules=self.rules, solver=solver)
+        return as_measured(self.law, self.block, named, time, self.view, rules=self.rules, solver=EXACT)
 
 
-class _WithSteps(lmfit.Model):  # type: ignore[misc]
-    """A model whose least squares take derivatives over steps of its own, sums and products of it as well."""
-
-    def step(self, name: str, value: float) -> float:
-        """By how much a parameter moves for a difference quotient."""
-        for each in self.components:
-            if isinstance(each, RockingModel) and name in each.param_names:
-                row = PARAMETERS[each.func.names[name.removeprefix(each.prefix)]]
-                return row.step * (value if row.is_logarithm else 1.0)
-        return 1e-6 * max(abs(value), 1e-3)
-
-    def derivatives(
-        self, params: lmfit.Parameters, data: Floats, weights: Floats | None, **given: Any
-    ) -> Floats:
-        """Of the weighted residual by the parameters that vary, shape (n_time, n): central differences."""
-        columns = []
-        for name in [name for name, each in params.items() if each.vary]:
-            step, ends = self.step(name, params[name].value), []
-            for there in (params[name].value + step, params[name].value - step):
-                moved = params.copy()
-                moved[name].set(value=there, min=-np.inf, max=np.inf)
-                ends.append(self.eval(moved, **given))
-            columns.append((ends[1] - ends[0]) / (2 * step))  # lmfit subtracts the model
-        weight = np.reshape(1.0 if weights is None else weights, (-1, 1))
-        return np.asarray(np.array(columns).T * weight, float)
-
-    def fit(
-        self,
-        data: Floats,
-        params: lmfit.Parameters | None = None,
-        weights: Floats | None = None,
-        method: str = "leastsq",
-        fit_kws: Mapping[str, Any] | None = None,
-        **options: Any,
-    ) -> "lmfit.model.ModelResult":
-        """As `lmfit.Model.fit`; least squares take `derivatives`, which need fewer motions."""
-        own: dict[str, dict[str, Any]] = {"leastsq": {}, "least_squares": {"x_scale": "jac"}}
-        if method in own:
-            fit_kws = {"Dfun": self.derivatives, **own[method], **(fit_kws or {})}
-        if weights is not None:  # lmfit leaves samples out of arrays alone
-            weights = np.broadcast_to(np.asarray(weights, float), np.shape(data))
-        found = super().fit(data, params, weights=weights, method=method, fit_kws=fit_kws, **options)
-        found.kws.pop("x_scale", None)  # `conf_interval` goes on by leastsq, which has no scale
-        return found
-
-    def __add__(self, other: lmfit.Model) -> "_Composite":
-        return _Composite(self, other, operator.add)
-
-    def __sub__(self, other: lmfit.Model) -> "_Composite":
-        return _Composite(self, other, operator.sub)
-
-    def __mul__(self, other: lmfit.Model) -> "_Composite":
-        return _Composite(self, other, operator.mul)
-
-    def __truediv__(self, other: lmfit.Model) -> "_Composite":
-        return _Composite(self, other, operator.truediv)
-
-
-class _Composite(_WithSteps, lmfit.model.CompositeModel):  # type: ignore[misc]
-    """A law combined with another model."""
-
-
-class RockingModel(_WithSteps):
+class RockingModel(lmfit.Model):  # type: ignore[misc]
     """θ(t) [rad] of a block that is released at an angle theta0 [rad] at the instant t0 [s].
 
     Its parameters are those of the law, lambda as `lambda_`, then theta0 and t0 [SI]; `time` [s] is the
     independent variable. A fit takes the noise to be white and each impact as the law has it; `fit_run`
     takes the noise as at rest, impacts that scatter, and the laboratory's inputs for what they are.
-    `HuntCrossleyModel(block) + ConstantModel()` keeps the derivatives, `ConstantModel() +
-    HuntCrossleyModel(block)` leaves them to the steps of lmfit: 50 motions instead of 9, and ± within 1 %.
-    k has no upper bound for that: near the lower of two far bounds, lmfit's steps are coarse.
+    Motions are so exact that the steps of any method of lmfit give ±, in sums and products too. k has no
+    upper bound for that: near the lower of two far bounds, lmfit's steps are coarse.
 
     Parameters
     ----------
@@ -146,6 +83,14 @@ class RockingModel(_WithSteps):
         for name in LAWS[self.law].parameters:
             low, high = (0.0, np.inf) if PARAMETERS[name].fitted_as == "ratio" else PARAMETERS[name].bounds
             self.set_param_hint(legal(name), min=low, max=_upper(name, high), value=_first_value(name))
+
+    def fit(
+        self, data: Floats, params: lmfit.Parameters | None = None, weights: Any = None, **options: Any
+    ) -> "lmfit.model.ModelResult":
+        """As `lmfit.Model.fit`; one weight is that of all samples."""
+        if weights is not None:  # lmfit leaves samples out of arrays alone
+            weights = np.broadcast_to(np.asarray(weights, float), np.shape(data))
+        return super().fit(data, params, weights=weights, **options)
 
     def guess(self, data: Floats, time: Floats, **given: Any) -> lmfit.Parameters:
         """Parameters to start a fit from, with the bounds that `fit_run` has, as it finds its own start.

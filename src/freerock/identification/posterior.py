@@ -149,8 +149,17 @@ class Posterior:
     def level(self) -> float:
         """s that the numbers of the law meet: of the noise, times what the residual has more [rad]."""
         own = np.flatnonzero(self.varied[: self.n_names])
-        louder_by = 1.0 if self.goodness.agrees else max(1.0, self.goodness.over_noise)
-        return level_of(self.noise, self.rows[: len(self.residual), own]) * louder_by
+        return level_of(self.noise, self.rows[: len(self.residual), own]) * self._louder_by
+
+    @property
+    def independent(self) -> float:
+        """Share of the samples that count as independent ones of the level: neighbours share slow noise."""
+        rms = level_of(self.noise, np.eye(len(self.residual), 1)) * self._louder_by
+        return float(rms / self.posed.level) ** 2
+
+    @property
+    def _louder_by(self) -> float:
+        return 1.0 if self.goodness.agrees else max(1.0, self.goodness.over_noise)
 
     def minus_two_log(self, noise: Noise | None = None) -> float:
         """-2 ln of the evidence (Laplace), but for a constant, under some noise; by default that at rest.
