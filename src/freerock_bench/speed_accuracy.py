@@ -19,6 +19,7 @@ import pandas as pd
 from ruamel.yaml import YAML
 
 from freerock.arrays import Floats
+from freerock.errors import FreerockError
 from freerock.models.laws import LAWS, MODEL_LABELS, MODELS, Rules
 from freerock.models.simulate import Solver, simulate_fitted
 from freerock.virtual_lab.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
@@ -37,6 +38,7 @@ ROUNDS = {"full": 5, "small": 1}
 COLUMNS = ["model", "debonding", "method", "kind", "setting", "time_s", "epsilon", "max_error_rad", "outcome"]
 COLUMNS += ["floor_epsilon", "parameter", "error_stderr", "note"]
 HEADS = ["law", "tool", "setting", "a run of 3 s", "ε_θ", "against the noise", "error / standard errors"]
+HEADS += ["what it can do"]
 UNITS = ((3600.0, "h"), (60.0, "min"), (1.0, "s"), (1e-3, "ms"))
 Row = dict[str, Any]
 
@@ -62,7 +64,14 @@ def run(size: str, folder: Path, cores: int) -> pd.DataFrame:
         "library", "time stepping", "engine"), setting, time_s (of a run), epsilon, max_error_rad, outcome;
         floor_epsilon (ε_θ of the laser's noise alone); parameter (r or k) and error_stderr, its shift in a
         fit whose simulations err as this one, in standard errors; note.
+
+    Raises
+    ------
+    FreerockError
+        The engines are not there, and the size is full.
     """
+    if size == "full" and not peers.installed():
+        raise FreerockError(peers.PYTHON, "the engines are not installed", "run make peers")
     time = np.arange(0.0, SPAN_S[size] + 0.5 * EVERY_S, EVERY_S)
     rows: list[Row] = []
     for model in ("housner", "winkler", "hunt_crossley"):
@@ -198,7 +207,7 @@ def markdown(frame: pd.DataFrame) -> str:
     for (model, method), rows in by_law.groupby(["model", "method"], sort=False):
         done = rows[rows["outcome"] == "completed"]
         if done.empty:
-            lines.append([MODEL_LABELS[model], method, f"none: {rows['outcome'].iloc[0]}", *[""] * 4])
+            lines.append([MODEL_LABELS[model], method, f"none: {rows['outcome'].iloc[0]}", *[""] * 5])
             continue
         enough = done[done["epsilon"] < done["floor_epsilon"]]
         row = (enough.sort_values("time_s") if len(enough) else done.sort_values("epsilon")).iloc[0]
@@ -211,6 +220,7 @@ def markdown(frame: pd.DataFrame) -> str:
             f"{row['epsilon']:.0e}",
             f"**{over:.1g} ×**" if over >= 1 else f"{over:.0e} ×" if over < 0.01 else f"{over:.2g} ×",
             f"{row['error_stderr']:.2g} of {row['parameter']}",
+            row["note"] if isinstance(row["note"], str) else "",
         ]
         lines.append(cells)
     return in_markdown(HEADS, lines)

@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -13,8 +12,7 @@ from freerock.models.laws import LAWS, MODEL_LABELS
 from freerock.virtual_lab.published import TABLE_3
 
 BELOW_FLOOR = 1e-2  # of the floor, where the first chart ends
-ROOM_FOR_NOTES = 4.0  # times the longest time
-SIDES = {0.3: "left", 0.7: "center", math.inf: "right"}  # of a note, by how far across the panel it stands
+ROOM = 4.0  # times the longest time, for words
 OVER = withStroke(linewidth=1.5, foreground="white")  # of a text that crosses lines
 GOOD = "#e6eff7"
 PALE: Style = {"alpha": 0.3, "linestyle": ""}
@@ -25,6 +23,7 @@ STYLES: dict[str, Style] = {
     "SciPy DOP853, compiled": {"color": "#00805e", "marker": "s", "linewidth": 0.6},
     "CyRK DOP853": {"color": "#d55e00", "marker": "*"},
     "CyRK RK45": {"color": "#0072b2", "marker": "*"},
+    "CyRK RK45, law in Python": {"color": "#0072b2", "marker": "1"},
     "RK4": {"color": "0.5", "marker": "x"},
     "Newmark": {"color": "#8a6d00", "marker": "+"},
     "Runge–Kutta without events": {"color": "0.5", "marker": "x"},
@@ -48,7 +47,7 @@ def draw(frame: pd.DataFrame) -> Drawing:
         ax.set(xscale="log", yscale="log")
         _panel(ax, law, data[data["model"] == law])
     axes[0].set_ylabel("time of a run of 3 s / s")
-    axes[0].set_ylim(top=ROOM_FOR_NOTES * data["time_s"].max())
+    axes[0].set_ylim(top=ROOM * data["time_s"].max())
     _legend(figure, data)
     return figure, data
 
@@ -63,7 +62,6 @@ def _panel(ax: Axes, law: str, rows: pd.DataFrame) -> None:
     said: Style = {"fontsize": 6, "va": "top", "transform": ax.get_xaxis_transform(), "path_effects": [OVER]}
     ax.text(left / 2.5, 0.985, "below the\nnoise of\na laser", color="#00805e", **said)
     ax.text(TABLE_3["marble"][law], 0.985, "table 3 ", color="0.4", rotation=90, ha="right", **said)
-    noted: set[str] = set()
     for method, points in rows.groupby("method", sort=False):
         style = LINE | STYLES[str(method)]
         _front(ax, points[points["epsilon"] >= left], style)
@@ -71,7 +69,6 @@ def _panel(ax: Axes, law: str, rows: pd.DataFrame) -> None:
             least = float(better["time_s"].min())
             ax.plot(left, least, linestyle="", **style)
             ax.annotate("", (left / 2.6, least), (left, least), arrowprops={"arrowstyle": "->", "lw": 0.7})
-        _noted(ax, points, left, noted)
 
 
 def _front(ax: Axes, points: pd.DataFrame, style: Style) -> None:
@@ -80,29 +77,6 @@ def _front(ax: Axes, points: pd.DataFrame, style: Style) -> None:
     best = points["epsilon"] <= points["epsilon"].cummin()
     for rows, look in ((points[best], {"linestyle": "-"}), (points[~best], PALE)):
         ax.plot(rows["epsilon"], rows["time_s"], **(style | look))
-
-
-def _noted(ax: Axes, points: pd.DataFrame, left: float, noted: set[str]) -> None:
-    """What an engine can't do, or does otherwise, beside its slowest point, once."""
-    engine = points["method"].iloc[0].partition(",")[0]
-    if points["kind"].iloc[0] != "engine" or engine in noted:
-        return
-    noted.add(engine)
-    slowest = points.sort_values("time_s").iloc[-1]
-    note = str(slowest["note"]).partition(";")[0]
-    x = max(slowest["epsilon"], left)
-    low, high = np.log(ax.get_xlim())
-    across = (math.log(x) - low) / (high - low)
-    ax.annotate(
-        f"{engine}:\n{note}",
-        (x, slowest["time_s"]),
-        xytext=(0, 4),
-        ha=next(side for end, side in SIDES.items() if across < end),
-        textcoords="offset points",
-        fontsize=5.5,
-        color=STYLES[slowest["method"]]["color"],
-        path_effects=[OVER],
-    )
 
 
 def _legend(figure: Figure, data: pd.DataFrame) -> None:

@@ -34,7 +34,8 @@ METHODS: dict[str, Method] = {
         for kind in ("NumPy", "numba")
         for name in ("RK45", "DOP853", "LSODA", "Radau")
     },
-    **{f"CyRK {name}": partial(cyrk, name) for name in ("RK45", "DOP853", "LSODA", "RADAU")},
+    "CyRK RK45, law in Python": partial(cyrk, "RK45", False),
+    **{f"CyRK {name}": partial(cyrk, name, True) for name in ("RK45", "DOP853", "LSODA", "RADAU")},
     "RK4": partial(fixed_step, "RK4"),
     "Newmark": partial(fixed_step, "Newmark"),
 }

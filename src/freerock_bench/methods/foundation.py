@@ -149,8 +149,10 @@ def _with_law(law: Floats, t: float, y: Floats) -> Floats:
     return right_hand_side(t, y, law)
 
 
-def cyrk(method: str, problem: Problem, time: Floats, rtol: float, limit: float = math.inf) -> Solution:
-    """CyRK's C++ solver with the right-hand side compiled to a C function.
+def cyrk(
+    method: str, compiled: bool, problem: Problem, time: Floats, rtol: float, limit: float = math.inf
+) -> Solution:
+    """CyRK's C++ solver with the right-hand side compiled to a C function, or with the plain one.
 
     Parameters
     ----------
@@ -159,23 +161,20 @@ def cyrk(method: str, problem: Problem, time: Floats, rtol: float, limit: float 
     limit : float
         Steps after which to give up. The other parameters as in `scipy`.
     """
-    from CyRK import nbsolve2_ivp
+    from CyRK import nbsolve2_ivp, pysolve_ivp
 
-    result = nbsolve2_ivp(
-        _c_function(),
-        (0.0, float(time[-1])),
-        problem.start,
-        method=method,
-        t_eval=time,
-        args=problem.law,
-        rtol=rtol,
-        atols=ATOL_SHARE * rtol * problem.amplitudes,
-        max_num_steps=0 if limit == math.inf else int(limit),
-    )
+    span, atol = (0.0, float(time[-1])), ATOL_SHARE * rtol * problem.amplitudes
+    how = {"method": method, "t_eval": time, "rtol": rtol}
+    how["max_num_steps"] = 0 if limit == math.inf else int(limit)
+    if compiled:
+        result = nbsolve2_ivp(_c_function(), span, problem.start, args=problem.law, atols=atol, **how)
+    else:
+        result = pysolve_ivp(plain_right_hand_side(problem), span, problem.start, atol=atol, **how)
     success = result.success
     stopped = "step_limit" if "number of steps" in result.message else "non_finite"
     theta = result.y[2].copy() if success else np.empty(0)
-    result.free()
+    if compiled:
+        result.free()
     return solution(problem, time, theta, math.nan, success, stopped)
 
 
