@@ -1,4 +1,4 @@
-"""A campaign whose impacts scatter by 2 %: three blocks on two foundations with the paper's parameters.
+"""A campaign whose impacts scatter by 2 %: three blocks on two foundations, with the paper's numbers.
 
 python benchmarks/scattering.py FOLDER, then snakemake --directory FOLDER
 
@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from freerock.virtual_lab.published import BLOCKS, TABLE_2
+from freerock.virtual_lab.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock_bench.scattered import BEAMS_M, KNOWN, RATE_HZ, Truth, inputs, runs_of, volts_of
 
+ROOT = Path(__file__).parents[1]
 SIGMA_R, KNOWLEDGE = 0.02, "callipers"
 LABELS = {"config1": "Configuration #1", "config2": "Configuration #2", "config3": "Configuration #3"}
 
@@ -32,17 +33,20 @@ def main(folder: Path) -> None:
         draw, law = np.random.default_rng([7, i]), "hunt_crossley"
         known = inputs(BLOCKS[name], BEAMS_M[name], KNOWLEDGE, draw)
         truth = Truth(law, "guided", name, base, SIGMA_R, 0.0, {**TABLE_2[base][law]}, KNOWLEDGE, **known)
-        volts, _ = volts_of(truth, runs_of(truth, draw), draw)
+        volts, _ = volts_of(truth, runs_of(truth, draw, shares=(1.0, 1.0)), draw)
         rows = np.column_stack([np.arange(len(volts)) / RATE_HZ, volts])
         head = {"delimiter": ",", "header": "time [s],laser [V]", "comments": ""}
         np.savetxt(raw / f"{name}_{base}.csv", rows, fmt=["%.5f", "%.6f"], **head)
         block = {key: getattr(BLOCKS[name], key) for key in ("height_m", "width_m", "mass_kg")}
         off = {"height_m": u["height_m"], "width_m": u["width_m"], "mass_kg": u["mass"] * block["mass_kg"]}
+        block["release_angle_deg"] = round(np.degrees(RELEASE_ANGLES[name]).item())
         parts["blocks"][name] = block | {"label": LABELS[name], "uncertainty": off}
         laser = {"beam": "horizontal", "position_m": BEAMS_M[name], "range_m": 0.1, "units": "V"}
         parts["lasers"][f"at_{name}"] = laser | {"uncertainty": of_laser}
         lines.append(f"{name}_{base},{name}_{base}.csv,,{name},{base},at_{name},,,,")
-    stated = {"title": "Three blocks whose impacts scatter by 2 %", "origin": "simulated", **parts}
+    paper = yaml.safe_load((ROOT / "config/campaigns/palermo_virtual.yaml").read_text(encoding="utf-8"))
+    told = {"title": "Three blocks whose impacts scatter by 2 %", "origin": "simulated"}
+    stated = told | {key: paper[key] for key in ("summary", "published")} | parts
     (campaigns / "scattering.yaml").write_text(yaml.safe_dump(stated, sort_keys=False), encoding="utf-8")
     (campaigns / "scattering.csv").write_text("\n".join([*lines, ""]), encoding="utf-8")
     (folder / "config/config.yaml").write_text("campaigns: [scattering]\n", encoding="utf-8")

@@ -67,8 +67,8 @@ def figure_of(
             ax.set_xlim(left=0)
             told = _absent(own, style.of_scene(epsilon, *scene)) + (_far_off(ax, own) if y == "r" else [])
             at, side = (0.02, "left") if y == "r" else (0.98, "right")
-            ax.text(at, 0.04, "\n".join(told), ha=side, transform=ax.transAxes, fontsize=7)
-        style.outer_labels(panels, "amplitude |θ|/$θ_{cr}$", label)
+            ax.text(at, 0.04, "\n".join(told), ha=side, transform=ax.transAxes)
+        style.outer_labels(panels.values(), "amplitude |θ|/$θ_{cr}$", label)
         style.finish(figure, origin, _handles(data, origin, bool(len(scatter))))
         return figure, data
 
@@ -93,10 +93,6 @@ def run_handles(n: int, kind: str) -> list[Line2D]:
     return [Line2D([], [], label=name, **_marker(*look)) for name, look in zip(names, looks_of, strict=False)]
 
 
-def _line(law: str) -> style.Style:
-    return looks.MODEL_STYLES[law] | looks.OVERLAID.get(law, {})
-
-
 def _panel(ax: Axes, y: str, own: pd.DataFrame, band: pd.DataFrame) -> None:
     """A scene: markers of each run, lines of the laws, the band of scattered impacts."""
     seen = own[own["source"] == "experiment"].groupby(["test", "run"], sort=False)
@@ -105,7 +101,7 @@ def _panel(ax: Axes, y: str, own: pd.DataFrame, band: pd.DataFrame) -> None:
         ax.errorbar(rows["amplitude"], rows[y], bars, elinewidth=0.6, **_marker(marker, shade))
     for law in PAPER_MODELS:
         rows = own[own["source"] == law].sort_values("amplitude")
-        ax.plot(rows["amplitude"], rows[y], **_line(law))
+        ax.plot(rows["amplitude"], rows[y], **looks.line_of(law))
     if len(band):
         ends = (band[y] * (1 + sign * NORMAL_95 * band["sigma_r"]) for sign in (-1, 1))
         ax.fill_between(band["amplitude"], *ends, color="0.88", zorder=0, linewidth=0)
@@ -117,7 +113,7 @@ def _handles(data: pd.DataFrame, origin: str, scatters: bool) -> list[Artist]:
     most = int(seen.groupby("test").size().max()) if len(seen) else 1
     handles: list[Artist] = list(run_handles(most, str(style.recorded(origin)["label"])))
     known = [law for law in PAPER_MODELS if law in set(data["source"])]
-    handles += [Line2D([], [], **_line(law)) for law in known]
+    handles += [Line2D([], [], **looks.line_of(law)) for law in known]
     handles += [Line2D([], [], color="0.45", linestyle=":", label="rigid block (Housner 1963)")]
     return handles + [Patch(color="0.88", label="95 % of impacts, selected law and σ$_r$")] * scatters
 

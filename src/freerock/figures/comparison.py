@@ -9,14 +9,14 @@ from matplotlib.lines import Line2D
 
 from freerock.figures import looks, style
 from freerock.figures.style import Axes, Drawing, Labels, styled
-from freerock.models.laws import MODEL_LABELS, PAPER_MODELS, law_of
+from freerock.models.laws import PAPER_MODELS, law_of
 from freerock.products.groups import paper_fits, runs_of, selected_fit
 from freerock.tables.number_text import percent
 
 COLUMNS = ["test", "run", "block", "foundation", "source", "time_s", "theta_deg"]
 COLUMNS += ["residual_over_theta0", "residual_over_sigma"]
-HEIGHT_IN, RATIOS = 2.5, (2.0, 0.85, 0.85)  # of a block's row, and of its panels
-HEADROOM = 0.4  # above the curves, for the legend
+HEIGHT_IN, RATIOS = 2.08, (2.8, 0.9, 0.8)  # of a block's row, and of its panels
+HEADROOM = 0.25  # above the curves, for ε_θ
 
 
 @styled()
@@ -42,25 +42,26 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
     figure, panels = style.panels_per_scene(scenes, labels, HEIGHT_IN, RATIOS)
     parts = []
     for scene, tree in zip(scenes, fits, strict=True):
-        motion, over_release, over_noise = panels[scene]
-        if motion.get_subplotspec().is_first_col():
-            for ax, label in zip(panels[scene], ("θ / °", "Δθ / α", "Δθ / σ"), strict=True):
-                ax.set_ylabel(label)
-        over_noise.set_xlabel("time since release / s")
+        motion = panels[scene][0]
         number, run = _typical(runs_of(tree))
         if run is None:
             motion.text(0.5, 0.5, "no fitted run", transform=motion.transAxes, ha="center")
             continue
         own = _curves(run, sigma_deg[tree.attrs["test"], str(number)])
         _plot(panels[scene], own, origin)
-        _legend(motion, run)
+        _tell(motion, run)
         parts.append(own.assign(test=tree.attrs["test"], run=number, block=scene[0], foundation=scene[1]))
     data = style.gathered(parts, COLUMNS).reindex(columns=COLUMNS)
     furthest = _furthest(data)
+    tick = float(f"{0.7 * furthest:.0e}")
     for _, over_release, _ in panels.values():
         over_release.set_ylim(-furthest, furthest)
-    handles = [Line2D([], [], **style.recorded(origin))]
-    handles += [Line2D([], [], color=style.NOISE_COLOUR, label="95 % of the noise")]
+        over_release.set_yticks([-tick, 0, tick], [f"−{tick:g}", "", f"{tick:g}"])
+    for axes, y in zip(zip(*panels.values(), strict=True), ("θ / °", "Δθ / α", "Δθ / σ"), strict=True):
+        style.outer_labels(axes, "time since release / s" * y.endswith("σ"), y)
+    laws = dict.fromkeys(law for tree in fits for run in runs_of(tree).values() for law in paper_fits(run))
+    noise: style.Style = {"color": style.NOISE_COLOUR, "label": "95 % of the noise"}
+    handles = [Line2D([], [], **look) for look in (style.recorded(origin), *map(looks.line_of, laws), noise)]
     style.finish(figure, origin, handles)
     return figure, data
 
@@ -122,24 +123,18 @@ def _plot(axes: Sequence[Axes], own: pd.DataFrame, origin: str) -> None:
             over_noise.plot(rows["time_s"], rows["residual_over_sigma"], **look)
             style.scale_by_noise(over_noise, float(rows["residual_over_sigma"].abs().max()))
         else:
-            look = looks.MODEL_STYLES[str(source)] | looks.OVERLAID.get(str(source), {})
+            look = looks.line_of(str(source))
             motion.plot(rows["time_s"], rows["theta_deg"], **look)
             over_release.plot(rows["time_s"], rows["residual_over_theta0"], **look | {"label": None})
     motion.set_xlim(left=0)
 
 
-def _legend(motion: Axes, run: xr.DataTree) -> None:
-    """ε_θ of each law, and what stands for it where its fit failed."""
-    handles = []
-    for law, fit in paper_fits(run).items():
-        epsilon = percent(fit["epsilon_theta"].item())
-        told = (
-            f"$ε_θ$ {'' if epsilon[0] == '<' else '= '}{epsilon} %" if fit.attrs["success"] else "failed fit"
-        )
-        look = looks.MODEL_STYLES[law] | looks.OVERLAID.get(law, {})
-        handles.append(Line2D([], [], **look | {"label": f"{MODEL_LABELS[law]}, {told}"}))
-    if handles:
-        options = {"loc": "upper right", "borderaxespad": 0.0, "labelspacing": 0.1, "handlelength": 2.4}
-        low, high = motion.get_ylim()
-        motion.set_ylim(low, high + HEADROOM * (high - low))
-        motion.legend(handles=handles, **options)
+def _tell(motion: Axes, run: xr.DataTree) -> None:
+    """ε_θ of each law above the curves, and what stands for it where its fit failed."""
+    fits = paper_fits(run).values()
+    epsilon = [percent(fit["epsilon_theta"].item()) if fit.attrs["success"] else "failed" for fit in fits]
+    low, high = motion.get_ylim()
+    motion.set_ylim(low, high + HEADROOM * (high - low))
+    motion.text(
+        0.99, 0.97, f"$ε_θ$: {', '.join(epsilon)} %", ha="right", va="top", transform=motion.transAxes
+    )

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import cycle
+from math import degrees
 
 import numpy as np
 import pandas as pd
@@ -12,13 +13,18 @@ from matplotlib.lines import Line2D
 from freerock.figures import style
 from freerock.figures.style import Drawing, Labels, styled
 from freerock.products.groups import usable_runs
+from freerock.tables.number_text import fixed, in_words
 
 MOST_BELOW = 4  # blocks, each below the other; more stand side by side
 
 
+Release = tuple[float, xr.DataTree, int]
+"""A run with its release angle [°]: its record and its number there."""
+
+
 @styled()
 def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> Drawing:
-    """θ(t) of the first usable run on each foundation, one panel per block.
+    """θ(t) of a usable run on each foundation, one panel per block: the runs released most alike.
 
     Parameters
     ----------
@@ -28,44 +34,54 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
     Returns
     -------
     figure, data : Figure, pandas.DataFrame
-        Columns block, foundation, test, run, time_s (since the release), theta_deg.
+        Columns block, foundation, test, run, time_s (since the release), theta_deg (positive there).
     """
     blocks = list(dict.fromkeys(tree.attrs["block"] for tree in records))
     foundations = dict.fromkeys(tree.attrs["foundation"] for tree in records)
     looks = dict(zip(foundations, cycle(style.FOUNDATION_STYLES)))
-    curves: dict[tuple[str, str], pd.DataFrame] = {}
-    for tree in records:
-        for number, run in list(usable_runs(tree).items())[:1]:
-            scene = (tree.attrs["block"], tree.attrs["foundation"])
-            curves.setdefault(scene, _curve(tree, number, run))
-
     beside = 1 if len(blocks) <= MOST_BELOW else style.fit_beside(len(blocks), style.ALONE_IN)
     rows = -(-len(blocks) // beside)
     figure = Figure(figsize=(style.WIDTH_IN, 0.6 + 1.75 * rows))
     axes = figure.subplots(rows, beside, squeeze=False).ravel()
+    parts = []
     for i, (ax, block) in enumerate(zip(axes, blocks, strict=False)):
         ax.axhline(0, color="0.6", linewidth=0.5)
-        for foundation, look in looks.items():
-            if (block, foundation) in curves:
-                curve = curves[block, foundation]
-                ax.plot(curve["time_s"], curve["theta_deg"], **look)
+        chosen = _alike([_releases(tree) for tree in records if tree.attrs["block"] == block])
+        for release in chosen:
+            parts.append(curve := _curve(*release))
+            ax.plot(curve["time_s"], curve["theta_deg"], **looks[curve["foundation"].iloc[0]])
+        angles = in_words([f"{fixed(abs(alpha), 1)}°" for alpha, *_ in chosen] or ["–"])
+        ax.text(0.99, 0.97, f"α = {angles}", ha="right", va="top", transform=ax.transAxes)
         style.entitle(ax, i, len(blocks), style.label(labels, block), 0.9 / beside)
         ax.set_xlim(left=0)
     for ax in axes[len(blocks) :]:
         ax.set_axis_off()
-    style.outer_labels(dict(enumerate(axes[: len(blocks)])), "time since release / s", "θ / °")
+    style.outer_labels(axes[: len(blocks)], "time since release / s", "θ / °")
     lines = [Line2D([], [], **look, label=style.label(labels, name)) for name, look in looks.items()]
     style.finish(figure, origin, lines)
-    columns = ["block", "foundation", "test", "run", "time_s", "theta_deg"]
-    return figure, style.gathered(curves.values(), columns)
+    return figure, style.gathered(parts, ["block", "foundation", "test", "run", "time_s", "theta_deg"])
 
 
 caption = style.drawn_runs
 
 
-def _curve(tree: xr.DataTree, number: int, run: xr.DataTree) -> pd.DataFrame:
-    time = tree.dataset["time"].values
-    release, end = run.dataset["release"].item(), run.dataset["end"].item()
+def _releases(tree: xr.DataTree) -> list[Release]:
+    return [(degrees(run["theta0"].item()), tree, number) for number, run in usable_runs(tree).items()]
+
+
+def _alike(known: Sequence[Sequence[Release]]) -> Sequence[Release]:
+    """A run of each record that has one: those whose release angles differ least."""
+    known = [own for own in known if own]
+    nearest = (
+        [min(own, key=lambda each: abs(abs(each[0]) - abs(first[0]))) for own in known]
+        for first in (known[0] if known else ())
+    )
+    return min(nearest, key=lambda chosen: float(np.ptp([abs(each[0]) for each in chosen])), default=())
+
+
+def _curve(alpha_deg: float, tree: xr.DataTree, number: int) -> pd.DataFrame:
+    time, run = tree.dataset["time"].values, usable_runs(tree)[number].dataset
+    release, end = run["release"].item(), run["end"].item()
     during = np.flatnonzero((time >= release) & (time <= end))
     during = during[style.thin(len(during))]
     return pd.DataFrame(
@@ -73,6 +89,6 @@ def _curve(tree: xr.DataTree, number: int, run: xr.DataTree) -> pd.DataFrame:
             **{name: tree.attrs[name] for name in ("block", "foundation", "test")},
             "run": number,
             "time_s": time[during] - release,
-            "theta_deg": np.degrees(tree.dataset["theta"].values[during]),
+            "theta_deg": np.degrees(tree.dataset["theta"].values[during]) * np.sign(alpha_deg),
         }
     )

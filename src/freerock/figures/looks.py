@@ -28,6 +28,7 @@ OVERLAID: dict[str, Style] = {
     "winkler": {"linewidth": 1.4, "zorder": 2.2, "linestyle": (0, (2.5, 2.5)), "dash_capstyle": "butt"},
     "housner": {"linewidth": 0.9, "zorder": 2.15},
 }
+DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # on the screen
 RIVAL = "#7a3b9a"  # colour of candidates beside the laws themselves
 _BY_LAW = dict(zip(LAWS, cycle(_LAW_LOOKS), strict=False))
 
@@ -47,7 +48,11 @@ def _look(model: str) -> Style:
 
 
 MODEL_STYLES: dict[str, Style] = {model: _look(model) for model in CANDIDATES}
-DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # on the screen
+
+
+def line_of(law: str) -> Style:
+    """Look of a law of the paper beside the others."""
+    return MODEL_STYLES[law] | OVERLAID.get(law, {})
 
 
 def scripts_folder() -> Path:

@@ -162,6 +162,7 @@ def _numbered(axis: Any) -> None:
     low, high = axis.get_view_interval()
     ticks = MaxNLocator(2, steps=[1, 2, 5, 10]).tick_values(low, high)
     ticks = [tick for tick in ticks if low < tick < high]
+    ticks = ticks[:1] + ticks[1:][-1:]
     texts = ([quantity(tick, digits=digits) for tick in ticks] for digits in range(2, 7))
     axis.set_ticks(ticks, next(each for each in texts if len({*each}) == len(each)))
 

@@ -1,4 +1,4 @@
-"""The next run as a band: peaks foretold by the other runs of a record, and as measured."""
+"""Peaks of a run as a band that the other runs of its record foretell, and as measured."""
 
 import pandas as pd
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
@@ -32,7 +32,7 @@ def draw(predictions: pd.DataFrame, origin: str, labels: Labels = None) -> Drawi
     figure, panels = style.panel_per_scene(style.scenes_in(predictions), labels, HEIGHT_IN)
     for (block, foundation), ax in panels.items():
         _panel(ax, style.of_scene(predictions, block, foundation))
-    style.outer_labels(panels, "number of impacts n", "peak |θₙ| / °")
+    style.outer_labels(panels.values(), "number of impacts n", "peak |θₙ| / °")
     most = int(predictions.groupby("test")["run"].nunique().max())
     shown = panels[next(iter(panels))].get_legend_handles_labels()[0]
     style.finish(figure, origin, [*shown, *run_handles(most, str(style.recorded(origin)["label"]))])

@@ -48,7 +48,7 @@ def draw(
             continue
         _panel(panels[scene], own)
         parts.append(own.assign(test=tree.attrs["test"]))
-    style.outer_labels(panels, "frequency / Hz", "power / noise")
+    style.outer_labels(panels.values(), "frequency / Hz", "power / noise")
     style.finish(figure, origin)
     return figure, style.gathered(parts, COLUMNS)[COLUMNS]
 

@@ -83,12 +83,12 @@ def _panel(ax: Axes, block: Block, set_up: Mapping[str, Any], labels: Labels) ->
     turn = degrees(block.theta_cr)
     span = (90, 90 + turn) if side > 0 else (90 - turn, 90)
     ax.add_patch(Arc((corner, 0), 1.3 * h, 1.3 * h, theta1=span[0], theta2=span[1], color="#0a5bd3"))
-    small: Style = {"fontsize": 7, "color": "#0a5bd3"}
+    small: Style = {"color": "#0a5bd3"}
     ax.text(corner + side * 0.12 * b, 0.62 * h, "$θ_{cr}$", ha="left" if side > 0 else "right", **small)
     ax.text(block.e - side * 0.1 * b, 0.62 * h, "R", ha="right" if side > 0 else "left", **small)
     size_mm = f"{1e3 * block.width_m:.4g} × {1e3 * height:.4g} mm"
     stands = style.label(labels, *set_up["foundations"])
-    ax.text(0, -1.3 * depth, f"{size_mm}\non {stands}", ha="center", va="top", fontsize=7)
+    ax.text(0, -1.3 * depth, f"{size_mm}\non {stands}", ha="center", va="top")
     for laser in set_up["lasers"]:
         _beam(ax, block, laser)
 
@@ -106,7 +106,7 @@ def _beam(ax: Axes, block: Block, laser: Mapping[str, Any]) -> None:
         head, tail = (at, top), (at, 1.1 * top)
         place = {"x": at + 0.1 * b, "y": 1.1 * top, "va": "top"}
     ax.annotate("", head, tail, arrowprops=BEAM)
-    ax.text(s=f"{1e3 * at:.4g} mm", fontsize=7, **place)
+    ax.text(s=f"{1e3 * at:.4g} mm", **place)
 
 
 def _rows(blocks: Mapping[str, Block], set_ups: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:

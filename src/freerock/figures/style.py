@@ -252,12 +252,13 @@ def panel_per_scene(
     return figure, {scene: own[0] for scene, own in panels.items()}
 
 
-def outer_labels(panels: Mapping[Any, Axes], x: str, y: str) -> None:
+def outer_labels(panels: Iterable[Axes], x: str, y: str) -> None:
     """Label the axes of panels at the left and at the foot."""
-    specs = [ax.get_subplotspec() for ax in panels.values()]
-    places = [(spec.rowspan.start, spec.colspan.start) for spec in specs]
-    for ax, (row, column) in zip(panels.values(), places, strict=True):
-        if (row + 1, column) not in places:
+    specs = [(ax, ax.get_subplotspec()) for ax in panels]
+    places = [(ax, spec.rowspan.start, spec.colspan.start) for ax, spec in specs]
+    lowest = {column: row for row, column in sorted(place[1:] for place in places)}
+    for ax, row, column in places:
+        if row == lowest[column]:
             ax.set_xlabel(x)
         if column == 0:
             ax.set_ylabel(y)

@@ -25,7 +25,7 @@ from freerock.tables.csvfile import read_csv
 from freerock.tables.number_text import SIMULATED_NOTE
 
 FIGURES = (set_up, foundation_effect, comparison, restitution, parameters, predictions, residuals, backbone)
-OF_RECORDS = ("time", "theta", "release", "end", "frequency", "noise_density")  # shown
+OF_RECORDS = ("time", "theta", "theta0", "release", "end", "frequency", "noise_density")  # shown
 OF_FITS = ("time", "theta", "theta_model", "residual", "epsilon_theta")
 
 

@@ -10,7 +10,8 @@ from freerock.tables.number_text import fixed, percent, quantity, unit_text, wit
 from freerock.tables.printed import PROCEDURE, Labels, Printed, identified
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
-FORETOLD = "Next run foretold"
+FORETOLD = "A run foretold by the others"
+MOST_BESIDE = 3  # foundations that have a column each
 
 
 def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
@@ -39,7 +40,8 @@ def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
         ]
         told = {
             "Foundation": labels.get(row["foundation"], row["foundation"]),
-            "Blocks that rock longest on it": ", ".join(labels.get(block, block) for block in longest),
+            "Blocks that rock longest on it": ", ".join(labels.get(block, block) for block in longest)
+            or "none",
             "Selected law": f"{law}, {row['n_selected']} of {row['n_runs']} runs",
             "Parameters": "; ".join(parameters).replace(" ", NO_BREAK).replace(f";{NO_BREAK}", "; "),
             "Scatter of impacts σ_r / %": quantity(*(100 * each for each in scatter)) if scatter[0] else "0",
@@ -49,15 +51,17 @@ def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
         }
         rows.append({head: cell or "–" for head, cell in told.items()})
     text = pd.DataFrame(rows)
-    text = text.loc[:, [name for name in text if set(text[name]) != {"–"}]]
+    text = text.loc[:, [name for name in text if {*text[name]} - {"–", "none"}]]
     about = (
         "±: total standard uncertainty. r of first impacts: median of all runs, by energy (in figures: "
         "from peaks). "
         f"ε_θ of the laws: median, {PROCEDURE}."
     )
     if FORETOLD in text:
-        about += f" {FORETOLD}: median half width of the 95 % band by the other runs of the record, and "
-        about += "peaks in it."
+        about += f" {FORETOLD}: the 95 % band of its peaks by the other runs of its record (half its width, "
+        about += "median), and the peaks in it."
+    if len(text) <= MOST_BESIDE:
+        text = text.set_index("Foundation").T.reset_index(names="Foundation")
     return Printed(text, "Each foundation", [about])
 
 

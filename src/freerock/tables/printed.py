@@ -16,12 +16,16 @@ MOST_IMPACTS, MOST_ROWS = 8, 40  # in the table of restitution, of a run and of 
 MOST_BESIDE = 4  # blocks that have a column each
 FAR = 0.5  # ε_θ above it is no likeness: set on Palermo, where 0.3 still swings and 0.51 lies still
 APART = 2.0  # runs of one scene whose values differ by more have no common value
-OVER_ALL = ("All blocks, inputs and impacts free", "Inputs and impacts free")  # of several, of one
-MARKS = {
-    "†": "†: ε_θ above 50 %; a block that never moves has 100 %.",
+KINDS = ("paper's procedure", "inputs and impacts free")  # of identification
+TOLD = {  # where it occurs in a table
+    "Hunt–Crossley": "Hunt–Crossley: the paper's proposed model.",
+    "†": "†: ε_θ above 50 %.",
     "‡": "‡: the runs differ more than twofold.",
+    "pivoting": "pivoting: about the corners; the paper holds the middle of the base.",
+    "width free": "width free: the width in contact is identified.",
 }
-Cell = tuple[str, str, str, str]  # part, law, foundation and text
+Part = tuple[str, str]  # kind of identification, and block
+Cell = tuple[Part, str, str, str]  # part, law, foundation and text
 
 
 class Printed(NamedTuple):
@@ -52,15 +56,19 @@ def printed_tables(
         Printed names of blocks and foundations.
     """
     labels, simulated = labels or {}, "simulated" in origin
-    published = [f"Published: doi:{doi}."] if doi else []
     tables = {
         "table1": _table1(frames["table1"], labels),
-        "table2": _table2(frames["table2"], labels, published),
-        "table3": _table3(frames["table3"], labels, published),
+        "table2": _table2(frames["table2"], labels, _beside(frames["table2"], doi)),
+        "table3": _table3(frames["table3"], labels, _beside(frames["table3"], doi)),
         "restitution": _restitution(frames["restitution"], labels, simulated),
     }
     said = " (simulated records)" * simulated
     return {name: each._replace(caption=each.caption + said) for name, each in tables.items()}
+
+
+def _beside(frame: pd.DataFrame, doi: str) -> list[str]:
+    """What the brackets of a table hold, where it has any."""
+    return [f"In brackets: published, doi:{doi}."] if frame["published"].notna().any() else []
 
 
 def _table1(frame: pd.DataFrame, labels: Labels) -> Printed:
@@ -95,31 +103,29 @@ def _table2(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printe
     one = len(blocks) == 1
     cells: list[Cell] = []
     for block in blocks:
-        name = labels.get(block, block)
         own = frame[(frame["block"] == block) & frame["model"].isin(PAPER_MODELS)]
-        cells += _cells("Paper's procedure" if one else f"{name}, paper's procedure", own, _by_procedure)
-        cells += _cells("Published" if one else f"{name}, published", own, _published)
+        cells += _cells((KINDS[0], "" if one else labels.get(block, block)), own, _by_procedure)
     of_foundations = frame[frame["model"].map(lambda model: law_of(model).is_foundation).astype(bool)]
     means = of_foundations[of_foundations["block"] == ""]
-    alone = frame.drop(of_foundations.index)
-    cells += _cells(OVER_ALL[one], alone, _mean, {} if one else labels)
-    cells += _cells(OVER_ALL[one], means, _mean)
-    text = _by_law("", cells, labels) if len(blocks) <= MOST_BESIDE else _by_block(cells, labels)
+    alone, every = frame.drop(of_foundations.index), (KINDS[1], "" if one else "All blocks")
+    cells += _cells(every, alone, _mean, {} if one else labels)
+    cells += _cells(every, means, _mean)
+    text = _by_law("", cells, labels) if len(blocks) <= MOST_BESIDE else _by_block("", cells, labels)
     units: dict[str, list[str]] = {}
     for row in frame[frame["unit"] != "1"].drop_duplicates(["model", "parameter"]).itertuples():
         units.setdefault(unit_text(row.unit), []).append(_symbol(row))
     known = [f"{' and '.join(dict.fromkeys(symbols))} in {unit}" for unit, symbols in units.items()]
-    told = {mark for *_, cell in cells for mark in MARKS if mark in cell}
     about = (
-        "Median of the runs; with inputs and impacts free: mean of the records ± total standard uncertainty, "
-        f"rejected where the residual of every run exceeds the noise. {', '.join(known)}."
+        "Median of the runs; inputs and impacts free: mean of the records ± total standard uncertainty, "
+        f"rejected where every residual exceeds the noise. {', '.join(known)}."
     )
-    marks = [text for mark, text in MARKS.items() if mark in told]
-    return Printed(text, "Identified parameters", [" ".join([about, *marks]), *notes])
+    seen = " ".join([*text, *text.to_numpy().ravel()])
+    told = [note for mark, note in TOLD.items() if mark in seen]
+    return Printed(text, "Identified parameters", [" ".join([about, *told]), *notes])
 
 
 def _cells(
-    part: str, rows: pd.DataFrame, told: Callable[[Sequence[Any]], str], blocks: Labels | None = None
+    part: Part, rows: pd.DataFrame, told: Callable[[Sequence[Any]], str], blocks: Labels | None = None
 ) -> list[Cell]:
     """The cells of a part of table 2: of each law on each foundation, and block where `blocks` has names."""
     possible = {*rows[~rows["rejected"].astype(bool)]["model"]}
@@ -136,18 +142,12 @@ def _cells(
 def _by_procedure(rows: Sequence[Any]) -> str:
     """A law by the paper's own procedure, marked where it is no likeness or no value of the runs."""
     rows = [row for row in rows if math.isfinite(row.paper)]
-    if rows and rows[0].epsilon_theta > FAR:
-        return "no fit †"
-    return ", ".join(
-        f"{_symbol(row)} = {quantity(row.paper)}" + " ‡" * (row.paper_high > APART * row.paper_low)
-        for row in rows
-    )
-
-
-def _published(rows: Sequence[Any]) -> str:
-    return ", ".join(
-        f"{_symbol(row)} = {quantity(row.published)}" for row in rows if math.isfinite(row.published)
-    )
+    told = []
+    for row in rows:
+        apart = " ‡" * (row.paper_high > APART * row.paper_low)
+        text = f"{_symbol(row)} = {quantity(row.paper)}{apart}" if row.epsilon_theta <= FAR else "no fit †"
+        told.append(text + (f" [{quantity(row.published)}]" if math.isfinite(row.published) else ""))
+    return ", ".join(told)
 
 
 def _mean(rows: Sequence[Any]) -> str:
@@ -166,49 +166,48 @@ def _symbol(row: Any) -> str:
 def _table3(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
     """ε_θ of the laws by foundations, below each block."""
     cells = [
-        (labels.get(row.block, row.block), MODEL_LABELS[row.model], row.foundation, _epsilon(row))
+        (("", labels.get(row.block, row.block)), MODEL_LABELS[row.model], row.foundation, _epsilon(row))
         for row in frame.itertuples()
     ]
+    text = (_by_law if frame["block"].nunique() <= MOST_BESIDE else _by_block)("ε_θ / %", cells, labels)
     about = f"Median of the runs, {PROCEDURE}."
-    if frame["published"].notna().any():
-        beside = "In brackets: published"
-        notes = [each.replace("Published:", f"{beside},") for each in notes] or [f"{beside}."]
-    caption = "ε_θ between recorded and modelled rotation"
-    few = frame["block"].nunique() <= MOST_BESIDE
-    text = _by_law("ε_θ / %", cells, labels) if few else _by_block(cells, labels, "ε_θ / %")
-    return Printed(text, caption, [about, *notes])
+    return Printed(text, "ε_θ between recorded and modelled rotation", [about, *notes])
 
 
 def _by_law(first: str, cells: Sequence[Cell], labels: Labels) -> pd.DataFrame:
-    """Cells, of part, law, foundation and text: laws by foundations, the parts below each other."""
-    foundations = list(dict.fromkeys(base for _, _, base, _ in cells))
+    """Laws by foundations, the blocks and kinds of identification below each other."""
+    foundations = list(dict.fromkeys(base for *_, base, _ in cells))
     text = {cell[:3]: cell[3] for cell in cells}
     lines: list[list[str]] = []
-    for part in dict.fromkeys(each for each, *_ in cells):
-        lines.append([part, *[""] * len(foundations)])
+    for part in dict.fromkeys(part for part, *_ in cells):
+        head = ", ".join(filter(None, part[::-1]))
+        lines.append([head[0].upper() + head[1:], *[""] * len(foundations)])
         for name in dict.fromkeys(law for each, law, *_ in cells if each == part):
             lines.append([name, *(text.get((part, name, base), "–") for base in foundations)])
     return pd.DataFrame(lines, columns=[first, *(labels.get(base, base) for base in foundations)])
 
 
-def _by_block(cells: Sequence[Cell], labels: Labels, first: str = "") -> pd.DataFrame:
-    """The same cells where blocks are many: a line for each part on each foundation, a column per law."""
+def _by_block(first: str, cells: Sequence[Cell], labels: Labels) -> pd.DataFrame:
+    """The same cells where blocks are many: a line for each on each foundation, a column per law."""
     cells = [_in_column_of_law(*cell) for cell in cells]
-    laws = list(dict.fromkeys(law for _, law, *_ in cells))
+    laws, bases = list(dict.fromkeys(law for _, law, *_ in cells)), {base for *_, base, _ in cells}
     text = {cell[:3]: cell[3] for cell in cells}
-    several = len({base for _, _, base, _ in cells}) > 1
-    lines = [
-        [part + f", {labels.get(base, base)}" * several, *(text.get((part, law, base), "–") for law in laws)]
-        for part, base in dict.fromkeys((part, base) for part, _, base, _ in cells)
-    ]
-    return pd.DataFrame(lines, columns=[first, *laws])
+    lines: list[list[str]] = []
+    headed = ""
+    for part, base in dict.fromkeys((part, base) for part, _, base, _ in cells):
+        if part[0] != headed:
+            lines.append([(headed := part[0]).capitalize(), *[""] * len(laws)])
+        head = part[1] + f", {labels.get(base, base)}" * (len(bases) > 1)
+        lines.append([head, *(text.get((part, law, base), "–") for law in laws)])
+    where = [labels.get(base, base) for base in bases] * (len(bases) == 1)
+    return pd.DataFrame(lines, columns=[", ".join(filter(None, [first, *where])), *laws])
 
 
-def _in_column_of_law(part: str, name: str, base: str, text: str) -> Cell:
+def _in_column_of_law(part: Part, name: str, base: str, text: str) -> Cell:
     """A cell in the column of a law of the paper: what else its name says goes to its line."""
     law, _, more = name.partition(", ")
     known = more and law in {MODEL_LABELS[each] for each in PAPER_MODELS}
-    return (f"{part}, {more}", law, base, text) if known else (part, name, base, text)
+    return ((part[0], f"{part[1]}, {more}"), law, base, text) if known else (part, name, base, text)
 
 
 def _epsilon(row: Any) -> str:
