@@ -112,7 +112,7 @@ def test_a_fit_of_the_paper_that_is_no_likeness_is_marked(tables):
     apart = (table["model"] == "winkler") & (table["block"] == "b1") & (table["foundation"] == "marble")
     table.loc[apart & (table["parameter"] == "k"), "paper_high"] *= 2.1
     printed = printed_tables(tables | {"table2": table}, "simulated", labels=LABELS)["table2"]
-    assert printed.text["Marble"][1] == "no fit †" and "⁶ ‡, c = " in printed.text["Marble"][2]
+    assert printed.text["Marble"][1] == "no fit † [0.958]" and "⁶ ‡, c = " in printed.text["Marble"][2]
     assert "†: ε_θ above 50 %" in printed.notes[0] and "‡: the runs differ" in printed.notes[0]
 
 

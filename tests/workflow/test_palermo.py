@@ -34,6 +34,12 @@ def test_every_run_of_every_record_is_found_and_called_simulated(palermo):
     assert set(runs["verdict"]) == {"ok"}
 
 
+def test_the_squat_block_rocks_longest_on_marble_as_the_head_of_the_report_says(palermo):
+    longest = table(palermo, "summary").set_index("foundation")["longest"]
+    assert longest["marble"].split() == ["config1", "config2", "config3"] and pd.isna(longest["aerstop"])
+    assert "Configuration #3 rocks longer on marble" in (palermo / "report.html").read_text(encoding="utf-8")
+
+
 def test_the_paper_may_take_the_wrong_law_where_impacts_scatter_and_freed_impacts_do_not(palermo):
     """ε_θ of one run is a coin toss between Winkler and Hunt–Crossley; Housner is farther than both."""
     paper = table(palermo, "paper").drop_duplicates(["test", "run", "model"])

@@ -147,7 +147,7 @@ def _by_procedure(rows: Sequence[Any]) -> str:
         apart = " ‡" * (row.paper_high > APART * row.paper_low)
         text = f"{_symbol(row)} = {quantity(row.paper)}{apart}" if row.epsilon_theta <= FAR else "no fit †"
         told.append(text + (f" [{quantity(row.published)}]" if math.isfinite(row.published) else ""))
-    return ", ".join(told)
+    return ", ".join(dict.fromkeys(told))
 
 
 def _mean(rows: Sequence[Any]) -> str:
