@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 from test_segment import one_run, record
@@ -14,12 +15,11 @@ from freerock.config.hand_corrections import (
     written_overrides,
 )
 from freerock.config.processing import RunLimits
-from freerock.rotation.faults import SignalQuality
 from freerock.rotation.flags import BY_HAND
 from freerock.runs.beginning import begun_by_hand
 from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import IMPACT_COLUMNS
-from freerock.runs.runs_with_impacts import runs_with_impacts
+from freerock.runs.runs_with_impacts import measured
 from freerock.runs.segment import find_runs
 from freerock.runs.signal import signal_of
 
@@ -171,8 +171,11 @@ def judged(arguments, *stretches):
     without = ByHand(stretches=[(*each, "knocked") for each in stretches])
     hidden = without.hidden(t)
     theta, flags = np.where(hidden, np.nan, theta), flags | np.where(hidden, BY_HAND["left_out"], 0)
-    signal = [t, theta, np.full(t.size, sigma), flags.astype(np.uint8)]
-    return runs_with_impacts(signal, block, SignalQuality(), without)
+    over_time = {"theta": theta, "sigma_theta": np.full(t.size, sigma), "flags": flags.astype(np.uint8)}
+    columns = {name: ("time", each) for name, each in (over_time | {"rotation": theta}).items()}
+    columns |= {f"fault{of}": ("fault", np.empty(0)) for of in ("", "_start", "_end", "_note", "_angle")}
+    found = measured(xr.Dataset(columns, {"time": t}, {"zero_stderr_rad": 0.0}), block, without)
+    return [*zip(found.runs, found.impacts, strict=True)]
 
 
 @pytest.mark.parametrize(("first", "last"), [(2, 3), (5, 5), (0, 0), (0, 1), (3, 6)])

@@ -8,13 +8,12 @@ import pytest
 
 from freerock.models.block import Block
 from freerock.models.simulate import Solver, simulate_fitted
-from freerock.rotation.faults import signal_quality
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import Impacts, find_impacts
 from freerock.runs.measured_total import measured_contributions, measured_total
-from freerock.runs.runs_with_impacts import on_one_bed, runs_with_impacts
+from freerock.runs.runs_with_impacts import measured, on_one_bed
 from freerock.virtual_lab.virtual_record import VirtualRelease, simulate_record
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -52,9 +51,8 @@ def analysed(time_s, volts, laboratory):
         for laser, scale in zip(laboratory.lasers.values(), laboratory.scales, strict=False)
     ]
     record = find_rotation(time_s * laboratory.clock, volts, lasers, laboratory.block)
-    signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
-    ((run, impacts),) = runs_with_impacts(signal, laboratory.block, signal_quality(record))
-    return run, impacts
+    found = measured(record, laboratory.block)
+    return found.runs[0], found.impacts[0]
 
 
 def numbers(run, impacts):

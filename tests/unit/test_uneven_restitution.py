@@ -2,7 +2,6 @@
 
 import math
 import re
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -22,10 +21,7 @@ def run(r, stderr=STDERR, theta0=0.17, wrong=None):
         energy = each**2 * (math.cos(BLOCK.theta_cr - peaks[-1]) - math.cos(BLOCK.theta_cr))
         peaks.append(BLOCK.theta_cr - math.acos(energy + math.cos(BLOCK.theta_cr)))
     peaks = np.array(peaks) + (0.0 if wrong is None else wrong)
-    found = [
-        restitution_from_peaks(before, stderr, after, stderr, BLOCK) for before, after in pairwise(peaks)
-    ]
-    seen, stderrs = np.array(found).T
+    seen, stderrs = restitution_from_peaks(peaks[:-1], stderr, peaks[1:], stderr, BLOCK)
     n = len(seen)
     sides = (-1.0) ** np.arange(n + 1)
     empty, one = np.full(n, np.nan), np.full(n, stderr)

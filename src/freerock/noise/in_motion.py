@@ -13,7 +13,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.noise.spectrum import CERTAIN, Noise
-from freerock.noise.still import between_breaks
+from freerock.noise.still import one_sided
 from freerock.noise.sums import covariance_of_sums
 
 SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
@@ -80,8 +80,5 @@ def _means(noise: Noise, values: Floats) -> Floats:
 
 def swings_of(theta: Floats, lowest: float) -> list[slice]:
     """The stretches in which |θ| is higher than `lowest` [rad] with one sign, after the first."""
-    high = np.flatnonzero(np.abs(theta) > lowest)
-    if not high.size:
-        return []
-    first, last = (high[each] for each in between_breaks(np.diff(theta[high] > 0)))
+    first, last = one_sided(theta, lowest)
     return [slice(int(i), int(j) + 1) for i, j in zip(first[1:], last[1:], strict=True)]

@@ -175,6 +175,15 @@ def between_breaks(breaks: Mask) -> tuple[Indices, Indices]:
     return np.append(0, after), np.append(after - 1, breaks.size)
 
 
+def one_sided(values: Floats, least: float) -> tuple[Indices, Indices]:
+    """First and last index of each stretch whose values have one sign, where they exceed `least`."""
+    high = np.flatnonzero(np.abs(values) > least)
+    if not high.size:
+        return high, high
+    first, last = between_breaks(np.diff(values[high] > 0))
+    return high[first], high[last]
+
+
 def _classify(
     phases: list[Phase], spans: list[tuple[int, int]], signal: Floats, stride: int, limit: float
 ) -> list[Phase]:

@@ -9,7 +9,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.config.hand_corrections import Override
 from freerock.config.processing import RunLimits
-from freerock.noise.still import MIN_PEAKS, UNSTEADY, Phase
+from freerock.noise.still import MIN_PEAKS, UNSTEADY, Phase, one_sided
 from freerock.runs.holds import find_stop
 from freerock.runs.release import (
     FAR,
@@ -47,8 +47,7 @@ def find_tops(time_s: Floats, theta: Floats, sigma_theta: float, lowest: float) 
     """
     known = np.isfinite(theta)
     t, theta = time_s[known], theta[known]
-    clear = np.flatnonzero(np.abs(theta) > STANDS_OUT * sigma_theta)
-    begins = clear[1:][np.diff(theta[clear] > 0)]
+    begins = one_sided(theta, STANDS_OUT * sigma_theta)[0][1:]
     found = []
     for first, last in pairwise(begins):
         margin = int(MIDDLE * (last - first))

@@ -146,9 +146,14 @@ def reasons_of_impacts(impacts: Impacts, limits: ImpactLimits = IMPACT_LIMITS) -
 
 
 def restitution_from_peaks(
-    before: float, before_stderr: float, after: float, after_stderr: float, block: Block, shared: float = 0.0
-) -> tuple[float, float]:
-    """Restitution that takes one peak of a rigid block to the next.
+    before: Floats,
+    before_stderr: Floats,
+    after: Floats,
+    after_stderr: Floats,
+    block: Block,
+    shared: Floats | float = 0.0,
+) -> tuple[Floats, Floats]:
+    """Restitutions that take one peak of a rigid block to the next, of arrays of one shape.
 
     r² = (cos φ_after - cos θ_cr)/(cos φ_before - cos θ_cr) with φ = θ_cr - |θ_peak|: the energy integral of
     φ'' = p² sin φ (Housner 1963, doi:10.1785/BSSA0530020403) on either side of the impact, with p and θ_cr of
@@ -156,22 +161,22 @@ def restitution_from_peaks(
 
     Parameters
     ----------
-    before, before_stderr, after, after_stderr : float
+    before, before_stderr, after, after_stderr : ndarray
         Peak rotations of either sign and their standard errors [rad].
     block : Block
-    shared : float
+    shared : ndarray or float
         Covariance of the two heights [rad²].
 
     Returns
     -------
-    r, r_stderr : float
+    r, r_stderr : ndarray
         NaN where a peak is zero or beyond θ_cr.
     """
-    (energy_0, slope_0), (energy_1, slope_1) = (_energy(peak, block) for peak in (before, after))
-    r = math.sqrt(energy_1 / energy_0)
+    (energy_0, slope_0), (energy_1, slope_1) = (energy_of_peaks(peaks, block) for peaks in (before, after))
+    r = np.sqrt(energy_1 / energy_0)
     by_0, by_1 = slope_0 / energy_0, slope_1 / energy_1
     variance = (by_0 * before_stderr) ** 2 + (by_1 * after_stderr) ** 2 - 2 * by_0 * by_1 * shared
-    return r, r / 2 * math.sqrt(max(variance, 0.0))
+    return r, r / 2 * np.sqrt(np.maximum(variance, 0.0))
 
 
 def restitution_covariance(impacts: Impacts, block: Block, least: float = 0.0) -> Floats:
@@ -181,7 +186,7 @@ def restitution_covariance(impacts: Impacts, block: Block, least: float = 0.0) -
     """
 
     def by(peaks: Floats, stderrs: Floats) -> Floats:
-        energy, slope = np.reshape([_energy(peak, block) for peak in peaks], (-1, 2)).T
+        energy, slope = energy_of_peaks(peaks, block)
         return np.asarray(impacts.restitution / 2 * slope / energy * np.maximum(stderrs, least))
 
     before = by(impacts.peak_before_rad, impacts.peak_before_stderr_rad)
@@ -192,14 +197,16 @@ def restitution_covariance(impacts: Impacts, block: Block, least: float = 0.0) -
     return np.asarray(covariance * np.outer(scale, scale))
 
 
-def _energy(peak: float, block: Block) -> tuple[float, float]:
-    """cos φ - cos θ_cr of a peak, half the squared impact rate over p² of the block, and its derivative."""
-    height, (theta_cr, p) = abs(peak), block.corner(peak)
-    if not 0 < height < theta_cr:
-        return math.nan, math.nan
-    share = (p / block.p) ** 2
-    energy = 2 * math.sin(height / 2) * math.sin(theta_cr - height / 2)  # without loss of digits
-    return share * energy, share * math.sin(theta_cr - height)
+def energy_of_peaks(peaks: Floats, block: Block, tilt: float = 0.0) -> tuple[Floats, Floats]:
+    """cos φ - cos θ_cr of peaks, half the squared impact rate over p² of the block, and its derivative.
+
+    They are NaN of a peak that is zero or beyond θ_cr. The base leans by `tilt` to the right [rad].
+    """
+    theta_cr, p = np.where(peaks > 0, *np.reshape([block.corner(1), block.corner(-1)], (2, 2, 1)))
+    height, balance, share = np.abs(peaks), theta_cr - np.sign(peaks) * tilt, (p / block.p) ** 2
+    share = np.where((height > 0) & (height < balance), share, np.nan)
+    energy = 2 * np.sin(height / 2) * np.sin(balance - height / 2)  # without loss of digits
+    return share * energy, share * np.sin(balance - height)
 
 
 def _motion(time_s: ArrayLike, theta: ArrayLike, sigma_theta: ArrayLike) -> NoisySamples:
@@ -260,13 +267,9 @@ def _rows(
         rows[:, 5] = np.hypot(rows[:, 5], release[2])
         rows[1:, 3] = rows[:-1, 5]
         shared -= release[2] ** 2  # the peaks are on either side
-    restitution = [
-        restitution_from_peaks(before, before_stderr, after, after_stderr, block, both)
-        for (before, before_stderr, after, after_stderr), both in zip(
-            rows[:, 2:6].tolist(), shared.tolist(), strict=True
-        )
-    ]
-    return np.hstack([rows, np.reshape(restitution, (-1, 2))])
+    before, before_stderr, after, after_stderr = rows[:, 2:6].T
+    found = restitution_from_peaks(before, before_stderr, after, after_stderr, block, shared)
+    return np.column_stack([rows, *found])
 
 
 def _unwritable(values: Floats) -> Floats:

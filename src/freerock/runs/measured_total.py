@@ -15,7 +15,7 @@ from freerock.models.laws import Foundation
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.u_total import Contributions
 from freerock.rotation.view import view_of
-from freerock.runs.impacts import Impacts
+from freerock.runs.impacts import Impacts, energy_of_peaks
 
 SHARE = 0.1  # of its uncertainty, by which an input is moved to either side
 
@@ -82,8 +82,7 @@ def sunk(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Floats:
     known = np.abs(angles) < block.theta_cr
     turned = angles.copy()
     turned[known] = [view.released(angle, block, bed) for angle in angles[known].tolist()]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        seen, true = (_with_restitution(each, laboratory) for each in (angles, turned))
+    seen, true = (_with_restitution(each, laboratory) for each in (angles, turned))
     return np.nan_to_num(true - seen)
 
 
@@ -109,7 +108,9 @@ def measured_contributions(theta0: float, impacts: Impacts, laboratory: Laborato
     """
     angles, columns = _angles(theta0, impacts), []
     for source in laboratory.inputs:
-        high, low = (_numbers(angles, laboratory, laboratory.moved(source, by)) for by in (SHARE, -SHARE))
+        others = (laboratory.moved(source, by) for by in (SHARE, -SHARE))
+        with np.errstate(invalid="ignore", divide="ignore"):  # a peak may be unknown, or overturned there
+            high, low = (_with_restitution(laboratory.reread(angles, other), other) for other in others)
         columns.append((high - low) / (2 * SHARE))
     n_numbers = 1 + 3 * len(impacts.time_s)
     return Contributions.held(laboratory.inputs, np.reshape(columns, (-1, n_numbers)).T)
@@ -117,13 +118,6 @@ def measured_contributions(theta0: float, impacts: Impacts, laboratory: Laborato
 
 def _angles(theta0: float, impacts: Impacts) -> Floats:
     return np.concatenate([[theta0], impacts.peak_before_rad, impacts.peak_after_rad])
-
-
-def _numbers(angles: Floats, laboratory: Laboratory, moved: Laboratory) -> Floats:
-    """Angles as another laboratory would have read them, and its restitutions."""
-    # a peak may be unknown, or overturned to the other laboratory
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return _with_restitution(laboratory.reread(angles, moved), moved)
 
 
 def _with_restitution(angles: Floats, laboratory: Laboratory) -> Floats:
@@ -134,13 +128,6 @@ def _with_restitution(angles: Floats, laboratory: Laboratory) -> Floats:
 
 def restitution_of(before: Floats, after: Floats, laboratory: Laboratory) -> Floats:
     """Restitutions from peaks before and after impacts [rad]: see `impacts.restitution_from_peaks`."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(np.sqrt(_energy(after, laboratory) / _energy(before, laboratory)))
-
-
-def _energy(peaks: Floats, laboratory: Laboratory) -> Floats:
-    """cos φ - cos θ_cr of peaks, φ = θ_cr - |θ|: see `impacts.restitution_from_peaks`."""
-    block = laboratory.block
-    theta_cr, p = np.where(peaks > 0, *np.reshape([block.corner(1), block.corner(-1)], (2, 2, 1)))
-    half, critical = np.abs(peaks) / 2, theta_cr - np.sign(peaks) * laboratory.tilt
-    return np.asarray(p**2 * 2 * np.sin(half) * np.sin(critical - half))
+    block, tilt = laboratory.block, laboratory.tilt
+    energy, left = (energy_of_peaks(peaks, block, tilt)[0] for peaks in (before, after))
+    return np.asarray(np.sqrt(left / energy))

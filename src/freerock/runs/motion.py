@@ -94,7 +94,10 @@ def motions_of(
     relative = relative_noise(sigma_theta, usual_of(sigma_theta))
     for run in runs:
         louder = float(np.median(relative[_during(run, samples["time"])]))
-        motions[run.number] = _heard(motions[run.number], noise.scaled(louder))
+        at_rest, motion = noise.scaled(louder), motions[run.number]
+        swings = swings_of(motion.theta, HIGH_SWING * math.sqrt(at_rest.variance))
+        own = in_motion(at_rest, motion.theta, np.ones(len(motion.theta)), swings)
+        motions[run.number] = replace(motion, noise=own)
     return motions
 
 
@@ -111,13 +114,6 @@ def motion_of(run: Run, time_s: Floats, theta: Floats, view: View | None = None)
         fit_start_s=run.fit_start_s - run.release_s,
         view=view,
     )
-
-
-def _heard(motion: Motion, at_rest: Noise) -> Motion:
-    """A motion with the noise that a sensor has at rest, or as loud as in motion."""
-    theta = motion.theta
-    swings = swings_of(theta, HIGH_SWING * math.sqrt(at_rest.variance))
-    return replace(motion, noise=in_motion(at_rest, theta, np.ones(len(theta)), swings))
 
 
 def _during(run: Run, time_s: Floats) -> slice:

@@ -13,7 +13,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.config.processing import RunLimits
 from freerock.models.block import SQUAT, Block
-from freerock.noise.still import Phase, between_breaks
+from freerock.noise.still import Phase, one_sided
 from freerock.rotation.faults import Fault
 from freerock.rotation.flags import BY_HAND
 from freerock.runs.beginning import Beginning
@@ -277,10 +277,7 @@ def _not_free(run: Facts) -> tuple[str, float, float]:
     t, sigma = run.signal.t, run.sigma_theta
     during = run.signal.during(run.beginning.fit_start_s, run.end_s)
     theta = run.signal.smoothed(during, SMOOTH_S)[: during.stop - during.start]
-    index = np.flatnonzero(np.abs(theta) > SWING * sigma)
-    if index.size == 0:
-        return "", 0.0, 0.0
-    starts, ends = (index[each] for each in between_breaks(np.diff(theta[index] > 0)))
+    starts, ends = one_sided(theta, SWING * sigma)
     instants = t[during]
     passages = (instants[ends[:-1]] + instants[starts[1:]]) / 2
     swings = zip(starts[1:-1], ends[1:-1], strict=True)

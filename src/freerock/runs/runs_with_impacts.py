@@ -10,10 +10,10 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.config.processing import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, RunLimits
 from freerock.models.block import Block
-from freerock.noise.at_rest import AtRest, at_rest, over_usual
+from freerock.noise.at_rest import at_rest, over_usual
 from freerock.noise.converter import scatter
 from freerock.noise.spectrum import Noise
-from freerock.rotation.faults import SignalQuality, signal_quality
+from freerock.rotation.faults import signal_quality
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand
 from freerock.runs.impacts import IMPACT_COLUMNS, Impacts, find_impacts, reasons_of_impacts
 from freerock.runs.segment import Run, find_runs
@@ -48,40 +48,10 @@ def measured(
     `record` is as `freerock.find_rotation` gives it; all else, and the errors, as in `segment.find_runs` and
     `impacts.find_impacts`.
     """
-    names, quality = ("time", "theta", "sigma_theta", "flags"), signal_quality(record)
-    time_s, theta, sigma, flags = (record[name].values for name in names)
+    time_s, theta, sigma, flags = (record[name].values for name in ("time", "theta", "sigma_theta", "flags"))
+    quality = signal_quality(record)
     still = at_rest(time_s, theta, sigma, quality.converter_step, of_runs.window_s)
-    found = runs_with_impacts(
-        [time_s, theta, sigma, flags], block, quality, by_hand, of_runs, of_impacts, still
-    )
-    return Measured(tuple(run for run, _ in found), on_one_bed([each for _, each in found]), still.noise)
-
-
-def on_one_bed(impacts: Sequence[Impacts]) -> tuple[Impacts, ...]:
-    """Impacts of the runs of a record: where a tail does not show the bed, it is that of the other runs."""
-    seen = [each.theta_uplift for each in impacts if each.theta_uplift > 0]
-    usual = float(np.median(seen)) if seen else 0.0
-    return tuple(replace(each, theta_uplift=each.theta_uplift or usual) for each in impacts)
-
-
-def runs_with_impacts(
-    signal: Sequence[Floats],
-    block: Block,
-    quality: SignalQuality,
-    by_hand: ByHand = NOTHING_BY_HAND,
-    of_runs: RunLimits = RUN_LIMITS,
-    of_impacts: ImpactLimits = IMPACT_LIMITS,
-    still: AtRest | None = None,
-) -> list[tuple[Run, Impacts]]:
-    """Each run of a record and its impacts.
-
-    `signal` is time [s], rotation and the standard deviation of its noise [rad], and flags, of shape
-    (n_time,) each, `still` what the record shows while it stands still, where that is known; all else, and
-    the errors, as in `segment.find_runs` and `impacts.find_impacts`.
-    """
-    time_s, theta, sigma, flags = signal
-    still = still or at_rest(time_s, theta, sigma, quality.converter_step, of_runs.window_s)
-    noise, found = over_usual(still.noise, sigma), []
+    noise, found = over_usual(still.noise, sigma), list[tuple[Run, Impacts]]()
     for run in find_runs(time_s, theta, sigma, flags, block, quality, by_hand, of_runs, still):
 
         def part(from_s: float, to_s: float, released: bool, run: Run = run) -> Impacts:
@@ -105,7 +75,15 @@ def runs_with_impacts(
         reasons = reasons_of_impacts(impacts, of_impacts) + uneven + notes
         found.append((replace(run, verdict=verdict.adding(reasons)), impacts))
     vain = by_hand.left_out_in_vain([(run.hold_start_s, run.end_s) for run, _ in found])
-    return [(replace(run, verdict=run.verdict.adding(vain)), impacts) for run, impacts in found]
+    runs = tuple(replace(run, verdict=run.verdict.adding(vain)) for run, _ in found)
+    return Measured(runs, on_one_bed([each for _, each in found]), still.noise)
+
+
+def on_one_bed(impacts: Sequence[Impacts]) -> tuple[Impacts, ...]:
+    """Impacts of the runs of a record: where a tail does not show the bed, it is that of the other runs."""
+    seen = [each.theta_uplift for each in impacts if each.theta_uplift > 0]
+    usual = float(np.median(seen)) if seen else 0.0
+    return tuple(replace(each, theta_uplift=each.theta_uplift or usual) for each in impacts)
 
 
 def _with_stretches_left_out(
