@@ -11,7 +11,6 @@ from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 from overlaps import assert_nothing_overlaps
 
-from freerock.arrays import extremes
 from freerock.figures import (
     comparison,
     foundation_effect,
@@ -22,6 +21,7 @@ from freerock.figures import (
     style,
 )
 from freerock.figures.captions import FIGURES
+from freerock.figures.looks import extremes
 from freerock.models.block import Block
 from freerock.products.netcdf import open_record, write_failure
 from freerock.runs.verdict import Reason

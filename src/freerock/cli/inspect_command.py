@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from freerock.arrays import Floats, extremes
+from freerock.arrays import Floats
 from freerock.config.values import Invalid, check_inside
 from freerock.errors import FreerockError, attempt, printable
+from freerock.figures.looks import extremes
 from freerock.files import sha256
 from freerock.records.read import list_channels, read_record
 

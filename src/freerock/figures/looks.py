@@ -1,10 +1,17 @@
-"""How the lines of measured runs and of models look, on paper and on the screen; drawn elsewhere."""
+"""How the lines of measured runs and of models look, on paper and on the screen; drawn elsewhere.
+
+Of a long line, the samples that show its course.
+"""
 
 from importlib.util import find_spec
 from itertools import cycle
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from freerock.arrays import Indices
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS
 
 Style = dict[str, Any]
@@ -78,3 +85,34 @@ def _on_screen(style: Style, width: float, marker: str) -> dict[str, Any]:
     dash = DASHES[line] if isinstance(line, str) else line[1]
     look = {"color": style["color"], "dash": dash, "width": width, "marker": marker}
     return look | {"label": style["label"]}
+
+
+def extremes(values: ArrayLike, n_bins: int = 1000) -> Indices:
+    """Lowest and highest sample of each bin, so that no spike is lost by drawing fewer samples.
+
+    Parameters
+    ----------
+    values : array_like, shape (n_samples,)
+        Samples; NaN where there is none.
+    n_bins : int
+        Bins.
+
+    Returns
+    -------
+    ndarray of int
+        Indices to draw, in order.
+    """
+    values = np.asarray(values)
+    width = max(1, -(-len(values) // n_bins))
+    whole = len(values) // width * width
+    parts = [(0, values[:whole].reshape(-1, width)), (whole, values[whole:].reshape(1, -1))]
+    kept = [np.empty(0, np.intp)]
+    for start, bins in parts:
+        if bins.size:
+            first = start + bins.shape[1] * np.arange(len(bins))
+            missing = np.isnan(bins) if values.dtype.kind == "f" else np.zeros(1, bool)
+            holes = bool(missing.any())
+            low = np.where(missing, np.inf, bins) if holes else bins
+            high = np.where(missing, -np.inf, bins) if holes else bins
+            kept += [first + low.argmin(axis=1), first + high.argmax(axis=1)]
+    return np.unique(np.concatenate(kept))

@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
-from freerock.arrays import Floats, extremes
+from freerock.arrays import Floats
 from freerock.figures import looks, style
 from freerock.figures.style import Axes, Labels, Style, styled
 from freerock.models.free_parameters import OF_RECORD, SYMBOLS
@@ -116,7 +116,7 @@ def _record_series(record: xr.DataTree) -> pd.DataFrame:
     signals |= {name: (record.dataset[name].values, unit) for name, unit in _recorded(record).items()}
     parts = []
     for name, (values, unit) in signals.items():
-        drawn = extremes(values)
+        drawn = looks.extremes(values)
         parts.append(_series(pd.NA, name, time[drawn], values[drawn], unit))
     values, unit = signals[next(iter(_recorded(record)))]
     masks = np.atleast_1d(flags.attrs["flag_masks"])
@@ -139,7 +139,7 @@ def _run_series(record: xr.DataTree, number: int, run: xr.DataTree, fit: xr.Data
     for model in MODELS:
         if fit is not None and model in fit.children:
             residual = np.degrees(fit.children[model].dataset["residual"].values)
-            drawn = extremes(residual, 350)
+            drawn = looks.extremes(residual, 350)
             time_s = fit.dataset["time"].values[drawn]
             parts.append(_series(number, f"residual_{model}", time_s, residual[drawn], "degree"))
     return pd.concat(parts)

@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from freerock.arrays import Flags, Floats, extremes
+from freerock.arrays import Flags, Floats
+from freerock.figures.looks import extremes
 from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.units import BASE
 
