@@ -26,30 +26,18 @@ def complete(campaign: str, runs: str | Path, output: str | Path) -> None:
     output : path
         File to write, in the folder of the campaign's products.
     """
-    records = _rows_by_record(runs)
-    failed = [f"{campaign}: record {test} failed: {why}" for test, why in _why_failed(records).items()]
-    if failed:
+    with open(runs, newline="", encoding="utf-8") as table:
+        rows = list(csv.DictReader(table))
+    kept = [row for row in rows if row["excluded"] != "True"]
+    usable = {row["test"] for row in kept if row["verdict"] != "fail"}
+    why = dict[str, list[str]]()
+    for row in kept:
+        if row["test"] not in usable:
+            why.setdefault(row["test"], []).append(row["reasons"])
+    if why:
         report = f"{Path(output).with_name('report.html')}: the report, with the reasons"
+        failed = [f"{campaign}: record {test} failed: {'; '.join(each)}" for test, each in why.items()]
         log.error("\n".join([report, *failed]))
         sys.exit(1)
-    numbers = {"record": len(records)}
-    numbers["run"] = sum(row["run"] != "" for rows in records.values() for row in rows)
+    numbers = {"record": len({row["test"] for row in rows}), "run": sum(row["run"] != "" for row in rows)}
     write_text(output, ", ".join(f"{n} {what}{'s' * (n != 1)}" for what, n in numbers.items()) + "\n")
-
-
-def _why_failed(records: dict[str, list[dict[str, str]]]) -> dict[str, str]:
-    return {test: why for test, rows in records.items() if (why := _failed(rows))}
-
-
-def _rows_by_record(runs: str | Path) -> dict[str, list[dict[str, str]]]:
-    records: dict[str, list[dict[str, str]]] = {}
-    with open(runs, newline="", encoding="utf-8") as table:
-        for row in csv.DictReader(table):
-            records.setdefault(row["test"], []).append(row)
-    return records
-
-
-def _failed(rows: list[dict[str, str]]) -> str:
-    """Why a record has no usable run, empty where it has one or all its runs are excluded."""
-    kept = [row for row in rows if row["excluded"] != "True"]
-    return "; ".join(row["reasons"] for row in kept) if {row["verdict"] for row in kept} == {"fail"} else ""

@@ -8,7 +8,7 @@ from freerock.files import write_text
 from freerock.tables.csvfile import read_csv
 from freerock.tables.latex import latex, numbers_tex, paper_tex
 from freerock.tables.markdown import markdown
-from freerock.tables.printed import Printed, printed_tables
+from freerock.tables.printed import printed_tables
 
 OF_PAPER = ("foundation_effect", "comparison")  # figures 2 and 3 of Spanos et al. 2017
 
@@ -34,17 +34,13 @@ def print_tables(
     """
     tables = {name: read_csv(path) for name, path in files.items()}
     for name, table in printed_tables(tables, origin, doi=doi, labels=labels).items():
-        _write(Path(folder, name), table)
+        told = table.text, table.caption, table.notes
+        write_text(Path(folder, f"{name}.md"), markdown(*told))
+        write_text(Path(folder, f"{name}.tex"), latex(*told, label=f"tab:{name}"))
     write_text(Path(folder, "numbers.tex"), numbers_tex(tables))
-    told = {name: caption_of(f"freerock.figures.{name}") for name in OF_PAPER}
+    of_paper = {name: caption_of(f"freerock.figures.{name}") for name in OF_PAPER}
     captions = {
         name: (f"{each['title'].format(Measured=origin.capitalize())}.", each["caption"])
-        for name, each in told.items()
+        for name, each in of_paper.items()
     }
     write_text(Path(folder, "spanos2017.tex"), paper_tex(captions, ["table1", "table2", "table3"]))
-
-
-def _write(stem: Path, table: Printed) -> None:
-    told = table.text, table.caption, table.notes
-    write_text(stem.with_name(f"{stem.name}.md"), markdown(*told))
-    write_text(stem.with_name(f"{stem.name}.tex"), latex(*told, label=f"tab:{stem.name}"))

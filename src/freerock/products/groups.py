@@ -30,11 +30,6 @@ def reasons_in(attrs: Attrs) -> tuple[Reason, ...]:
     return tuple(Reason(*each) for each in json.loads(attrs["reasons"]))
 
 
-def not_fitted_in(attrs: Attrs) -> tuple[NotFitted, ...]:
-    """What could not be fitted, among the attributes of a record's fits."""
-    return tuple(NotFitted(*each) for each in json.loads(attrs.get("not_fitted", "[]")))
-
-
 def runs_of(tree: xr.DataTree) -> dict[int, xr.DataTree]:
     """Runs of a record or fit dataset, in order.
 
@@ -214,7 +209,7 @@ def verdict_of_run(number: int, run: xr.DataTree, fits: xr.DataTree | None) -> V
     if fits is None:
         return verdict
     group = fits.children.get(f"run_{number}")
-    missed = not_fitted_in(fits.attrs)
+    missed = [NotFitted(*each) for each in json.loads(fits.attrs.get("not_fitted", "[]"))]
     if missed and verdict.level != "fail" and not run.attrs["excluded"]:
         lost: Level = "warn" if group is not None else "fail"
         of = {number: "", None: "not fitted: "}

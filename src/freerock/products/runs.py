@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any
 
 import xarray as xr
 
@@ -11,7 +10,7 @@ from freerock.models.block import Block
 from freerock.noise.spectrum import noise_told
 from freerock.products.groups import reasons_in
 from freerock.products.names import RUN_VARIABLES
-from freerock.rotation.view import View, view_in
+from freerock.rotation.view import view_in
 from freerock.runs.motion import Motion, motions_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict
@@ -42,12 +41,8 @@ def motions_in(record: xr.DataTree, samples: Mapping[str, Floats]) -> dict[int, 
         return {}
     heard = "sigma_theta" in samples and "noise" in record.attrs
     noise = noise_told(record.attrs["noise"]) if heard else None
-    return motions_of(runs, samples, sensors_view(record.attrs), noise)
-
-
-def sensors_view(attrs: Mapping[Any, Any]) -> View | None:
-    """What the sensor made of the motion in a dataset of a record or of its fits."""
-    if not any(str(key).startswith("sensor_") for key in attrs):
-        return None
-    names = [each.name for each in fields(Block) if f"block_{each.name}" in attrs]
-    return view_in(attrs, Block(**{name: attrs[f"block_{name}"] for name in names}))
+    view, attrs = None, record.attrs
+    if any(str(key).startswith("sensor_") for key in attrs):
+        known = (each.name for each in fields(Block) if f"block_{each.name}" in attrs)
+        view = view_in(attrs, Block(**{name: attrs[f"block_{name}"] for name in known}))
+    return motions_of(runs, samples, view, noise)

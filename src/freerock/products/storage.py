@@ -95,15 +95,6 @@ def _plain(attrs: Mapping[Any, Any]) -> dict[str, Any]:
 
 
 @contextmanager
-def readable(path: str | Path) -> Iterator["netCDF4.Dataset"]:
-    """The netCDF file, with an error of its own for what can't be read."""
-    import netCDF4
-
-    with _errors_of(path), ONE_THREAD, netCDF4.Dataset(path) as file:
-        yield file
-
-
-@contextmanager
 def root_of(path: str | Path) -> Iterator["h5py.File"]:
     """The file as HDF5, for what stands in its root.
 
@@ -117,6 +108,7 @@ def root_of(path: str | Path) -> Iterator["h5py.File"]:
 
 @contextmanager
 def _errors_of(path: str | Path) -> Iterator[None]:
+    """An error of its own for a file that can't be read."""
     if not Path(path).is_file():
         raise FreerockError(path, *MISSING)
     try:
@@ -174,7 +166,9 @@ def open_product(
     FreerockError
         No such file, damaged, or another product.
     """
-    with readable(path) as file:
+    import netCDF4
+
+    with _errors_of(path), ONE_THREAD, netCDF4.Dataset(path) as file:
         file.set_auto_maskandscale(False)
         tree = xr.DataTree.from_dict(dict(groups_in(file, samples, only)))
     if tree.attrs.get("freerock_product") != product:

@@ -104,9 +104,12 @@ def find_rotation(
     lasers = (laser,) if isinstance(laser, Laser) else tuple(laser)
     time_s, signals = numbers("time", time_s), _channels(signal, lasers)
     step = _even_step(time_s, signals)
+    if units is None:
+        units = [own.units or "V" for own in lasers]
+    stated = [units] if isinstance(units, str) else units
     readings = [
         read_channel(time_s, step, each, own, block, unit, options)
-        for each, own, unit in zip(signals, lasers, _stated(units, lasers), strict=True)
+        for each, own, unit in zip(signals, lasers, stated, strict=True)
     ]
     if len(lasers) == 1:
         found = rotation_of_one(time_s, readings[0], lasers[0], block)
@@ -139,13 +142,6 @@ def _delay_s(lasers: Sequence[Laser]) -> float:
         what = "the two lasers differ in their response"
         raise FreerockError("laser signal", what, "give both the same response_ms")
     return times.pop() / 1e3 / 2
-
-
-def _stated(units: str | Sequence[str] | None, lasers: Sequence[Laser]) -> list[str]:
-    """Unit of each channel as the file states it, or as declared where there is no file."""
-    if units is None:
-        return [laser.units or "V" for laser in lasers]
-    return [units] if isinstance(units, str) else list(units)
 
 
 def _even_step(time_s: Floats, signals: Sequence[Floats]) -> float:

@@ -2,6 +2,8 @@
 
 import pandas as pd
 
+from freerock.tables.number_text import number_of
+
 POSSIBLE = ("selected", "also_possible")
 STATUS_WORDS = {
     "selected": "selected",
@@ -15,7 +17,7 @@ def named_by(model: str, choice: pd.DataFrame) -> str:
     """For how many of the runs of the tidy table choice a candidate is selected: "12 of 18 runs"."""
     n = len(choice[["test", "run"]].astype(str).drop_duplicates())
     own = choice[(choice["model"] == model) & (choice["status"] == "selected")]
-    return f"{len(own)} of {n} run{'' if n == 1 else 's'}"
+    return f"{len(own)} of {number_of(n, 'run')}"
 
 
 def laws_of_foundations(choice: pd.DataFrame) -> dict[str, str]:

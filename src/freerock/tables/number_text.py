@@ -68,17 +68,11 @@ def unit_text(unit: str) -> str:
     return re.sub(r"-[0-9]", lambda exponent: exponent[0].translate(SUPERSCRIPTS), unit)
 
 
-def printed_unit(unit: str) -> tuple[str, float]:
-    """What stands behind a number of a unit, and by what the number grows there: angles in degrees."""
-    if unit == "rad":
-        return "°", math.degrees(1.0)
-    return f" {unit_text(unit)}".rstrip(), 1.0
-
-
 def value_text(value: float, stderr: float, unit: str, digits: int = 3) -> str:
-    """A value with its error and unit: "(6.880 ± 0.012)·10⁶ N m⁻²", "5.790 ± 0.010°"."""
-    text, factor = printed_unit(unit)
-    return f"{quantity(factor * value, factor * stderr, digits)}{text}"
+    """A value with its error and unit: "(6.880 ± 0.012)·10⁶ N m⁻²"; angles in degrees: "5.790 ± 0.010°"."""
+    if unit == "rad":
+        return f"{quantity(math.degrees(value), math.degrees(stderr), digits)}°"
+    return f"{quantity(value, stderr, digits)} {unit_text(unit)}".rstrip()
 
 
 def number_of(n: int, thing: str) -> str:

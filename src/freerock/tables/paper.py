@@ -100,7 +100,7 @@ def table2(
                     | {"n_runs": len(own) or means["n_runs"].sum(), **_mean(means)}
                     | {"rejected": (block, foundation, model) in rejected}
                     | (_by_procedure(usable) if block else {})
-                    | {"published": _published(published, [block], foundation, model, parameter)}
+                    | {"published": _published(published, block, foundation, model, parameter)}
                 )
     return pd.DataFrame(rows, columns=[name for name in columns_of("table2") if name != "origin"])
 
@@ -157,7 +157,7 @@ def table3(paper: pd.DataFrame, published: Published = None) -> pd.DataFrame:
             {"block": block, "foundation": foundation, "model": law, "n_runs": len(epsilon)}
             | {"epsilon_theta": epsilon.median(), "epsilon_low": epsilon.min(), "epsilon_high": epsilon.max()}
             | {"final_time_s": each["final_time_s"].max()}
-            | {"published": _published(published, [block], foundation, law, "epsilon_theta")}
+            | {"published": _published(published, block, foundation, law, "epsilon_theta")}
         )
     return pd.DataFrame(rows, columns=[name for name in columns_of("table3") if name != "origin"])
 
@@ -241,14 +241,9 @@ def _mean(populations: pd.DataFrame) -> dict[str, float]:
     return {name: float(own[name].median()) if len(own) else math.nan for name in ("mean", "u_total")}
 
 
-def _published(
-    published: Published, blocks: Iterable[str], foundation: str, law: str, quantity: str
-) -> float:
-    """The published value of the first of some blocks that has one."""
-    for block in blocks:
-        found: Any = published
-        for key in (block, foundation, law, quantity):
-            found = (found or {}).get(key)
-        if found is not None:
-            return float(found)
-    return math.nan
+def _published(published: Published, *keys: str) -> float:
+    """The published value of a block, foundation, law and quantity; NaN where there is none."""
+    found: Any = published
+    for key in keys:
+        found = (found or {}).get(key)
+    return math.nan if found is None else float(found)

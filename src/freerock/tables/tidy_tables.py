@@ -29,7 +29,7 @@ from freerock.products.groups import (
 from freerock.rotation.u_total import OF_LAW
 from freerock.runs.verdict import Reason, in_one_line, known_reasons
 from freerock.tables.choices import POSSIBLE
-from freerock.tables.populations import budget_table, populations_table
+from freerock.tables.populations import INPUT, budget_table, populations_table
 
 # Of impacts: columns, and their variables in the datasets, which not all of them have.
 KINDS_OF_R = ("", "_stderr", "_u", "_energy", "_energy_u")
@@ -40,7 +40,6 @@ OF_SELECTED = ("restitution_energy", "restitution_energy_u", "delta", "delta_u")
 NUMBERS_OF_FIT = ("value", "stderr", "u_law", "u_total")
 OF_EVIDENCE = ("residual_over_noise", "noise_p", "sigma_r_low", "sigma_r_high", "n_parameters")
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
-INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
 MOVED = [*INPUT, "input_moved", "input_remaining", "input_pull"]
 CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *INPUT, "contribution"]
 Trees = Iterable[xr.DataTree]
