@@ -9,7 +9,6 @@ import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.models.given import legal
-from freerock.models.laws import CANDIDATES
 from freerock.products.groups import CHOICE_GROUP, Attrs
 from freerock.products.names import IMPACT_VARIABLES, RUN_VARIABLES, WITH_TOTAL, root_attributes
 from freerock.products.storage import open_product, root_of, root_text, write_groups
@@ -21,18 +20,11 @@ SINCE, ANY_DATE = "seconds Since {}", "1970-01-01"
 SINCE_RELEASE = {"long_name": "time since the release"}
 
 # Numbers of the evidence of a fit that are attributes.
-OF_EVIDENCE = (
-    "noise_p",
-    "residual_over_noise",
-    "minus_two_log",
-    "n_parameters",
-)
+OF_EVIDENCE = ("noise_p", "residual_over_noise", "n_parameters")
 CHOICE_NUMBERS = ("minus_two_log", "n_parameters", "residual_over_noise", "p_prediction")
 INPUTS_GROUP, PAPER_GROUP = "inputs", "paper_{}"  # in that of a fit; of a law, in that of a run
 
 if TYPE_CHECKING:
-    import lmfit
-
     from freerock.identification.fitted import Fit
     from freerock.identification.paper_fit import PaperFit
     from freerock.noise.spectrum import Noise
@@ -291,16 +283,13 @@ def _fit(model: str, fit: "Fit", energies: "ImpactEnergy | None") -> xr.Dataset:
     arrays |= {name: ((), value) for name, value in scalars.items()}
     told = {
         "model": model,
-        "law": CANDIDATES[model].law,
-        "kinematics": CANDIDATES[model].kinematics,
         "success": np.int8(fit.success),
         "message": fit.message,
-        "final_time_s": float(fit.curve.time[-1]),
         "sigma_r_low": scatter.low,
         "sigma_r_high": scatter.high,
         "agrees_with_noise": np.int8(fit.evidence.agrees),
         **{name: getattr(fit.evidence, name) for name in OF_EVIDENCE},
-        **_of_lmfit(fit.result),
+        "nfev": int(fit.result.nfev),
     }
     return xr.Dataset(arrays, {"parameter": names, **_since(fit.curve.time), **_numbered(n)}, told)
 
@@ -322,8 +311,8 @@ def _paper(fit: "PaperFit") -> xr.Dataset:
         arrays |= {name: own[name] for name in ("impact_time", "peak_before", "restitution")}
         coordinates |= _numbered(len(fit.impacts.time_s))
     told = {"law": fit.model, "success": np.int8(fit.success), "message": fit.message}
-    told["final_time_s"] = float(fit.curve.time[-1])
-    return xr.Dataset(arrays, coordinates, told | _of_lmfit(fit.result))
+    told |= {"final_time_s": float(fit.curve.time[-1]), "nfev": int(fit.result.nfev)}
+    return xr.Dataset(arrays, coordinates, told)
 
 
 def _inputs(fit: "Fit") -> xr.Dataset:
@@ -373,11 +362,6 @@ def _choice(choice: "Choice") -> xr.Dataset:
 
 def _since(time_s: Floats) -> dict[str, Any]:
     return {"time": ("time", time_s, SINCE_RELEASE)}
-
-
-def _of_lmfit(result: "lmfit.minimizer.MinimizerResult") -> dict[str, Any]:
-    """Method and evaluations of the least squares."""
-    return {"method": result.method, "nfev": int(result.nfev)}
 
 
 def _dims(variable: xr.DataArray) -> list[str]:
