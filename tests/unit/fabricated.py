@@ -20,6 +20,7 @@ from freerock.products.runs import runs_in
 from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
 from freerock.runs.measured_total import MeasuredTotal
+from freerock.runs.runs_with_impacts import Measured
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.choice import Choice, Judged
@@ -97,7 +98,7 @@ def record(test="b1_marble", block="b1", foundation="marble", origin="simulated"
         who, n = identity(test, block, foundation, origin), len(found[0].time_s)
         total = MeasuredTotal(np.radians(0.02), np.full(n, 2e-4), np.full(n, 2e-4), np.full(n, 0.003))
         totals, noise = [total] * len(runs), white_noise(SIGMA, RATE_HZ)
-        datasets.write_record(path, volts, runs, found, who, totals=totals, noise=noise)
+        datasets.write_record(path, volts, Measured(runs, found, noise), totals, who)
         return datasets.open_record(path)
 
 

@@ -38,6 +38,7 @@ from freerock.rotation.laboratory import Input
 from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
 from freerock.runs.measured_total import MeasuredTotal
+from freerock.runs.runs_with_impacts import Measured
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 from freerock.selection.choice import Choice, Judged
@@ -161,9 +162,8 @@ def write(folder, name="a"):
     impacts = [made_up_impacts(), made_up_impacts(0)]
     totals = [made_up_total(len(each.time_s)) for each in impacts]
     noise = white_noise(1e-4, 400.0)
-    write_record(
-        folder / f"record_{name}.nc", made_up_record(), runs, impacts, ATTRS, totals=totals, noise=noise
-    )
+    found = Measured(runs, impacts, noise)
+    write_record(folder / f"record_{name}.nc", made_up_record(), found, totals, ATTRS)
     fits = {number: {model: made_up_fit(model) for model in MODELS} for number in (1, 2)}
     write_fits(
         folder / f"fits_{name}.nc",

@@ -7,6 +7,7 @@ from reading import refusal
 
 from freerock.products.netcdf import write_record
 from freerock.records.read import read_record
+from freerock.runs.runs_with_impacts import Measured
 
 TIME = np.arange(60) / 500
 VOLTS = 5 + np.sin(20 * TIME)
@@ -71,7 +72,7 @@ def test_the_projects_own_records(tmp_path):
     )
     attrs = {"campaign": "c", "test": "t", "origin": "simulated", "start_time": "2017-05-02T09:00:00.000Z"}
     path = tmp_path / "t.nc"
-    write_record(path, record, [], [], attrs)
+    write_record(path, record, Measured((), (), None), (), attrs)
     dataset = read_record(path, "theta")
     np.testing.assert_array_equal(dataset["theta"], VOLTS)
     np.testing.assert_allclose(dataset["time"], TIME, atol=1e-12)

@@ -76,7 +76,7 @@ def make_record(
         log.error(failure)
         write_failure(output, Reason.of("not_processed", str(failure)), attributes, record)
         return
-    write_record(output, record, found.runs, found.impacts, attributes, totals, found.noise)
+    write_record(output, record, found, totals, attributes)
     _log(record, found.runs)
 
 

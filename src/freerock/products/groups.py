@@ -53,9 +53,8 @@ def n_restitutions(run: xr.DataTree) -> int:
 
 
 def release_angle_of(run: xr.DataTree) -> tuple[float, float]:
-    """Release angle of a run [°] and its total standard uncertainty; that by noise if no input is known."""
-    u = "theta0_u" if "theta0_u" in run.dataset else "theta0_stderr"
-    return math.degrees(run["theta0"].item()), math.degrees(run[u].item())
+    """Release angle of a run [°] and its total standard uncertainty."""
+    return math.degrees(run["theta0"].item()), math.degrees(run["theta0_u"].item())
 
 
 def impacts_of(run: xr.DataTree) -> str:

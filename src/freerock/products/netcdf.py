@@ -27,10 +27,10 @@ INPUTS_GROUP, PAPER_GROUP = "inputs", "paper_{}"  # in that of a fit; of a law, 
 if TYPE_CHECKING:
     from freerock.identification.fitted import Fit
     from freerock.identification.paper_fit import PaperFit
-    from freerock.noise.spectrum import Noise
     from freerock.populations.impact_energy import ImpactEnergy
     from freerock.runs.impacts import Impacts
     from freerock.runs.measured_total import MeasuredTotal
+    from freerock.runs.runs_with_impacts import Measured
     from freerock.runs.segment import Run
     from freerock.selection.choice import Choice
 
@@ -38,11 +38,9 @@ if TYPE_CHECKING:
 def write_record(
     path: str | Path,
     record: xr.Dataset,
-    runs: Sequence["Run"],
-    impacts: Sequence["Impacts"],
+    found: "Measured",
+    totals: Sequence["MeasuredTotal"],
     attrs: Attrs,
-    totals: Sequence["MeasuredTotal | None"] = (),
-    noise: "Noise | None" = None,
 ) -> None:
     """Write what was measured: θ(t) of the whole record and a group per run with its impacts.
 
@@ -53,34 +51,32 @@ def write_record(
     record : Dataset
         theta [rad], sigma_theta [rad], flags and what was recorded over time [s], with the faults, as
         `rotation.find_rotation` gives them.
-    runs : sequence of Run
-    impacts : sequence of Impacts
+    found : Measured
+        Runs, their impacts, and the noise at rest.
+    totals : sequence of MeasuredTotal
         One per run.
     attrs : mapping
         Root attributes: campaign, test, block, foundation, origin, title, ... and `provenance`; where it is
         known, start_time (ISO 8601).
-    totals : sequence of MeasuredTotal, optional
-        One per run, where the laboratory's inputs are known.
-    noise : Noise, optional
-        Of θ at rest.
 
     Raises
     ------
     FreerockError
         The file can't be written.
     """
-    root = _root(record, "volts to rotation, runs and impacts", attrs, *_record_verdict(runs))
-    if noise:
-        frequency, density = noise.spectrum()
+    root = _root(record, "volts to rotation, runs and impacts", attrs, *_record_verdict(found.runs))
+    if found.noise:
+        frequency, density = found.noise.spectrum()
         spectrum: dict[str, Any] = {"frequency": frequency, "noise_density": ("frequency", density)}
-        root = root.assign(spectrum).assign_attrs(noise=noise.told)
+        root = root.assign(spectrum).assign_attrs(noise=found.noise.told)
     groups = {"/": root}
-    for run, found, total in zip(runs, impacts, totals or [None] * len(runs), strict=True):
+    for run, impacts, total in zip(found.runs, found.impacts, totals, strict=True):
         groups[f"run_{run.number}"] = xr.Dataset(
             {name: ((), getattr(run, field)) for field, name in RUN_VARIABLES.items()}
-            | _impacts(found)
-            | _totals(total),
-            _numbered(len(found.time_s)),
+            | _impacts(impacts)
+            | {"theta0_u": ((), total.theta0)}
+            | {f"{name}_u": ("impact", getattr(total, name)) for name in WITH_TOTAL},
+            _numbered(len(impacts.time_s)),
             {
                 "run": run.number,
                 "verdict": run.verdict.level,
@@ -226,13 +222,6 @@ def _impacts(impacts: "Impacts") -> dict[str, Any]:
 def _numbered(n: int) -> dict[str, Any]:
     """The coordinate of impacts: their numbers, from 1."""
     return {"impact": np.arange(1, n + 1, dtype=np.int32)}
-
-
-def _totals(total: "MeasuredTotal | None") -> dict[str, Any]:
-    if total is None:
-        return {}
-    each = {f"{name}_u": ("impact", getattr(total, name)) for name in WITH_TOTAL}
-    return {"theta0_u": ((), total.theta0), **each}
 
 
 def _fits(

@@ -72,7 +72,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
             release = run["release"].item()
             of_run = {
                 "theta0_deg": math.degrees(run["theta0"].item()),
-                "theta0_u_deg": math.degrees(run["theta0_u"].item()) if "theta0_u" in run else math.nan,
+                "theta0_u_deg": math.degrees(run["theta0_u"].item()),
                 "release_s": release,
                 "duration_s": run["end"].item() - release,
                 "n_impacts": run["n_impacts"].item(),
