@@ -1,6 +1,7 @@
 """The products of a campaign from a script: tables and datasets by name."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections import UserDict
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,29 +11,20 @@ from freerock.products.netcdf import open_fits, open_record
 from freerock.tables.csvfile import read_csv
 
 
-class Products(Mapping[str, Any]):
+class Products(UserDict[str, Any]):
     """Files of one kind by name, as in a dict; each is read when it is asked for."""
 
     def __init__(self, folder: Path, suffix: str, read: Callable[[Path], Any]) -> None:
-        self._files = {path.stem: path for path in sorted(folder.glob(f"*{suffix}"))}
+        self.data = {path.stem: path for path in sorted(folder.glob(f"*{suffix}"))}
         self._folder, self._read = folder, read
 
     def __getitem__(self, name: str) -> Any:
-        if name not in self._files:
-            raise FreerockError(self._folder, f"holds no {name!r}", f"it holds {', '.join(self._files)}")
-        return self._read(self._files[name])
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._files
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._files)
-
-    def __len__(self) -> int:
-        return len(self._files)
+        if name not in self.data:
+            raise FreerockError(self._folder, f"holds no {name!r}", f"it holds {', '.join(self.data)}")
+        return self._read(self.data[name])
 
     def __repr__(self) -> str:
-        return f"<{', '.join(self._files) or 'none'}>"
+        return f"<{', '.join(self.data) or 'none'}>"
 
 
 @dataclass(frozen=True)
