@@ -74,15 +74,16 @@ SCENES = [*product(CONFIGURATIONS, FOUNDATIONS)]  # of the records, in turn
 LASERS = {"config1": "at_220mm", "config2": "at_200mm", "config3": "at_100mm"}
 
 
-def record(number: int):
-    """A simulated record of one release."""
+def record(number: int, runs: int):
+    """A simulated record whose impacts scatter by 1 %."""
     block, foundation = SCENES[number % len(SCENES)]
     (shape, angle, laser), seed = CONFIGURATIONS[block], 1 + number
-    releases = palermo_releases(angle, FOUNDATIONS[foundation], np.random.RandomState(seed), number=1)
+    parameters = FOUNDATIONS[foundation]
+    releases = palermo_releases(angle, parameters, np.random.RandomState(seed), number=runs, sigma_r=0.01)
     return simulate_record(shape, laser, "hunt_crossley", releases, seed=seed)
 
 
-def write_campaign(folder: Path, n: int, *, files: bool = True) -> None:
+def write_campaign(folder: Path, n: int, *, runs: int = 1, files: bool = True) -> None:
     """A campaign of n records with its configuration; without files, only what a plan needs."""
     (folder / "config/campaigns").mkdir(parents=True)
     (folder / "raw/scale").mkdir(parents=True)
@@ -97,7 +98,7 @@ def write_campaign(folder: Path, n: int, *, files: bool = True) -> None:
         lines.append(f"{name},{name}.tdms,,{block},{foundation},{LASERS[block]},,,,\n")
     (folder / "config/campaigns/scale.csv").write_text(COLUMNS + "".join(lines))
     if files:
-        write_records(folder / "raw/scale", ((name, record(i)) for i, name in enumerate(names)))
+        write_records(folder / "raw/scale", ((name, record(i, runs)) for i, name in enumerate(names)))
     else:
         for name in names:
             (folder / f"raw/scale/{name}.tdms").touch()
@@ -153,6 +154,18 @@ def run(numbers: list[int], cores: int) -> None:
     for (n, wall), (more, longer) in pairwise(walls):
         exponent = math.log(longer / wall) / math.log(more / n)
         print(f"{n} to {more} records: wall time grows with the power {exponent:.2f}")
+
+
+def measured(n: int, cores: int) -> list[dict]:
+    """Rows of `freerock_bench.scale`: what n records of three runs take, whole and by step."""
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch, "campaign")
+        write_campaign(folder, n, runs=3)
+        whole, by_step = snakemake(folder, cores=cores), steps(folder)
+    rows = [("whole", "processor time", whole["cpu_s"] / n)]
+    for step, spent in by_step.iterrows():
+        rows += [(step, "processor time", spent.cpu_time / n), (step, "memory", spent.max_rss)]
+    return [dict(zip(("case", "parameter", "value"), row, strict=True)) for row in rows]
 
 
 def add_one(folder: Path, n: int) -> dict:

@@ -45,6 +45,7 @@ STUDIES = {  # by the name of its module: what a study judges
     "minimum": ("freerock.identification.paper_fit",),
     "means": ("freerock.populations.means",),
     "by_hand": ("freerock.loaded_record",),
+    "scale": WORKFLOW,
     "scatter": WORKFLOW,
     "noises": WORKFLOW,
     "kinds": WORKFLOW,
