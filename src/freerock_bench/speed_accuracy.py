@@ -37,8 +37,7 @@ SPAN_S = {"full": 3.0, "small": 0.6}
 ROUNDS = {"full": 5, "small": 1}
 COLUMNS = ["model", "debonding", "method", "kind", "setting", "time_s", "epsilon", "max_error_rad", "outcome"]
 COLUMNS += ["floor_epsilon", "parameter", "error_stderr", "note"]
-HEADS = ["law", "tool", "setting", "a run of 3 s", "ε_θ", "against the noise", "error / standard errors"]
-HEADS += ["what it can do"]
+HEADS = ["law", "tool", "setting", "a run of 3 s", "ε_θ", "over the noise", "error / standard errors", "note"]
 UNITS = ((3600.0, "h"), (60.0, "min"), (1.0, "s"), (1e-3, "ms"))
 Row = dict[str, Any]
 
