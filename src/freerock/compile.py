@@ -29,7 +29,8 @@ def compile_kernels() -> None:
     scattered: dict[str, Any] = bed | {"impacts": np.zeros(2)}
     theta = simulate_fitted("winkler", block, scattered, time_s, rates=rates, passages=passages)
     swings = tangents("winkler", block, scattered, time_s, (theta, rates, passages))
-    swings.by_impacts(theta, theta, theta, np.zeros((100, len(swings.per_delta)), order="F"))
+    n = len(swings.rates)
+    swings.by_rates(theta, theta, theta, np.zeros((100 + n, n), order="F"))
     find_impacts(time_s, np.cos(9 * time_s), 1e-3, block, theta0=1.0)
 
 

@@ -59,30 +59,49 @@ def test_the_series_and_the_stepwise_integrator_scatter_alike(law):
 @pytest.mark.parametrize("block", [BLOCK, Block(0.28, 0.07, 5.84, com_offset_m=1e-3)], ids=["even", "off"])
 @pytest.mark.parametrize("kinematics", ["guided", "pivoting"])
 @pytest.mark.parametrize("law", LAWS)
-def test_derivatives_by_each_impact_are_quotients(law, kinematics, block):
+def test_derivatives_by_the_rate_after_each_impact_are_quotients(law, kinematics, block):
     rules, solver = Rules("geometric", kinematics), Solver(1e-10)
+    values = released(law, impacts=DELTA)
 
-    def motion(delta):
-        rates, passages = np.empty((TIME.size, 3)), np.full((delta.size, 5), np.nan)
-        values = released(law, impacts=delta)
+    def motion(held=np.nan):
+        rates, passages = np.empty((TIME.size, 3)), np.full((DELTA.size, 5), np.nan)
+        passages[:, 4] = held
         theta = simulate_fitted(
             law, block, values, TIME, rules=rules, solver=solver, rates=rates, passages=passages
         )
-        return values, theta, rates, passages
+        return theta, rates, passages
 
-    values, *whole = motion(DELTA)
+    whole = motion()
     steps = (1e-4, -1e-4) if block.e else (3e-7,)
-    found = tangents(law, block, values, TIME, tuple(whole), rules=rules, solver=solver, steps=steps)
-    columns = np.zeros((TIME.size, DELTA.size), order="F")
-    found.by_impacts(np.ones(TIME.size), np.zeros(TIME.size), whole[1][:, -1], columns)
-    depths = np.zeros_like(columns)
-    found.by_impacts(np.zeros(TIME.size), np.ones(TIME.size), whole[1][:, 1], depths)
+    found = tangents(law, block, values, TIME, whole, rules=rules, solver=solver, steps=steps)
+    columns, depths = np.zeros((2, DELTA.size, TIME.size + DELTA.size)).transpose(0, 2, 1)
+    found.by_rates(np.ones(TIME.size), np.zeros(TIME.size), whole[1][:, -1], columns)
+    found.by_rates(np.zeros(TIME.size), np.ones(TIME.size), whole[1][:, 1], depths)
+    rates = np.abs(whole[2][:, 4])
+    assert np.abs(motion(rates)[0] - whole[0]).max() < 1e-9
     for i, step in enumerate(1e-5 * np.eye(DELTA.size)):
-        (_, up, of_up, _), (_, down, of_down, _) = motion(DELTA + step), motion(DELTA - step)
+        (up, of_up, after_up), (down, of_down, after_down) = (
+            motion(rates * (1 + by)) for by in (step, -step)
+        )
+        of_delta = (after_up - after_down)[:, 3] / 2e-5
+        assert columns[TIME.size :, i] == pytest.approx(of_delta, abs=5e-3)
         for column, one, other in ((columns, up, down), (depths, of_up[:, 0], of_down[:, 0])):
             central = (one - other) / 2e-5
             if column is columns or law != "housner":
-                assert np.linalg.norm(column[:, i] - central) < 5e-3 * np.linalg.norm(central)
+                off = column[: TIME.size, i] - central
+                assert np.linalg.norm(off) < 5e-3 * np.linalg.norm(central)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_an_impact_leaves_the_rate_that_is_held(law):
+    passages = np.full((4, 5), np.nan)
+    passages[:, 4] = held = np.array([1.2, 1.0, 0.9, 0.7])
+    theta = simulate_fitted(
+        law, BLOCK, released(law, impacts=np.zeros(4)), TIME, solver=Solver(1e-10), passages=passages
+    )
+    assert np.abs(passages[:, 4]) == pytest.approx(held, rel=1e-9)
+    again = curve(law, released(law, impacts=passages[:, 3] - 1))
+    assert np.abs(again - theta).max() < 1e-7
 
 
 def test_each_passage_counts_be_a_side_lifted_or_not():

@@ -108,12 +108,13 @@ def test_derivatives_are_those_of_the_curve(candidate):
     model = RunModel(candidate, BLOCK, motion)
     time_s = motion.time_s[::5]
     values = {**TRUTH[candidate], "theta0": 0.17, "t0": 1e-4}
-    at = Point(values, np.zeros(0), delta[:4])
-    _, columns = model.derivatives(at, Samples(time_s, np.zeros(time_s.size)))
+    samples = Samples(time_s, np.zeros(time_s.size))
+    at = model.held(Point(values, np.zeros(0), delta[:4]), samples)
+    columns = model.derivatives(at, samples)[1][: time_s.size]
     for j, name in enumerate(model.names):
         step = 1e-5 * max(abs(values[name]), 1e-2)
         up, down = (
-            model.curve(Point({**values, name: values[name] + by}, at.inputs, at.impacts), time_s, 1e-11)
+            model.curve(replace(at, values={**values, name: values[name] + by}), time_s, 1e-11)
             for by in (step, -step)
         )
         central = (up - down) / (2 * step)
@@ -121,7 +122,7 @@ def test_derivatives_are_those_of_the_curve(candidate):
     for i in range(4):
         moved = 1e-5 * np.eye(4)[i]
         up, down = (
-            model.curve(Point(values, at.inputs, at.impacts + by), time_s, 1e-11) for by in (moved, -moved)
+            model.curve(replace(at, rates=at.rates * (1 + by)), time_s, 1e-11) for by in (moved, -moved)
         )
         central = (up - down) / 2e-5
         assert np.linalg.norm(columns[:, len(model.names) + i] - central) < 2e-3 * np.linalg.norm(central)

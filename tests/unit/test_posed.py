@@ -56,6 +56,24 @@ def test_derivatives_are_quotients_to_a_part_in_ten_thousand():
         assert off < 2e-4 * np.linalg.norm(column), i
 
 
+def test_an_input_counts_whatever_others_are_off():
+    """A height moves the centre of mass of a block whose centre of mass has its own uncertainty."""
+    motion, at = motion_of(1, 0.02)
+    names = ("height_m", "com_height_m", "inertia_kg_m2", "position_m", "scale_fraction")
+    us = (U_M, U_M, 1e-3 * BLOCK.inertia_cm, 1e-3, 1e-3)
+    owners = ("block", "block", "block", "laser", "laser")
+    inputs = tuple(map(Input, owners, names, us, [True] * len(names)))
+    laser = Laser(beam="horizontal", position_m=0.2, range_m=0.1)
+    motion = replace(motion, laboratory=Laboratory(BLOCK, {"laser": laser}, inputs))
+    posed, off = posed_of(motion, 0.02), np.array([1.2, -0.7, 0.4, 1.1, -0.9])
+    at = posed.held(replace(at, inputs=off, impacts=at.impacts[:8]))
+    columns = posed.by_inputs(at)[: posed.samples.measured.size]
+    for i, step in enumerate(1e-2 * np.eye(len(names))):
+        ends = [posed.model.means(replace(at, inputs=off + by), posed.samples) for by in (step, -step)]
+        quotient = (ends[0] - ends[1]) / 2e-2
+        assert np.linalg.norm(columns[:, i] - quotient) < 1e-3 * np.linalg.norm(quotient), names[i]
+
+
 def test_a_curve_has_no_jump_where_a_swing_ceases_to_lift():
     """Impacts keep their δ, however small the swing before is."""
     motion, at = motion_of(1, 0.0)

@@ -103,17 +103,16 @@ def test_derivatives_are_those_of_what_is_seen(laser, law):
     time_s, view = np.linspace(0.01, 2, 1500), view_of([laser], BLOCK)
     motion = Motion(time_s, np.zeros(1500), 1e-4, 0.17, view=view)
     model = RunModel("housner_width" if law == "housner" else law, BLOCK, motion)
-    at, delta = {name: values[name] for name in model.names}, np.array([0.01, -0.02])
-    _, columns = model.derivatives(Point(at, np.zeros(0), delta), Samples(time_s, np.zeros(1500)))
+    own, samples = {name: values[name] for name in model.names}, Samples(time_s, np.zeros(1500))
+    at = model.held(Point(own, np.zeros(0), np.array([0.01, -0.02])), samples)
+    columns = model.derivatives(at, samples)[1][: time_s.size]
     for j, name in enumerate([*model.names, "impact"]):
-        step = 1e-6 * max(abs(at.get(name, 1.0)), 0.1)
+        step = 1e-6 * max(abs(own.get(name, 1.0)), 0.1)
         up, down = (
             model.curve(
-                Point(
-                    at if name == "impact" else {**at, name: at[name] + by},
-                    np.zeros(0),
-                    delta + np.array([by, 0]) * (name == "impact"),
-                ),
+                replace(at, rates=at.rates * (1 + np.array([by, 0])))
+                if name == "impact"
+                else replace(at, values={**own, name: own[name] + by}),
                 time_s,
                 1e-11,
             )

@@ -15,7 +15,7 @@ from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, 
 from freerock.identification.goodness import noise_of
 from freerock.identification.posed import Ended, Posed, minimised
 from freerock.identification.posterior import Posterior
-from freerock.identification.run_model import RTOL, Point, RunModel, Samples
+from freerock.identification.run_model import RTOL, RunModel, Samples
 from freerock.identification.scatter import NONE, Scatter, Told, find_scatter
 from freerock.identification.settings import check
 from freerock.identification.start import START, Followed, in_step, n_lifting, whole_s, with_impacts
@@ -37,13 +37,8 @@ class RoundSettings:
     poor, lost : float
         Times the mean square of the best run of the record, from which a run is sought once more; of a law
         that is far from the runs.
-    exact, rough : (int, float)
+    exact : (int, float)
         Evaluations of the residual in a round, and the relative change at which it ends.
-    far : float
-        Times the noise, from which a law's round is a rough one.
-    jumps, late : int, float
-        Gauss-Newton steps at most of a round that creeps along a curved valley; share of a swing by which an
-        impact may be late after one.
     """
 
     most: int = 4
@@ -51,10 +46,6 @@ class RoundSettings:
     poor: float = 1.3
     lost: float = 10.0
     exact: tuple[int, float] = (12, 5e-6)
-    rough: tuple[int, float] = (12, 1e-3)
-    far: float = 3.0
-    jumps: int = 3
-    late: float = 0.05
 
 
 ROUNDS = RoundSettings()
@@ -135,9 +126,17 @@ class Followers:
         self.first = next(iter(self.models))
         self._followed = self._of(self.first)
 
+    def glimpsed(self) -> tuple[float, int]:
+        """Mean square over the noise on the first swings of the first run, and the number of samples.
+
+        After a few evaluations.
+        """
+        end = self._followed.glimpsed[0]
+        return self._followed.over_noise(end), end.n_samples
+
     def screened(self) -> tuple[float, int]:
-        """Mean square over the noise on the first swings of the first run, and the number of samples."""
-        end = self._followed.screened
+        """As `glimpsed`, at the end of the search."""
+        end = self._followed.screened[0]
         return self._followed.over_noise(end), end.n_samples
 
     def end_of_first(self) -> tuple[float, int]:
@@ -224,36 +223,15 @@ def _round(end: Ended, sigma_r: float, level: float) -> Ended:
         start = in_step(model, end.at, whole_s(model.motion), START.lost)
         start = with_impacts(start, n_lifting(model, start))
     posed = Posed(model, _all_samples(model), sigma_r, level, RTOL)
-    far = level > ROUNDS.far * noise_of(model.motion).variance ** 0.5
-    found = minimised(posed, start, *(ROUNDS.rough if far else ROUNDS.exact))
-    for _ in range(ROUNDS.jumps if sigma_r and not far else 0):
-        if found.result.success:
-            break
-        ahead = in_step(model, _ahead(found), whole_s(model.motion), ROUNDS.late)
-        other = minimised(posed, with_impacts(ahead, start.impacts.size), *ROUNDS.exact)
-        if other.objective >= found.objective:
-            break
-        found = other
+    found = minimised(posed, start, *ROUNDS.exact)
     found.result.nfev += end.result.nfev
     return found
-
-
-def _ahead(end: Ended) -> Point:
-    """The point to which one Gauss-Newton step leads, whatever the curvature of the valley."""
-    theta, rows = end.derived
-    varied = np.array([each.vary for each in end.result.params.values()])
-    step = np.zeros(varied.size)
-    step[varied] = np.linalg.lstsq(rows[:, varied], -end.posed.residual(end.at, theta), rcond=None)[0]
-    n, n_z = len(end.posed.model.names), len(end.at.inputs)
-    values = {name: end.at.values[name] + by for name, by in zip(end.at.values, step, strict=False)}
-    moved = Point(values, end.at.inputs + step[n : n + n_z], end.at.impacts + step[n + n_z :])
-    return end.posed.point(end.posed.parameters(moved))  # within the bounds
 
 
 def _on_all_samples(end: Ended) -> Ended:
     """The end of a search on some samples, seen on all."""
     posed = replace(end.posed, samples=_all_samples(end.posed.model))
-    return replace(end, posed=posed, derived=posed.derived(end.at))
+    return replace(end, posed=posed, linear=posed.jacobian(end.at, posed.by_inputs(end.at)))
 
 
 def _all_samples(model: RunModel) -> Samples:
@@ -286,7 +264,7 @@ def _fit(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
     of_impacts = ImpactScatter(
         scatter if at.impacts.size else NONE,
         at.impacts,
-        np.sqrt(np.diag(posterior.covariance)[first:]),
+        np.sqrt(np.maximum(np.diag(posterior.covariance)[first:], 0.0)),
         posterior.covariance[first:, first:],
         posterior.covariance[:n, first:],
     )
@@ -324,7 +302,7 @@ def _fit(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
 
 def _failure(ended: Ended, posterior: Posterior, epsilon: float) -> str:
     """Why a fit is not to be used; "" of one that is."""
-    if not ended.result.success and ended.result.nfev < ROUNDS.rough[0]:
+    if not ended.result.success and ended.result.nfev < ROUNDS.exact[0]:
         return str(ended.result.message)
     if not np.isfinite(epsilon) or epsilon > 1:
         return "worse than a block at rest: ε_θ above 1"

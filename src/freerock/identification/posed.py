@@ -6,7 +6,7 @@ s the standard deviation of the noise, ν the inputs and the release with what i
 of the impacts. Priors are rows of the residual beside the samples.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import lmfit
@@ -20,9 +20,9 @@ from freerock.models.given import Given, arithmetic, legal
 from freerock.models.laws import law_of
 from freerock.runs.release import FAR, lowered
 
-RENEWED = 0.05  # standard uncertainties by which an input moves before its derivatives are renewed
+RENEWED = 0.2
 FARTHEST_INPUT = 8.0  # standard uncertainties: a law that needs more is rejected by its pull
-ROUGH = 1e-5  # relative change of the objective, above which a search is a rough one
+ROUGH = 5e-3  # relative change of the objective, above which a search is a rough one
 WIDEST_IMPACT = 0.5  # |δ| of an impact
 EPS = float(np.finfo(float).eps)
 
@@ -154,31 +154,52 @@ class Posed:
         theta = self.model.means(at, self.samples, self.rtol) if theta is None else theta
         left = (theta - self.samples.measured) / self.level
         release = [(at.values[name] - value) / u for name, value, u in self.release]
-        return np.concatenate([left, release, at.inputs, at.impacts / (self.sigma_r or 1.0)])
+        impacts = at.impacts if at.rates is None else self.held(at).impacts
+        return np.concatenate([left, release, at.inputs, impacts / self.prior])
+
+    def held(self, at: Point) -> Point:
+        """As of the model, on these samples."""
+        return self.model.held(at, self.samples, self.rtol)
+
+    @property
+    def prior(self) -> float:
+        """Prior standard deviation of δ; of none any number will do."""
+        return self.sigma_r or 1.0
 
     def jacobian(self, at: Point, by_inputs: Floats) -> tuple[Floats, Floats]:
-        """The curve [rad], and derivatives of `residual` by all numbers, inputs and impacts."""
+        """The curve [rad], and derivatives of `residual` by all numbers, inputs and logarithms of rates."""
         theta, columns = self.model.derivatives(at, self.samples, self.rtol)
-        n, n_z, n_d = len(self.model.names), len(at.inputs), len(at.impacts)
-        own = columns / self.level
-        rows = np.zeros((len(own) + len(self.release) + n_z + n_d, n + n_z + n_d), order="F")
-        rows[: len(own), :n], rows[: len(own), n + n_z :] = own[:, :n], own[:, n:]
-        rows[: len(own), n : n + n_z] = by_inputs
-        at_row = len(own)
-        for name, _, u in self.release:
-            rows[at_row, self.model.names.index(name)] = 1 / u
-            at_row += 1
-        rows[at_row : at_row + n_z, n : n + n_z] = np.eye(n_z)
-        rows[at_row + n_z :, n + n_z :] = np.eye(n_d) / (self.sigma_r or 1.0)
+        n, n_z, n_theta = len(self.model.names), len(at.inputs), theta.size
+        first = n_theta + len(self.release)  # row of the inputs
+        rows = np.zeros((first + n_z + len(at.impacts), n + n_z + len(at.impacts)), order="F")
+        begin = 0
+        for found in (columns[:, :n], by_inputs, columns[:, n:]):
+            own = slice(begin, begin + found.shape[1])
+            rows[:n_theta, own] = found[:n_theta] / self.level
+            rows[first + n_z :, own] = found[n_theta:] / self.prior
+            begin = own.stop
+        for row, (name, _, u) in enumerate(self.release):
+            rows[n_theta + row, self.model.names.index(name)] = 1 / u
+        rows[first : first + n_z, n : n + n_z] = np.eye(n_z)
         return theta, rows
 
+    def by_impacts(self, rows: Floats) -> Floats:
+        """Those of `jacobian`, with derivatives by δ of the impacts instead of their rates."""
+        n = len(self.model.names) + len(self.model.inputs)
+        n_impacts = rows.shape[1] - n
+        found, of_delta = rows.copy(), self.prior * rows[len(rows) - n_impacts :]
+        found[:, n:] = np.linalg.solve(of_delta[:, n:].T, rows[:, n:].T).T
+        found[:, :n] -= found[:, n:] @ of_delta[:, :n]
+        return found
+
     def derived(self, at: Point) -> tuple[Floats, Floats]:
-        """As `jacobian`, with the inputs' derivatives there."""
-        return self.jacobian(at, self.by_inputs(at))
+        """The curve [rad], and derivatives of `residual` by all numbers, inputs and impacts."""
+        theta, rows = self.jacobian(at, self.by_inputs(at))
+        return theta, self.by_impacts(rows)
 
     def by_inputs(self, at: Point) -> Floats:
-        """Derivatives of the samples' rows by the inputs."""
-        return self.model.by_inputs(at, self.samples, self.rtol) / self.level
+        """Of the model, on these samples."""
+        return self.model.by_inputs(at, self.samples, self.rtol)
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +213,7 @@ class Ended:
     result : lmfit.minimizer.MinimizerResult
     minimizer : lmfit.Minimizer
         That found it; a user can go on with both.
-    derived : (ndarray, ndarray)
+    linear : (ndarray, ndarray)
         Of `Posed.jacobian`, at the end.
     """
 
@@ -200,7 +221,12 @@ class Ended:
     at: Point
     result: "lmfit.minimizer.MinimizerResult"
     minimizer: lmfit.Minimizer
-    derived: tuple[Floats, Floats]
+    linear: tuple[Floats, Floats]
+
+    @cached_property
+    def derived(self) -> tuple[Floats, Floats]:
+        """Of `Posed.derived`."""
+        return self.linear[0], self.posed.by_impacts(self.linear[1])
 
     @property
     def objective(self) -> float:
@@ -219,35 +245,53 @@ class Ended:
 
 
 class _Objective:
-    """What lmfit calls; derivatives by the inputs are renewed where these have moved, if they are to be."""
+    """What lmfit calls; derivatives by the inputs are renewed where these have moved, if they are to be.
+
+    What lmfit has for δ of an impact is the rate after it, over that before it where the search began, less
+    one. With rates the sum of squares is nearly quadratic; with δ it has a long curved valley.
+    """
 
     def __init__(self, posed: Posed, begun: Point, renews: bool) -> None:
-        posed.residual(begun)  # raises where the start is no motion
-        self.posed, self.inputs, self.by_inputs = posed, begun.inputs, posed.by_inputs(begun)
-        self.renews, self.last = renews, dict[bytes, tuple[Floats, Floats]]()
+        self.posed, self.renews, self.inputs = posed, renews, begun.inputs
+        self.refer(posed.held(begun))
+        self.by_inputs = posed.by_inputs(begun)
+
+    def refer(self, held: Point) -> None:
+        """Take the rates before the impacts from a point; there parameters are δ."""
+        self.before = (held.rates if held.rates is not None else 0.0) / (1 + held.impacts)
+        self.last = dict[bytes, tuple[Floats, Floats]]()
+
+    def point(self, moved: lmfit.Parameters) -> Point:
+        """Where parameters are, with rates held."""
+        at = self.posed.point(moved)
+        return replace(at, rates=(1 + at.impacts) * self.before)
 
     def residual(self, moved: lmfit.Parameters) -> Floats:
         """As `Posed.residual`; a block that can't be, as one of no inertia, lies overturned."""
-        at = self.posed.point(moved)
+        at = self.point(moved)
         try:
             return self.posed.residual(at)
         except FreerockError:
-            return self.posed.residual(at, np.full(self.posed.samples.measured.size, np.pi / 2))
+            fallen = np.full(self.posed.samples.measured.size, np.pi / 2)
+            return self.posed.residual(replace(at, rates=None), fallen)
 
     def jacobian(self, moved: lmfit.Parameters) -> Floats:
         """Derivatives by the parameters that vary."""
-        at = self.posed.point(moved)
+        at = self.point(moved)
         if self.renews and np.max(np.abs(at.inputs - self.inputs), initial=0.0) > RENEWED:
             self.inputs, self.by_inputs = at.inputs, self.posed.by_inputs(at)
-        _, rows = self.derived(moved)
+        rows = self.derived(moved)[1]
         varied = [i for i, each in enumerate(moved.values()) if each.vary]
-        return rows @ tied(moved, varied) if any(each.expr for each in moved.values()) else rows[:, varied]
+        is_tied = any(each.expr for each in moved.values())
+        found = rows @ tied(moved, varied) if is_tied else rows[:, varied]
+        found[:, len(varied) - at.impacts.size :] /= 1 + at.impacts
+        return found
 
     def derived(self, moved: lmfit.Parameters) -> tuple[Floats, Floats]:
         """As `Posed.jacobian`; that of the last parameters is known."""
         key = np.array([each.value for each in moved.values()]).tobytes()
         if key not in self.last:
-            self.last = {key: self.posed.jacobian(self.posed.point(moved), self.by_inputs)}
+            self.last = {key: self.posed.jacobian(self.point(moved), self.by_inputs)}
         return self.last[key]
 
 
@@ -282,10 +326,15 @@ def minimised(
     except ValueError as error:  # lmfit's answer to a residual that is no number
         what = "a fit met parameters that no motion has"
         raise FreerockError("fits", what, "correct values, bounds and ties of fits.parameters") from error
-    at, derived = posed.point(result.params), objective.derived(result.params)
-    if objective.renews and np.any(at.inputs != objective.inputs):
-        derived = posed.derived(at)
-    return Ended(posed, at, result, minimizer, derived)
+    held = posed.held(objective.point(result.params))
+    linear = objective.derived(result.params)
+    if objective.renews and np.any(held.inputs != objective.inputs):
+        linear = posed.jacobian(held, posed.by_inputs(held))
+    objective.refer(held)
+    for i, value in enumerate(held.impacts.tolist()):
+        result.params[f"impact_{i + 1}"].value = value
+    at = replace(held, rates=None)
+    return Ended(posed, at, result, minimizer, linear)
 
 
 def tied(parameters: lmfit.Parameters, varied: list[int]) -> Floats:

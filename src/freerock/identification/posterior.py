@@ -209,7 +209,7 @@ class Posterior:
         inputs = laboratory.inputs if laboratory else ()
         found = Contributions.held(inputs, np.zeros((n, len(inputs))))
         own = slice(n, n + self.n_inputs)
-        remaining = np.sqrt(np.diag(self.inverse)[own])
+        remaining = np.sqrt(np.maximum(np.diag(self.inverse)[own], 0.0))
         values = self.inverse[:n, own]
         for j, source in enumerate(model.inputs):
             at = inputs.index(source)

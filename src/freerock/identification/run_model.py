@@ -6,7 +6,7 @@ impact i the rate is multiplied by 1 + δ_i.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -116,11 +116,32 @@ class Point:
         Standard uncertainties by which the inputs are off their stated values.
     impacts : ndarray, shape (n_impacts,)
         δ of the first impacts.
+    rates : ndarray, shape (n_impacts,), optional
+        |θ̇| that these impacts leave the block [rad/s], from which δ follow; where it is 0, δ counts. A swing
+        depends little on what was before such an impact, so that searches hold rates.
     """
 
     values: Mapping[str, float]
     inputs: Floats
     impacts: Floats
+    rates: Floats | None = None
+
+    @property
+    def passages(self) -> Floats:
+        """For `freerock.models.simulate.simulate_fitted`."""
+        found = np.full((self.impacts.size, 5), np.nan)
+        if self.rates is not None:
+            found[:, 4] = self.rates
+        return found
+
+
+def _key(at: Point, rtol: float) -> bytes:
+    parts = np.fromiter((rtol, *at.values.values()), float), at.inputs, at.impacts, at.passages[:, 4]
+    return b"".join(part.tobytes() for part in parts)
+
+
+def _with(at: Point, name: str, value: float) -> Point:
+    return replace(at, values={**at.values, name: value})
 
 
 @dataclass(frozen=True)
@@ -188,6 +209,16 @@ class Moved:
     stated: Laboratory | None
 
     @cached_property
+    def impacts(self) -> Floats:
+        """δ of the impacts that have one, shape (n_impacts,)."""
+        return np.asarray(self.values.get("impacts", np.zeros(0)))
+
+    @cached_property
+    def rates_left(self) -> Floats:
+        """|θ̇| after these impacts [rad/s], shape (n_impacts,); 0 of those that are not reached."""
+        return np.where(np.isnan(self.passages[:, 0]), 0.0, np.abs(self.passages[:, 4]))
+
+    @cached_property
     def z_cb(self) -> Floats:
         """Depth of the base centre [m]; of a rigid block nothing is seen of it."""
         return np.ascontiguousarray(self.rates[:, 0])
@@ -201,6 +232,11 @@ class Moved:
     def theta(self) -> Floats:
         """Rotation as the stated laboratory would read it [rad], shape (n_time,)."""
         return self.read()
+
+    @cached_property
+    def whole(self) -> Floats:
+        """`theta` and below it `impacts`, shape (n_time + n_impacts,)."""
+        return np.append(self.theta, self.impacts)
 
     def read(self, place: Place | None = None, **by: float) -> Floats:
         """As `theta`.
@@ -319,6 +355,7 @@ class RunModel:
             place.view,
             rules=self.rules,
             solver=Solver(rtol, MOST_STEPS),
+            passages=at.passages,
         )
         return place.reread(theta, self.motion.laboratory)
 
@@ -328,10 +365,15 @@ class RunModel:
             return samples.averaged(self.curve(at, samples.time_s, rtol))
         return self._smoothed(at, samples, self._here(at, samples.middle_s, rtol).theta)
 
-    def derivatives(
-        self, at: Point, samples: Samples, rtol: float = RTOL, wanted: Sequence[str] | None = None
-    ) -> tuple[Floats, Floats]:
-        """The curve [rad] and its derivatives by numbers and impacts.
+    def held(self, at: Point, samples: Samples, rtol: float = RTOL) -> Point:
+        """The same point with δ and the rate after each impact as they are there."""
+        here = self._here(at, samples.middle_s, rtol)
+        held = replace(at, impacts=here.impacts, rates=here.rates_left)
+        self._last[_key(held, rtol)] = samples.middle_s, here
+        return held
+
+    def derivatives(self, at: Point, samples: Samples, rtol: float = RTOL) -> tuple[Floats, Floats]:
+        """The curve [rad], and derivatives of it and of δ with the rates after impacts held.
 
         A slow sensor delays all derivatives alike: they are those at the middles of the samples.
 
@@ -341,22 +383,22 @@ class RunModel:
         samples : Samples
         rtol : float
             Of the integrator.
-        wanted : sequence of str, optional
-            Of `names`; by default all.
 
         Returns
         -------
         theta : ndarray, shape (n,)
             As of `means`.
-        by_numbers : ndarray, shape (n, n_wanted + n_impacts)
-            In SI units, times √m; columns of the impacts come last.
+        columns : ndarray, shape (n + n_impacts, n_names + n_impacts)
+            Derivatives of θ times √m and of δ, by the numbers of the model [SI] and by the logarithm of the
+            rate after each impact.
         """
-        names = self.names if wanted is None else wanted
+        at = self.held(at, samples, rtol)
         here = self._here(at, samples.middle_s, rtol)
-        theta = here.theta
         by_turned, rate = self._slopes(here)
-        columns = np.zeros((theta.size, len(names) + at.impacts.size), order="F")
+        n, n_names = here.theta.size, len(self.names)
+        columns = np.zeros((here.whole.size, n_names + at.impacts.size), order="F")
         if at.impacts.size:
+            columns[n:, n_names:] = np.diag(1 + at.impacts)
             given = (
                 self.law,
                 here.place.block,
@@ -366,19 +408,18 @@ class RunModel:
             )
             steps = (STEP,) if self.is_smooth else (STEP_BOTH_WAYS, -STEP_BOTH_WAYS)
             found = tangents(*given, rules=self.rules, solver=Solver(rtol, MOST_STEPS), steps=steps)
-            found.by_impacts(*by_turned, rate, columns[:, len(names) :])
-        for j, name in enumerate(names):
+            found.by_rates(*by_turned, rate, columns[:, n_names:])
+        for j, name in enumerate(self.names):
             if name == "t0":
-                columns[:, j] = -rate
-            elif name == "r" and at.impacts.size:  # r of impact i is r (1 + δ_i)
-                columns[:, j] = columns[:, len(names) :] @ ((1 + at.impacts) / at.values["r"])
-                columns[:, j] += self._by_later_r(at, samples.middle_s, rtol, theta)
+                columns[:n, j] = -rate
             else:
-                columns[:, j] = self._quotient(at, name, samples.middle_s, rtol, theta)
+                columns[:, j] = self._quotient(at, name, samples.middle_s, rtol, here.whole)
         response_s = self._response_s(at, samples)
         if response_s is None:
-            return self.means(at, samples, rtol), columns * math.sqrt(samples.m)
-        return self.means(at, samples, rtol), samples.smoothed(columns.T, response_s).T
+            columns[:n] *= math.sqrt(samples.m)
+        else:
+            columns[:n] = samples.smoothed(columns[:n].T, response_s).T
+        return self.means(at, samples, rtol), columns
 
     def _slopes(self, here: Moved) -> tuple[tuple[Floats, Floats], Floats]:
         """Derivatives of what is read by rotation and depth, and its rate [rad/s]."""
@@ -387,13 +428,6 @@ class RunModel:
         rate = by_turned * here.rates[:, -1]
         return (by_turned, by_z), rate + by_z * here.rates[:, 1] if here.rates.shape[1] > 1 else rate
 
-    def _by_later_r(self, at: Point, time_s: Floats, rtol: float, theta: Floats) -> Floats:
-        """Derivative by the restitution of the impacts after those that have a δ."""
-        r = at.values["r"]
-        kept = (1 + at.impacts) * r / (r - STEP) - 1
-        moved = Point({**at.values, "r": r - STEP}, at.inputs, kept)
-        return (theta - self._read(moved, time_s, rtol)) / STEP
-
     @cached_property
     def is_smooth(self) -> bool:
         """Whether curves are exact enough for quotients over `STEP`, as series and closed forms are."""
@@ -401,56 +435,58 @@ class RunModel:
         rounded = "edge_radius" in self.names or bool(block.edge_radius)
         return not (rounded or block.e or self.settings.debonding == "tensionless")
 
-    def _quotient(self, at: Point, name: str, time_s: Floats, rtol: float, theta: Floats) -> Floats:
-        """Derivative of the curve by a number of the law or the release angle."""
+    def _quotient(self, at: Point, name: str, time_s: Floats, rtol: float, whole: Floats) -> Floats:
+        """Derivative of curve and δ by a number of the law or the release angle."""
         value = at.values[name]
         step = STEP if self.is_smooth else STEP_BOTH_WAYS
         if PARAMETERS[name].is_logarithm or name == "width":
             step *= abs(value)
         elif name == "r":
             step = -step
-        later = self._read(replace(at, values={**at.values, name: value + step}), time_s, rtol)
+        later = self._simulated(_with(at, name, value + step), time_s, rtol).whole
         if self.is_smooth or value - step < PARAMETERS[name].bounds[0]:
-            return (later - theta) / step
-        earlier = self._read(replace(at, values={**at.values, name: value - step}), time_s, rtol)
+            return (later - whole) / step
+        earlier = self._simulated(_with(at, name, value - step), time_s, rtol).whole
         return (later - earlier) / (2 * step)
 
     def by_inputs(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
-        """Derivatives of `means` by the inputs [rad per standard uncertainty], shape (n, n_inputs).
+        """Derivatives of `means` [rad] and of δ per standard uncertainty of the inputs.
 
         Of what moves the block there is another motion; of what moves laser and clock that of the block is
-        read again, with the release as they show it.
+        read again, with the release as they show it. Shape (n + n_impacts, n_inputs); rates after impacts are
+        held.
         """
-        columns = np.zeros((samples.middle_s.size, len(self.inputs)), order="F")
+        at = self.held(at, samples, rtol)
+        n = samples.middle_s.size
+        columns = np.zeros((n + at.impacts.size, len(self.inputs)), order="F")
         if not self.inputs:
             return columns
         stated, time_s = self.motion.laboratory, samples.middle_s
         assert stated is not None
         here = self._here(at, time_s, rtol)
         means, (_, rate) = self.means(at, samples, rtol), self._slopes(here)
-        later = replace(
-            at, values={**at.values, "theta0": at.values.get("theta0", self.motion.theta0) + STEP}
-        )
-        from_higher = self._simulated(later, time_s, rtol)
-        by_release = (from_higher.theta - here.theta) / (from_higher.values["theta0"] - here.values["theta0"])
-        is_slow, base = self._response_s(at, samples) is None, here.place.moved or stated
+        higher = at.values.get("theta0", self.motion.theta0) + STEP
+        from_higher = self._simulated(_with(at, "theta0", higher), time_s, rtol)
+        by_release = (from_higher.whole - here.whole) / (from_higher.values["theta0"] - here.values["theta0"])
+        is_slow = self._response_s(at, samples) is None
         for j, source in enumerate(self.inputs):
             steps = np.zeros(len(self.inputs))
             # what a slow sensor does grows with the square of its time
             steps[j] = 1.0 if source.name == "response_ms" else INPUT_STEP
             moved = replace(at, inputs=at.inputs + steps)
-            if is_slow or (source.name == "response_ms" and self._response_s(moved, samples) is None):
-                columns[:, j] = (self.means(moved, samples, rtol) - means) / steps[j]
-                continue
-            is_square = source.name == "response_ms"
-            place = self._there(moved) if is_square else Place.of(base.moved(source, INPUT_STEP))
+            place = self._there(moved)
             if source.name in OF_BLOCK or source.name == "levelled_deg":
-                other = self._simulated(moved, time_s, rtol, place).theta
+                other = self._simulated(moved, time_s, rtol).whole
             else:
                 values = as_released(self.law, place.block, self._values(moved, place.moved), place.view)
-                other = here.read(place) + by_release * (values["theta0"] - here.values["theta0"])
-                other += rate * (self._on_clock(time_s, place.moved) - here.time_s)
-            columns[:, j] = (samples.smoothed(other, place.response_s) - means) / steps[j]
+                other = here.whole + by_release * (values["theta0"] - here.values["theta0"])
+                other[:n] += here.read(place) - here.theta
+                other[:n] += rate * (self._on_clock(time_s, place.moved) - here.time_s)
+            columns[n:, j] = (other[n:] - here.impacts) / steps[j]
+            if is_slow or self._response_s(moved, samples) is None:
+                columns[:n, j] = (self.means(moved, samples, rtol) - means) / steps[j]
+            else:
+                columns[:n, j] = (samples.smoothed(other[:n], place.response_s) - means) / steps[j]
         return columns
 
     @cached_property
@@ -460,20 +496,19 @@ class RunModel:
 
     def _here(self, at: Point, time_s: Floats, rtol: float) -> Moved:
         """The motion; that of the last point is known."""
-        values = np.fromiter((rtol, *at.values.values()), float)
-        key = values.tobytes() + at.inputs.tobytes() + at.impacts.tobytes()
+        key = _key(at, rtol)
         if key not in self._last or self._last[key][0] is not time_s:
             moved = self._simulated(at, time_s, rtol)
             self._last.clear()
             self._last[key] = time_s, moved
         return self._last[key][1]
 
-    def _simulated(self, at: Point, time_s: Floats, rtol: float, place: Place | None = None) -> Moved:
-        place = place or self._there(at)
+    def _simulated(self, at: Point, time_s: Floats, rtol: float) -> Moved:
+        place = self._there(at)
         values = as_released(self.law, place.block, self._values(at, place.moved), place.view)
         time_s = self._on_clock(time_s, place.moved)
         rates = np.empty((time_s.size, 3 if law_of(self.candidate).is_foundation else 1))
-        passages = np.full((at.impacts.size, 5), np.nan)
+        passages = at.passages
         turned = simulate_fitted(
             self.law,
             place.block,
@@ -484,11 +519,10 @@ class RunModel:
             rates=rates,
             passages=passages,
         )
+        if at.rates is not None:
+            reached = ~np.isnan(passages[:, 3])
+            values["impacts"] = np.where(reached, passages[:, 3] - 1, at.impacts)  # type: ignore[assignment]
         return Moved(place, values, time_s, turned, rates, passages, self.motion.laboratory)
-
-    def _read(self, at: Point, time_s: Floats, rtol: float) -> Floats:
-        """What a sensor that takes no time makes of the motion [rad]."""
-        return self._simulated(at, time_s, rtol).theta
 
     def _response_s(self, at: Point, samples: Samples) -> float | None:
         """Time of the sensor [s] where a smoothed curve tells what it makes of a motion; else None."""

@@ -32,14 +32,17 @@ class StartSettings:
         Shares of the stated width, from which one that is freed starts.
     sigma_r : float
         Prior of the impacts' scatter meanwhile: wide.
-    passes : int
-        Curves at most, over which the swings are brought to the durations that were measured.
+    passes, steep : int, float
+        Curves at most, over which the swings are brought to the durations that were measured; times the
+        change of a rate that a rigid block needs, beyond which a swing does not tell its rate.
     in_step, lost : float
         Of a swing, up to which the instants of its impacts agree with the measured ones; from which a fit has
         lost a swing.
-    first, whole, hurried : (int, float)
-        Evaluations, and the relative change at which they end: on the first swings, on the whole run, and
-        there of a law that is far from it.
+    quick, search : (int, float)
+        Evaluations, and the relative change at which they end: of all candidates on the first swings and of
+        laws that are far off on the whole run; of those that may hold.
+    times : int
+        Searches of a law that is far off, each under the residual that the one before left.
     clear, sure : float
         Standard deviations of the noise, above which a rotation has a sign; and the instant of an impact is
         known to a hundredth of the swing.
@@ -60,12 +63,13 @@ class StartSettings:
     followed: int = 3
     worn: tuple[float, ...] = (0.9, 0.95, 1.0)
     sigma_r: float = 0.03
-    passes: int = 6
+    passes: int = 3
+    steep: float = 5.0
     in_step: float = 0.01
     lost: float = 0.2
-    first: tuple[int, float] = (30, 1e-3)
-    whole: tuple[int, float] = (15, 1e-3)
-    hurried: tuple[int, float] = (16, 1e-3)
+    quick: tuple[int, float] = (5, 1e-2)
+    search: tuple[int, float] = (25, 1e-3)
+    times: int = 2
     clear: float = 10.0
     sure: float = 30.0
     missing: float = 1.4
@@ -131,30 +135,51 @@ def _first_peak_s(motion: Motion) -> float:
 def in_step(model: RunModel, at: Point, end_s: float, enough: float = START.in_step) -> Point:
     """A point with δ of the impacts up to an instant, by which swings last as long as measured.
 
-    What precedes the first impact that is off by more than `enough` of its swing stays. The rate after an
-    impact follows from the duration of the swing as of a rigid block. What a bed adds to both durations is
-    about the same, so that a few passes bring them together.
+    What precedes the first impact that is off by more than `enough` of its swing stays. How long a swing
+    lasts after which rate is read off the swings of the model itself.
     """
     measured = crossings_s(model.motion)
     at = with_impacts(at, int(np.searchsorted(measured, end_s)))
-    time_s = model.until(1.1 * end_s, 4 * START.samples).time_s
+    samples, rtol = model.until(1.1 * end_s, 4 * START.samples), 10 * RTOL_SCREENING
+    n = min(measured.size, at.impacts.size + 1)
     for _ in range(START.passes):
-        own = _crossings_s(time_s, model.curve(at, time_s, 10 * RTOL_SCREENING), model.motion.sigma_theta)
-        n = min(own.size, measured.size, at.impacts.size + 1)
-        off = np.abs(own[1:n] - measured[1:n]) > enough * np.diff(measured[:n])
-        if not off.any():
+        theta, at = model.means(at, samples, rtol), model.held(at, samples, rtol)
+        own = _crossings_s(samples.time_s, theta, model.motion.sigma_theta)
+        seen = min(own.size, n)
+        off = np.abs(own[1:seen] - measured[1:seen]) > enough * np.diff(measured[:seen])
+        if seen < 2 or (seen == n and not off.any()):
             break
-        i = int(np.argmax(off))  # the impact after which a swing does not last as measured
+        # the impact after which a swing does not last as measured
+        i = int(np.argmax(off)) if off.any() else seen - 1
         wanted = np.diff(np.append(own[i], measured[i + 1 : n]))
-        ratio = _rate_after(model.block, wanted) / _rate_after(model.block, np.diff(own[i:n]))
-        impacts = at.impacts.copy()
-        impacts[i : n - 1] = (1 + impacts[i : n - 1]) * ratio / np.append(1.0, ratio[:-1]) - 1
-        at = replace(at, impacts=np.clip(impacts, -WIDEST_IMPACT, WIDEST_IMPACT))
-        if "r" in at.values and i == 0:  # what the impacts of a rigid block share is its restitution
-            shared = float(np.exp(np.mean(np.log1p(at.impacts))))
-            values = {**at.values, "r": min(at.values["r"] * shared, 0.999)}
-            at = replace(at, values=values, impacts=(1 + at.impacts) / shared - 1)
-    return at
+        rates = at.passages[:, 4]
+        rates[i : n - 1] = _lasting(model.block, wanted, np.diff(own), rates, i)
+        at = replace(at, rates=rates, impacts=np.where(rates > 0, at.impacts, 0.0))
+    at = model.held(at, samples, rtol)
+    impacts = np.clip(at.impacts, -WIDEST_IMPACT / 2, WIDEST_IMPACT / 2)
+    if "r" in at.values and at.impacts.size:  # what the impacts of a rigid block share is its restitution
+        shared = float(np.exp(np.mean(np.log1p(impacts))))
+        values = {**at.values, "r": min(at.values["r"] * shared, 0.999)}
+        return replace(at, values=values, impacts=(1 + impacts) / shared - 1, rates=None)
+    return replace(at, impacts=impacts, rates=None)
+
+
+def _lasting(block: Block, wanted_s: Floats, own_s: Floats, rates: Floats, first: int) -> Floats:
+    """Rates after which swings last as wanted, from the durations that swings with known rates have.
+
+    Beyond these as of a rigid block. A base in full contact swings as long whatever its rate: where the rate
+    changes by more than `START.steep` times what a rigid block needs, it is 0, none.
+    """
+    own_s = own_s[: rates.size]
+    order = np.argsort(own_s)
+    near = np.clip(wanted_s, own_s.min(), own_s.max())
+    found = np.interp(near, own_s[order], rates[order])
+    found *= _rate_after(block, wanted_s) / _rate_after(block, near)
+    known = slice(first, min(own_s.size, first + wanted_s.size))
+    n = known.stop - known.start
+    rigid = np.log(_rate_after(block, wanted_s[:n]) / _rate_after(block, own_s[known]))
+    found[:n][np.abs(np.log(found[:n] / rates[known])) > START.steep * np.abs(rigid)] = 0.0
+    return np.asarray(found)
 
 
 def _crossings_s(time_s: Floats, theta: Floats, least: float) -> Floats:
@@ -321,40 +346,60 @@ class Followed:
     noise: float
     known: Ended | None = None
 
-    @cached_property
-    def screened(self) -> Ended:
-        """The best end of the first swings."""
-        return self._of_first[0]
-
     def whole(self, roughly: bool = False) -> Ended:
         """The best end of the whole run, from the numbers of the law; `roughly` if it is far from the run."""
-        known, starts = [self.known] if self.known else self._of_first, list[Point]()
+        known = [self.known] if self.known else self.glimpsed if roughly else self.screened
+        starts, end_s = list[Point](), sure_s(self.model.motion)
         for end in known:
             values = {**end.at.values, "theta0": self.model.motion.theta0, "t0": 0.0}
             inputs = end.at.inputs if self.known else np.zeros(len(self.model.inputs))
             starts.append(Point({name: values[name] for name in self.model.names}, inputs, np.zeros(0)))
-        search, left = START.hurried if roughly else START.whole, self.over_noise(known[0])
-        return self._ends(sure_s(self.model.motion), starts, left, search, RTOL)[0]
+        if roughly:
+            return self._far_off(in_step(self.model, starts[0], end_s), end_s)
+        return self._ends(end_s, starts, self.over_noise(known[0]), START.search, RTOL)[0]
+
+    def _far_off(self, start: Point, end_s: float) -> Ended:
+        """The end of a law that leaves so much that priors hold the numbers only beside its residual."""
+        posed = self._posed(end_s, 1.0, RTOL)
+        for _ in range(START.times):
+            left = posed.residual(start)[: posed.samples.measured.size] * posed.level / self.noise
+            posed = self._posed(end_s, float(np.mean(left**2)), RTOL)
+            end = minimised(posed, start, *START.quick)
+            start = end.at
+        return end
 
     def over_noise(self, end: Ended) -> float:
         """Mean square of the residual and the priors at an end, over the noise."""
         return end.mean_square * (end.posed.level / self.noise) ** 2
 
     @cached_property
-    def _of_first(self) -> list[Ended]:
+    def glimpsed(self) -> list[Ended]:
+        """Promising ends of a few evaluations on the first swings, the best one first."""
         end_s = screening_s(self.model.motion)
-        return promising(self._ends(end_s, scan(self.model), 1.0, START.first, 10 * RTOL))
+        return promising(self._ends(end_s, scan(self.model), 1.0, START.quick, 10 * RTOL))
+
+    @cached_property
+    def screened(self) -> list[Ended]:
+        """Promising ends on the first swings, the best one first."""
+        ends = [
+            end if end.result.success else minimised(end.posed, end.at, *START.search)
+            for end in self.glimpsed
+        ]
+        return promising(ends)
 
     def _ends(
         self, end_s: float, starts: list[Point], left: float, search: tuple[int, float], rtol: float
     ) -> list[Ended]:
         """Ends of starts on the samples up to an instant, the best one first."""
+        posed = self._posed(end_s, left, rtol)
+        ends = [minimised(posed, in_step(self.model, start, end_s), *search) for start in starts]
+        return sorted(ends, key=lambda end: end.objective)
+
+    def _posed(self, end_s: float, left: float, rtol: float) -> Posed:
         level = self.noise * float(np.sqrt(left)) if left > START.misfit else self.noise
         every = self.model.until(end_s, 10**9)
         samples = replace(every, m=max(1, every.time_s.size // START.samples))
-        posed = Posed(self.model, samples, START.sigma_r, level, rtol)
-        ends = [minimised(posed, in_step(self.model, start, end_s), *search) for start in starts]
-        return sorted(ends, key=lambda end: end.objective)
+        return Posed(self.model, samples, START.sigma_r, level, rtol)
 
 
 def promising(ends: list[Ended]) -> list[Ended]:

@@ -977,13 +977,17 @@ def _integrate(
         fresh = whole or which >= 0 or (turned and corner > 0)
         counted = which == 5 and n_passed < factors.size
         factor = factors[n_passed] if counted else 1.0
+        held = passages[n_passed, 4] if counted and n_passed < passages.shape[0] else 0.0
         if which == 5 and not housner:
+            factor = held / abs(y[3]) if held > 0 else factor
             y = (y[0], y[1], 0.0, factor * y[3])
         elif which == 5:
             x, gravity = _ground(coefficients, segment, t - t_segment, g)
             hold = gravity * b - abs(x + gravity * e / h) * h
             # the impact is located within a tolerance: the rate where θ is zero, by the work done since
-            w = factor * restitution * math.copysign(math.sqrt(max(y[3] * y[3] - 2 * f[1] * y[2], 0.0)), y[3])
+            w = restitution * math.copysign(math.sqrt(max(y[3] * y[3] - 2 * f[1] * y[2], 0.0)), y[3])
+            factor = held / abs(w) if held > 0 else factor
+            w *= factor
             # of a swing whose top is hardly beyond what an impact is located to, none is told from rest
             if hold > 0 and w * w * (inertia + b * b) < 0.05 * tolerance * hold:
                 w = 0.0
@@ -992,7 +996,7 @@ def _integrate(
         if counted:
             if n_passed < passages.shape[0]:
                 passages[n_passed, 0], passages[n_passed, 1], passages[n_passed, 2] = end, y[0], y[1]
-                passages[n_passed, 3], passages[n_passed, 4] = 0.0, y[3]
+                passages[n_passed, 3], passages[n_passed, 4] = factor, y[3]
             n_passed += 1
         if 0 <= which < 5:
             bits ^= 1 << which
@@ -1065,8 +1069,8 @@ def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.floa
         What the rate is multiplied with at the first passages of θ = 0, be a side lifted before or not;
         beside the restitution of Housner's block.
     passages : ndarray, shape (n_impacts, 5)
-        Receives instant [s], z_cb, ż_cb, θ and θ̇ just after each of these passages; without rows they are
-        not wanted.
+        Receives instant [s], z_cb, ż_cb, the factor and θ̇ just after each of these passages; without rows
+        they are not wanted. Where it holds a θ̇ > 0, that is the rate after the passage, whatever its factor.
     out : ndarray, shape (n_time,)
         Receives θ.
     rates : ndarray, shape (n_time, 3)

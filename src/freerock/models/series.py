@@ -215,11 +215,14 @@ def rock(law, corner, state, time, tolerance, allowed, max_steps, factors, passa
             if turned < min(of_right, of_left):
                 angle1, s1, cos1 = 0.0, 0.0, 1.0
                 if counts:
-                    w1 *= factors[n_passed]
+                    factor = factors[n_passed]
                     if passages.size > 0:
+                        if passages[n_passed, 4] > 0:
+                            factor = passages[n_passed, 4] / abs(w1)
                         passages[n_passed, 0], passages[n_passed, 1] = clock + step, depth1 + h
-                        passages[n_passed, 2], passages[n_passed, 3] = v1, 0.0
-                        passages[n_passed, 4] = sign * w1
+                        passages[n_passed, 2], passages[n_passed, 3] = v1, factor
+                        passages[n_passed, 4] = sign * factor * w1
+                    w1 *= factor
                     n_passed += 1
             elif of_right <= of_left:
                 right, left = not right, left != both

@@ -173,14 +173,14 @@ def simulate_fitted(
     clock of `time` [s], the width of the corners and the radius of the edges [m], the tilt of the base
     [rad] and, as "impacts", δ of each impact, after which the rate is multiplied by 1 + δ. Angles count from
     where the block stands at rest. `rates`, if given, receives z_cb, ż_cb and θ̇ [m, m/s, rad/s], shape
-    (n_time, 3); of a rigid block θ̇ in its last column is enough. Of a motion that is integrated, `passages`,
-    shape (n_impacts, 5), receives the instant since the release [s], z_cb, ż_cb, θ and θ̇ after each impact
-    that has a δ. Arguments are not checked.
+    (n_time, 3); of a rigid block θ̇ in its last column is enough. `passages`, shape (n_impacts, 5), receives
+    the instant since the release [s], z_cb, ż_cb, 1 + δ and θ̇ after each impact that has a δ. Where its last
+    column holds a rate, the impact leaves the block that rate, and δ follows. Arguments are not checked.
     """
     scene = _Scene(model, block.as_found(values), values, None, rules, solver)
     later = time - values["t0"] if "t0" in values else time
     if scene.is_closed_form:
-        theta, *_ = scene.in_closed_form(values["theta0"], later, rates)
+        theta, *_ = scene.in_closed_form(values["theta0"], later, rates, passages)
     else:
         theta = scene.released_and_integrated(values["theta0"], later, rates, passages)
     if theta.size and np.isnan(theta[-1]):
@@ -215,12 +215,12 @@ def tangents(
     """
     scene = _Scene(model, block.as_found(values), values, None, rules, solver)
     theta0, time, (theta, rates, passages) = values["theta0"], time - values.get("t0", 0.0), motion
+    passages = passages[passages[:, 0] < time[-1]]
     if scene.is_closed_form:
         return _swings_in_closed_form(scene, theta0, time, theta, rates[:, -1], -steps[0])
-    passages = passages[passages[:, 0] < time[-1]]
     scene, start, stands = scene.released(theta0, time)
     begin = np.append(np.searchsorted(time, passages[:, 0], "right"), time.size)
-    found = Tangents.empty(begin, passages[:, 4] / scene.factors[: len(passages)], time.size)
+    found = Tangents.empty(begin, passages[:, 4], passages[:, 3], time.size)
     known = theta + stands, np.ascontiguousarray(rates[:, 0])
     tolerance = scene.tolerance(start)
     if scene.is_by_series(time) and len(steps) == 1:
@@ -284,7 +284,7 @@ def _swings_in_closed_form(
     n = min(scene.factors.size, whole.impact_time.size, moved.impact_time.size)
     n = int(np.searchsorted(whole.impact_time[:n], time[-1]))
     begin = np.append(np.searchsorted(time, whole.impact_time[:n], "right"), time.size)
-    found = Tangents.empty(begin, 1 / scene.factors[:n], time.size)
+    found = Tangents.empty(begin, np.ones(n), scene.factors[:n], time.size)
     late = (moved.impact_time[:n] - whole.impact_time[:n]) / step
     found.onward[:, 2, 2], found.onward[:-1, 3, 2] = 1.0, np.diff(late)
     later, _ = housner_motion(moved, time, theta0, rates=False)
@@ -348,10 +348,27 @@ class _Scene:
         still = self.motion is None or not len(self.motion.coefficients)
         return self.law.is_expanded and not odd and (still or self.motion.leans(time, self.block.g))  # type: ignore[union-attr]
 
-    def in_closed_form(self, theta0: float, time: Floats, rates: Floats | None) -> tuple[Floats, int, Floats]:
-        """Rotation of Housner's block released from rest, its outcome and impacts; fills θ̇ if wanted."""
+    def in_closed_form(
+        self, theta0: float, time: Floats, rates: Floats | None, passages: Floats = NO_PASSAGES
+    ) -> tuple[Floats, int, Floats]:
+        """Rotation of Housner's block released from rest, its outcome and impacts.
+
+        Fills θ̇ and passages where they are wanted.
+        """
         until = time[-1] if time.size else 0.0
-        swings = housner_swings(self.block, self.restitutions, theta0, until, self.solver.max_steps)
+        r, n = self.restitutions, len(passages)
+        if n and (passages[:, 4] > 0).any():
+            first = housner_swings(self.block, r, theta0, 0.0).impact_rate
+            after = float(first[0]) if first.size else np.nan
+            for i, held in enumerate(passages[:, 4].tolist()):
+                r[i] = held / after if held > 0 else r[i]
+                after *= r[i]
+        swings = housner_swings(self.block, r, theta0, until, self.solver.max_steps)
+        if n:
+            reached = min(n, len(swings.impact_time))
+            passages[:reached, 0] = swings.impact_time[:reached]
+            passages[:, 3] = r[:n] / self.parameters["r"]
+            passages[:reached, 4] = r[:reached] * swings.impact_rate[:reached]
         theta, rate = housner_motion(swings, time, theta0, rates=rates is not None)
         if rates is not None:
             rates[:, -1] = rate

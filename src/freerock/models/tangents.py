@@ -28,22 +28,25 @@ class Tangents:
         Derivatives of θ and z_cb by z_cb, ż_cb and θ̇ at the impact before, its instant kept.
     onward : ndarray, shape (n_swings, 4, 3)
         Derivatives of z_cb, ż_cb, θ̇ and instant of the next impact by these three.
-    per_delta : ndarray, shape (n_swings,)
-        θ̇ after each impact per δ of it.
+    rates, factors : ndarray, shape (n_swings,)
+        θ̇ after each impact, and by what it was multiplied there.
     """
 
     begin: Indices
     by_state: Floats
     onward: Floats
-    per_delta: Floats
+    rates: Floats
+    factors: Floats
 
     @classmethod
-    def empty(cls, begin: Indices, per_delta: Floats, n_time: int) -> "Tangents":
+    def empty(cls, begin: Indices, rates: Floats, factors: Floats, n_time: int) -> "Tangents":
         """With derivatives of zero."""
-        return cls(begin, np.zeros((2, 3, n_time)), np.zeros((len(per_delta), 4, 3)), per_delta)
+        return cls(begin, np.zeros((2, 3, n_time)), np.zeros((len(rates), 4, 3)), rates, factors)
 
-    def by_impacts(self, by_theta: Floats, by_z: Floats, rate: Floats, out: Floats) -> None:
-        """Fill the derivatives of what is seen by δ of each impact, shape (n_time, n_impacts).
+    def by_rates(self, by_theta: Floats, by_z: Floats, rate: Floats, out: Floats) -> None:
+        """Fill the derivatives by the logarithm of the rate after each impact, the other rates held.
+
+        Of what is seen, shape (n_time, n_impacts), and below of δ of each impact, (n_impacts, n_impacts).
 
         Parameters
         ----------
@@ -54,24 +57,29 @@ class Tangents:
         out : ndarray
             By columns; of zeros.
         """
-        seen = by_theta * self.by_state[0] + by_z * self.by_state[1]
-        _chain(self.begin, np.nan_to_num(seen), self.onward, self.per_delta, np.nan_to_num(rate), out.T)
+        seen = np.nan_to_num(by_theta * self.by_state[0] + by_z * self.by_state[1])
+        _chain(self.begin, seen, self.onward, self.rates, self.factors, np.nan_to_num(rate), out.T)
 
 
 @compiled()
-def _chain(begin, seen, onward, per_delta, rate, out):
-    for i in range(per_delta.size):
-        z, v, w, late = 0.0, 0.0, per_delta[i], 0.0
-        for j in range(i, per_delta.size):
+def _chain(begin, seen, onward, rates, factors, rate, out):
+    for i in range(rates.size):
+        z, v, w, late = 0.0, 0.0, rates[i], 0.0
+        out[i, rate.size + i] = factors[i]
+        for j in range(i, rates.size):
             for n in range(begin[j], begin[j + 1]):
                 out[i, n] = z * seen[0, n] + v * seen[1, n] + w * seen[2, n] - late * rate[n]
+            if j + 1 == rates.size:
+                break
             by = onward[j]
             late += by[3, 0] * z + by[3, 1] * v + by[3, 2] * w
-            z, v, w = (
+            before = by[2, 0] * z + by[2, 1] * v + by[2, 2] * w  # times the next factor
+            out[i, rate.size + j + 1] = -factors[j + 1] * before / rates[j + 1]
+            z, v = (
                 by[0, 0] * z + by[0, 1] * v + by[0, 2] * w,
                 by[1, 0] * z + by[1, 1] * v + by[1, 2] * w,
-                by[2, 0] * z + by[2, 1] * v + by[2, 2] * w,
             )
+            w = 0.0
 
 
 @compiled()

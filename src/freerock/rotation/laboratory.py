@@ -94,13 +94,13 @@ class Laboratory:
             return replace(self, clock=self.clock / (1 + by))
         if name == "response_ms":
             slower = {
-                key: replace(each, response_ms=_slower_ms(each.response_ms, source.u, uncertainties))
+                key: each.moved(response_ms=_slower_ms(each.response_ms, source.u, uncertainties))
                 for key, each in self.lasers.items()
             }
             return replace(self, lasers=slower)
         laser = self.lasers[source.owner]
         if name == "position_m":
-            moved = replace(laser, position_m=laser.position + by)
+            moved = laser.moved(position_m=laser.position + by)
             return replace(self, lasers={**self.lasers, source.owner: moved})
         at = list(self.lasers).index(source.owner)
         scales = tuple(scale * (1 + by * (i == at)) for i, scale in enumerate(self.scales))

@@ -6,6 +6,7 @@ its mean over a few moments, by the rule of Gauss and Legendre: exact for polyno
 
 import csv
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,6 @@ from numpy.typing import ArrayLike
 from freerock.arrays import Floats
 from freerock.config.lasers import LaserKeys, LaserSection
 from freerock.config.mistakes import refuse, validate
-from freerock.config.values import LEAST_SI
 from freerock.errors import FreerockError
 from freerock.rotation.flags import Limits
 from freerock.units import CHANNEL_UNITS, understood
@@ -127,10 +127,14 @@ class Laser(LaserKeys):
     def __post_init__(self) -> None:
         mistakes = list[FreerockError]()
         given = vars(self) | {"calibration": self.calibration and "given"}
-        for name in ("position_m", "response_ms"):  # which a fit may move next to zero
-            given[name] = 0.0 if given[name] and abs(given[name]) < LEAST_SI else given[name]
         validate(LaserSection, given, lambda loc: ".".join(("laser", *map(str, loc))), mistakes)
         refuse(mistakes)
+
+    def moved(self, **fields: Any) -> "Laser":
+        """The same with other fields, as a fit moves them: these are not checked."""
+        other = copy(self)
+        vars(other).update(fields)
+        return other
 
     @property
     def position(self) -> float:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -79,7 +79,7 @@ class View:
     @cached_property
     def at_once(self) -> "View":
         """The same of a sensor that takes no time."""
-        return View(self.block, replace(self.laser, response_ms=0.0))
+        return View(self.block, self.laser.moved(response_ms=0.0))
 
     @cached_property
     def _sign(self) -> float:
@@ -108,10 +108,9 @@ def view_of(lasers: Sequence[Laser], block: Block) -> View | None:
     ['k', 'c', 'theta0', 't0']
     """
     first = lasers[0]
-    own = {key: getattr(first, key) for key in KEYS}
     if len(lasers) > 1 or first.beam is None:
-        own |= {"beam": None, "position_m": None, "units": "rad"}
-    view = View(block, Laser(**own))
+        first = first.moved(beam=None, position_m=None, units="rad")
+    view = View(block, first)
     return None if view.laser.beam is None and len(view.moments[0]) == 1 else view
 
 

@@ -23,6 +23,9 @@ class SearchSettings:
 
     Parameters
     ----------
+    behind : float
+        Times the least mean square of the first swings, from which a candidate's search ends after a few
+        evaluations.
     hopeless : float
         -2 ln L there by which a candidate is worse than the best one, from which it is no contender. Where
         the best leaves more than the noise, in units of what it leaves.
@@ -30,6 +33,7 @@ class SearchSettings:
         Times the noise: where the best candidate leaves more, and runs scatter, no larger one is tried.
     """
 
+    behind: float = 30.0
     hopeless: float = 30.0
     far: float = 10.0
 
@@ -81,16 +85,20 @@ def identify_record(block: Block, motions: Mapping[int, Motion], allowed: Allowe
     found = Identified()
     if not motions:
         return found
-    screened, least = dict[str, Followers](), float("inf")
+    least = float("inf")
     for tier in _tiers(allowed.candidates):
+        own, left = dict[str, Followers](), dict[str, tuple[float, int]]()
         for name in tier:
             try:
-                screened[name] = Followers(name, block, motions, allowed.settings(name))
-                least = min(least, screened[name].screened()[0])
+                own[name] = Followers(name, block, motions, allowed.settings(name))
+                left[name] = own[name].glimpsed()
             except FreerockError as error:
                 found.missing[name] = str(error)
-        own = {name: screened[name] for name in tier if name in screened}
-        _fit_tier(own, least, allowed, found)
+        least = min([least, *(each for each, _ in left.values())])
+        for name in [name for name in left if left[name][0] <= SEARCH.behind * max(least, 1.0)]:
+            left[name] = own[name].screened()
+            least = min(least, left[name][0])
+        _fit_tier(own, left, least, allowed, found)
         if _suffices(found) or _is_far(found):
             break
     for name in allowed.candidates:
@@ -107,13 +115,18 @@ def _tiers(candidates: Sequence[str]) -> Iterator[list[str]]:
         yield [name for name in candidates if rank[name] == number]
 
 
-def _fit_tier(own: Mapping[str, Followers], least: float, allowed: Allowed, found: Identified) -> None:
+def _fit_tier(
+    own: Mapping[str, Followers],
+    screenings: Mapping[str, tuple[float, int]],
+    least: float,
+    allowed: Allowed,
+    found: Identified,
+) -> None:
     """Fit contenders in full, and roughly what is always fitted and does not contend."""
-    screenings = {name: each.screened() for name, each in own.items()}
-    contend = {name for name in own if _contends(*screenings[name], least)}
+    contend = {name for name in screenings if _contends(*screenings[name], least)}
     ends = {name: own[name].end_of_first() for name in contend}
     least_end = min((left for left, _ in ends.values()), default=float("inf"))
-    for name in sorted(own, key=lambda each: screenings[each][0]):
+    for name in sorted(screenings, key=lambda each: screenings[each][0]):
         share, where = screenings[name][0] / least, "first swings"
         if name in contend:
             share, where = ends[name][0] / least_end, "whole first run"

@@ -112,7 +112,7 @@ def _left_out(fit: Fit, numbers: Mapping[str, float]) -> Floats:
         impacts = np.append(impacts, np.zeros(crossings.size - impacts.size))
     start = Point({**fit.values, **numbers}, np.zeros(0), impacts)
     wide = Posed(model, samples, START.sigma_r, level, 1e-7)
-    end = minimised(wide, start, EVALUATIONS, START.whole[1])
+    end = minimised(wide, start, EVALUATIONS, START.search[1])
     left = model.curve(end.at, samples.time_s) - samples.theta
     swing = np.searchsorted(crossings, samples.time_s)
     n = np.bincount(swing, minlength=crossings.size + 1)
