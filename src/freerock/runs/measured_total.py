@@ -121,13 +121,7 @@ def _angles(theta0: float, impacts: Impacts) -> Floats:
 
 
 def _with_restitution(angles: Floats, laboratory: Laboratory) -> Floats:
-    """Angles and the restitutions from the peaks among them."""
-    before, after = np.split(angles[1:], 2)
-    return np.concatenate([angles, restitution_of(before, after, laboratory)])
-
-
-def restitution_of(before: Floats, after: Floats, laboratory: Laboratory) -> Floats:
-    """Restitutions from peaks before and after impacts [rad]: see `impacts.restitution_from_peaks`."""
+    """Angles and the restitutions from the peaks among them, as by `impacts.restitution_from_peaks`."""
     block, tilt = laboratory.block, laboratory.tilt
-    energy, left = (energy_of_peaks(peaks, block, tilt)[0] for peaks in (before, after))
-    return np.asarray(np.sqrt(left / energy))
+    energy, left = (energy_of_peaks(peaks, block, tilt)[0] for peaks in np.split(angles[1:], 2))
+    return np.concatenate([angles, np.sqrt(left / energy)])
