@@ -65,8 +65,7 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 def write_text(path: str | Path, text: str) -> None:
     """Write a text, replacing the file in one step."""
-    with atomic(path) as part:
-        part.write_text(text, encoding="utf-8")
+    write_bytes(Path(path), text.encode())
 
 
 def write_json(path: str | Path, data: Mapping[str, Any]) -> None:

@@ -6,8 +6,8 @@ from typing import Any
 
 from freerock.config.review_log import read_changes
 from freerock.files import sha256, write_json, write_text
-from freerock.products.netcdf import sampling_rate_of
 from freerock.products.provenance import git_state, made_by, other_software, provenance
+from freerock.products.storage import root_text
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv
 from freerock.tables.latex import figures_tex
@@ -53,13 +53,14 @@ def make_report(
         raw |= known[f"records/{test}"].get("inputs", {})
     own = provenance([], settings["campaign"]) | {"inputs": raw, "git": git_state()}
     own["other_software"] = other_software(known, own["software"])
+    rates = [float(root_text(record, "sampling_rate_hz", "0")) for record, _ in datasets.values()]
     captions = {Path(png).stem: read_caption(caption) for caption, png in figures}
     write_text(output["captions"], figures_tex(captions))
     write_report(
         output["html"],
         provenance=own,
         tables={name: read_csv(path) for name, path in tables.items()},
-        rates_hz=[rate for record, _ in datasets.values() if (rate := sampling_rate_of(record))],
+        rates_hz=[rate for rate in rates if rate],
         figures=[("\n".join(captions[Path(png).stem]), png) for _, png in figures],
         pages=pages,
         changes=read_changes(changes) if changes else (),

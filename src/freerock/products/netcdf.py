@@ -11,7 +11,7 @@ from freerock.arrays import Floats
 from freerock.models.given import legal
 from freerock.products.groups import CHOICE_GROUP, Attrs
 from freerock.products.names import IMPACT_VARIABLES, RUN_VARIABLES, WITH_TOTAL, root_attributes
-from freerock.products.storage import open_product, root_of, root_text, write_groups
+from freerock.products.storage import open_product, root_of, write_groups
 from freerock.runs.verdict import Level, Reason
 
 FROM_START = "time from the start of the record"
@@ -356,8 +356,3 @@ def _since(time_s: Floats) -> dict[str, Any]:
 def _dims(variable: xr.DataArray) -> list[str]:
     """Dimensions of a variable; names of faults are no coordinate, for which CF asks numbers."""
     return ["fault_number" if name == "fault" else str(name) for name in variable.dims]
-
-
-def sampling_rate_of(path: str | Path) -> float:
-    """Sampling rate of a record [Hz]; 0 where it is not known; raises as `open_record`."""
-    return float(root_text(path, "sampling_rate_hz", "0"))
