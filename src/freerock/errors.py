@@ -54,6 +54,18 @@ class FreerockError(Exception):
         return line if len(line) <= LONGEST else f"{line[:LONGEST]} …"
 
 
+def of_kind(where: str, value: object, kind: type, remedy: str) -> None:
+    """Refuse a value of another class.
+
+    Raises
+    ------
+    FreerockError
+        Which class it has, and the remedy.
+    """
+    if not isinstance(value, kind):
+        raise FreerockError(where, f"{type(value).__name__} is no {kind.__name__}", remedy)
+
+
 def attempt(task: Callable[..., Made], *arguments: Any) -> Made | FreerockError:
     """What a task makes of its arguments, or the `FreerockError` that refuses them."""
     try:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +12,13 @@ from freerock.config.fit_settings import FIT_SETTINGS, FitSettings
 from freerock.config.mistakes import refuse, validate
 from freerock.config.processing import RotationOptions
 from freerock.config.uncertainty import inputs_of
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, of_kind
 from freerock.identification.fit import fit_record
 from freerock.identification.fitted import Fit
 from freerock.models.block import Block
 from freerock.rotation.laboratory import UNITS, Input, Laboratory
 from freerock.rotation.of_record import rotation_in
-from freerock.rotation.sensor import Laser
+from freerock.rotation.sensor import Laser, lasers_of
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, motions_of
@@ -148,7 +149,8 @@ def load(
     run 2, released at 19.529 s: ok, 46 impacts
     run 3, released at 34.480 s: ok, 44 impacts
     """
-    lasers = (laser,) if isinstance(laser, Laser) else tuple(laser)
+    of_kind("block", block, Block, "give freerock.Block(...)")
+    lasers = lasers_of(laser)
     names = (channel,) if isinstance(channel, str) else tuple(channel)
     laboratory = _laboratory(block, lasers, uncertainty or {})
     mistakes = list[FreerockError]()
@@ -164,12 +166,12 @@ def load(
 
 def _laboratory(block: Block, lasers: Sequence[Laser], given: Mapping[str, float]) -> Laboratory:
     """Block and lasers with their uncertainties, as given or by default."""
-    if not isinstance(block, Block) or not all(isinstance(each, Laser) for each in lasers):
-        raise FreerockError(
-            "load", "no Block or no Laser", "give freerock.Block(...) and freerock.Laser(...)"
-        )
     if unknown := {*given} - {*UNITS}:
         raise FreerockError("uncertainty", f"unknown key {min(unknown)!r}", f"use {', '.join(UNITS)}")
+    for key, u in given.items():
+        if not (isinstance(u, Real) and u >= 0):
+            remedy = f"give it in {UNITS[key]}; 0 is exact"
+            raise FreerockError(f"uncertainty.{key}", f"{u!r} is no positive number", remedy)
     owners = {"laser" if i == 0 else "laser_2": each for i, each in enumerate(lasers)}
     inputs = inputs_of(("block", block), owners, dict.fromkeys(("block", *owners), given))
     return Laboratory(block, owners, tuple(Input(**each) for each in inputs))

@@ -87,7 +87,7 @@ def test_no_impact(theta):
 @given(
     steps=arrays(float, st.integers(2, 400), elements=st.floats(-1, 1)),
     smoothing=st.integers(1, 60),
-    scale=st.floats(1e-6, 3),
+    scale=st.floats(1e-6, 1.9),
     sigma=st.sampled_from([0.0, 1e-4, 1e-2]),
     theta0=st.none() | st.floats(-2, 2),
     holes=st.integers(1, 9),

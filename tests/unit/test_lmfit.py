@@ -5,6 +5,7 @@ import pickle
 import lmfit
 import numpy as np
 import pytest
+import xarray as xr
 
 import freerock
 from freerock.config.fit_settings import FitSettings
@@ -268,6 +269,8 @@ def test_a_guess_starts_at_the_measured_release_within_the_bounds_of_a_fit():
 
 
 TIME = np.arange(0, 1, 2e-3)
+MOTION = Motion(TIME, ALPHA - 0.1 * TIME**2, SIGMA, ALPHA)
+PARAMS = WinklerModel(BLOCK).make_params(theta0=ALPHA)
 
 
 @pytest.mark.parametrize(
@@ -275,10 +278,34 @@ TIME = np.arange(0, 1, 2e-3)
     [
         (lambda: Block(-1, 0.07, 5.84), "height_m: -1 is not a positive number; give it in metres"),
         (lambda: Block(280, 70, 5.84), "give height_m and width_m in metres, mass_kg in kilograms"),
-        (lambda: Motion(TIME[::-1], TIME, 1e-4, 0.1), "time: does not increase; sort it and drop NaN"),
+        (
+            lambda: Motion(TIME[::-1], TIME, 1e-4, 0.1),
+            "time: does not increase; give one array, sort it",
+        ),
         (lambda: Motion(TIME, TIME[1:], 1e-4, 0.1), r"have the shapes \(500,\) and \(499,\)"),
         (lambda: Motion(1e3 * TIME, TIME, 1e-4, 0.1), "its steps are too long for rocking"),
-        (lambda: Motion(TIME, 57.3 * TIME, 1e-2, 9.7), "give θ, its noise and the release angle in rad"),
+        (lambda: Motion(TIME, 57.3 * TIME, 1e-4, 0.1), "theta: turns by more than 2 rad; give it in rad"),
+        (lambda: Motion(TIME, TIME, 1e-2, 9.7), "theta0 9.7; give both in rad"),
+        (lambda: Motion(TIME, TIME, TIME, 0.1), "sigma_theta: ndarray is no Real; give one number, in rad"),
+        (lambda: fit_run("housner", {"height_m": 0.28}, MOTION), "block: dict is no Block"),
+        (lambda: fit_run("housner", BLOCK, TIME), r"motion: ndarray is no Motion; give run.motion"),
+        (lambda: fit_run("housner", BLOCK, MOTION, FitSettings(debonding="glue")), "unknown rule 'glue'"),
+        (lambda: fit_run("housner", BLOCK, MOTION, {"free": []}), "settings: dict is no FitSettings"),
+        (lambda: freerock.fit_record("housner", BLOCK, [MOTION]), "motions: list is no Mapping"),
+        (lambda: HousnerModel({}), "block: dict is no Block"),
+        (lambda: HousnerModel(BLOCK, view=1), "view: int is no View"),
+        (lambda: HousnerModel(BLOCK, rules="tensionless"), "rules: str is no Rules"),
+        (
+            lambda: WinklerModel(BLOCK).guess(TIME, time=TIME, lambda_=1.0),
+            "'lambda_' is no parameter of winkler",
+        ),
+        (lambda: WinklerModel(BLOCK).fit(TIME, PARAMS, time=TIME[::-1]), "time: does not increase"),
+        (lambda: WinklerModel(BLOCK).fit(57.3 * TIME, PARAMS, time=TIME), "theta: turns by more than 2 rad"),
+        (lambda: WinklerModel(BLOCK).fit(np.nan * TIME, PARAMS, time=TIME), 'nan_policy="omit"'),
+        (lambda: WinklerModel(BLOCK).eval(PARAMS, time=np.nan * TIME), "time: does not increase"),
+        (lambda: freerock.view_of("laser", BLOCK), "laser: l?.* is no Laser"),
+        (lambda: freerock.find_impacts(TIME, TIME, 1e-4, None), "block: NoneType is no Block"),
+        (lambda: freerock.parameters_in(xr.Dataset()), "has no parameters; give that of a model"),
         (lambda: Motion(["a"], TIME, 1e-4, 0.1), "time: holds no numbers"),
         (lambda: WinklerModel(BLOCK).guess(TIME, time=TIME[::-1]), "time: does not increase"),
         (lambda: freerock.find_impacts(TIME[::-1], TIME, 1e-4, BLOCK), "time: does not increase"),

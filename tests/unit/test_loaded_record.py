@@ -93,12 +93,27 @@ def test_uncertainties_are_defaults_where_none_is_given():
     [
         ({"channel": "laser_2"}, "no channel 'laser_2'; its channels are laser"),
         ({"uncertainty": {"mass": 0.1}}, "unknown key 'mass'; use height_m"),
+        (
+            {"uncertainty": {"mass_kg": -0.1}},
+            "mass_kg: -0.1 is no positive number; give it in kg",
+        ),
     ],
 )
 def test_what_is_not_known_is_refused_in_a_line(given, message):
     with pytest.raises(freerock.FreerockError, match=message) as caught:
         freerock.load(FILE, BLOCK, LASER, **given)
     assert "\n" not in str(caught.value)
+
+
+def test_block_and_laser_are_told_apart_and_no_usable_run_has_no_fit(record):
+    with pytest.raises(freerock.FreerockError, match="block: Laser is no Block"):
+        freerock.load(FILE, LASER, BLOCK)
+    with pytest.raises(freerock.FreerockError, match="laser: dict is no Laser"):
+        freerock.load(FILE, BLOCK, {"beam": "horizontal"})
+    assert freerock.view_of(LASER, BLOCK) == freerock.view_of([LASER], BLOCK)
+    assert freerock.fit_record("housner", BLOCK, {}) == {}
+    with pytest.raises(freerock.FreerockError, match="'c' did not vary; use k, lambda"):
+        record.runs[0].fit("hunt_crossley").conf_interval("c")
 
 
 def test_results_are_opened_by_name(tmp_path):

@@ -10,6 +10,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.config.fit_settings import FitSettings
+from freerock.errors import of_kind
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, Minimizer, Uncertainty
 from freerock.identification.goodness import noise_of
@@ -109,6 +110,9 @@ def fit_record(
     >>> print([f"{fit.values['k']:.2e}" for fit in fits.values()])
     ['6.90e+06', '6.87e+06', '6.70e+06']
     """
+    of_kind("motions", motions, Mapping, "give runs by their number, as record.motions")
+    if not motions:
+        return {}
     return finished(settled(Followers(candidate, block, motions, settings or FitSettings()).ends()))
 
 
@@ -122,6 +126,8 @@ class Followers:
         self, candidate: str, block: Block, motions: Mapping[int, Motion], settings: FitSettings
     ) -> None:
         check(candidate, (block,), settings)
+        for each in motions.values():
+            of_kind("motion", each, Motion, "give run.motion or freerock.Motion(...)")
         self.models = {run: RunModel(candidate, block, each, settings) for run, each in motions.items()}
         self.first = next(iter(self.models))
         self._followed = self._of(self.first)

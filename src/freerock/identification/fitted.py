@@ -251,6 +251,9 @@ class Fit:
             what = f"{self.model} does not agree with the noise: an interval would leave out its error"
             raise FreerockError("conf_interval", what, "use u_total")
         own = [legal(name) for name in names or law_of(self.model).parameters]
+        if unknown := {*own} - {*self.result.var_names}:
+            what = f"{min(unknown)!r} did not vary"
+            raise FreerockError("conf_interval", what, f"use {', '.join(self.parameters)}")
         return dict(lmfit.conf_interval(self.minimizer, self.result, own, sigmas=sigmas))
 
     def plot(self) -> "Figure":

@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 import lmfit
 import numpy as np
 
-from freerock.arrays import Floats, sampled
+from freerock.arrays import Floats, increasing, sampled
 from freerock.config.fit_settings import FitSettings
+from freerock.errors import FreerockError, of_kind
 from freerock.identification.posed import bounds_of
 from freerock.identification.run_model import RunModel
 from freerock.identification.start import Followed
@@ -48,8 +49,10 @@ class _Theta:
         return Signature([Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in ("time", *self.names)])
 
     def __call__(self, time: Floats, **values: float) -> Floats:
+        self.__signature__.bind(time, **values)
         named = {self.names[name]: float(value) for name, value in values.items()}
-        return as_measured(self.law, self.block, named, time, self.view, rules=self.rules, solver=EXACT)
+        instants = increasing(time)
+        return as_measured(self.law, self.block, named, instants, self.view, rules=self.rules, solver=EXACT)
 
 
 class RockingModel(lmfit.Model):  # type: ignore[misc]
@@ -76,6 +79,10 @@ class RockingModel(lmfit.Model):  # type: ignore[misc]
     law: ClassVar[str]
 
     def __init__(self, block: Block, *, view: View | None = None, rules: Rules = GEOMETRIC, **options: Any):
+        of_kind("block", block, Block, "give freerock.Block(...)")
+        if view is not None:
+            of_kind("view", view, View, "give freerock.view_of(laser, block)")
+        of_kind("rules", rules, Rules, "give freerock.Rules(...)")
         given = {"independent_vars": ["time"], "name": self.law, **options}
         super().__init__(_Theta(self.law, block, view, rules), **given)
         self.set_param_hint("theta0", value=block.theta_cr / 2)
@@ -87,7 +94,17 @@ class RockingModel(lmfit.Model):  # type: ignore[misc]
     def fit(
         self, data: Floats, params: lmfit.Parameters | None = None, weights: Any = None, **options: Any
     ) -> "lmfit.model.ModelResult":
-        """As `lmfit.Model.fit`; one weight is that of all samples."""
+        """As `lmfit.Model.fit`; one weight is that of all samples.
+
+        Raises
+        ------
+        FreerockError
+            Arrays of different shapes, no increasing time, other units, or NaN that is not left out.
+        """
+        if "time" in options:
+            sampled(options["time"], data)
+        if self.nan_policy == "raise" and np.isnan(data).any():
+            raise FreerockError("theta", "has samples that are NaN", 'make the model with nan_policy="omit"')
         if weights is not None:  # lmfit leaves samples out of arrays alone
             weights = np.broadcast_to(np.asarray(weights, float), np.shape(data))
         return super().fit(data, params, weights=weights, **options)
@@ -116,6 +133,9 @@ class RockingModel(lmfit.Model):  # type: ignore[misc]
             name.removeprefix(self.prefix): dict(each) if isinstance(each, Mapping) else {"value": each}
             for name, each in given.items()
         }
+        if unknown := {*said} - {*self.func.names}:
+            what = f"{min(unknown)!r} is no parameter of {self.law}"
+            raise FreerockError("guess", what, f"use {', '.join(self.func.names)}")
         before = theta[: max(1, int(np.searchsorted(time, 0.0)))]
         theta0 = float(said.get("theta0", {}).get("value", np.nanmean(before)))
         sigma = max(noise, 1e-7 * abs(theta0))  # of a simulated motion

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from freerock.config.fit_settings import FitSettings
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, of_kind
 from freerock.models.block import Block
 from freerock.models.given import faults
-from freerock.models.laws import CANDIDATES, GEOMETRIC, LAWS, law_of
+from freerock.models.laws import CANDIDATES, DEBONDING, GEOMETRIC, LAWS, law_of
 
 
 def freed(model: str, free: Sequence[str]) -> tuple[str, ...]:
@@ -40,6 +40,9 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
         Unknown model or nuisance; what is given of a parameter is wrong, or leaves nothing to fit; debonding
         that is not implemented for the model; one width for several blocks.
     """
+    for block in blocks:
+        of_kind("block", block, Block, "give freerock.Block(...)")
+    of_kind("settings", settings, FitSettings, "give freerock.FitSettings(...)")
     if model not in CANDIDATES:
         raise FreerockError("fits.models", f"unknown model {model!r}", f"use one of {', '.join(CANDIDATES)}")
     name = CANDIDATES[model].law
@@ -56,6 +59,9 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
         each not in given or given[each].varies for each in law.parameters
     ):
         raise FreerockError(f"fits.parameters.{name}", "no parameter is free", "free one")
+    if settings.debonding not in DEBONDING:
+        what = f"unknown rule {settings.debonding!r}"
+        raise FreerockError("fits.debonding", what, f"use {' or '.join(DEBONDING)}")
     if not law.allows(settings.debonding, len(law.ratios)):
         what = f"the tensionless rule is not available for {' and '.join(law.parameters[1:])} together"
         raise FreerockError("fits.debonding", what, f"use geometric or remove {name} from fits.models")

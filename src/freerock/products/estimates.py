@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from freerock.arrays import Floats
+from freerock.errors import FreerockError
 from freerock.models.given import legal
 from freerock.models.laws import MODELS
 from freerock.populations.estimate import Estimate
@@ -59,6 +60,8 @@ def parameters_in(fit: xr.Dataset) -> "lmfit.Parameters":
     """
     import lmfit
 
+    if "parameter" not in fit:
+        raise FreerockError("fit", "the group has no parameters", "give that of a model: run_1/winkler")
     names = fit["parameter"].values.astype(str).tolist()
     found, stderr = lmfit.Parameters(), np.sqrt(np.diag(fit["covariance"].values))
     columns = (fit[name].values.tolist() for name in ("value", "vary", "min", "max", "expr"))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from freerock.arrays import Floats, numbers
+from freerock.arrays import SLOWEST_S, Floats, numbers
 from freerock.config.processing import ROTATION_OPTIONS, RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
@@ -18,14 +18,13 @@ from freerock.rotation.channel import Reading, Rotation, read_channel
 from freerock.rotation.faults import flagged_faults
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.lasers import rotation_of_one, rotation_of_two
-from freerock.rotation.sensor import Laser
+from freerock.rotation.sensor import Laser, lasers_of
 from freerock.rotation.view import sensor_attributes, view_of
 from freerock.units import BASE
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SLOWEST_S = 0.05  # a longer sampling interval shows no rocking
 ATTRS = {
     "theta": {
         "units": "rad",
@@ -101,7 +100,7 @@ def find_rotation(
     >>> print(f"{data['theta'].max().item():.3f} rad, {data.attrs['noise_v']:.4f} V")
     0.181 rad, 0.0020 V
     """
-    lasers = (laser,) if isinstance(laser, Laser) else tuple(laser)
+    lasers = lasers_of(laser)
     time_s, signals = numbers("time", time_s), _channels(signal, lasers)
     step = _even_step(time_s, signals)
     if units is None:

@@ -5,7 +5,7 @@ its mean over a few moments, by the rule of Gauss and Legendre: exact for polyno
 """
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from freerock.arrays import Floats
 from freerock.config.lasers import LaserKeys, LaserSection
 from freerock.config.mistakes import refuse, validate
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, of_kind
 from freerock.rotation.flags import Limits
 from freerock.units import CHANNEL_UNITS, understood
 
@@ -236,6 +236,14 @@ def distance_from_output(
     piece = np.clip(np.searchsorted(at, output) - 1, 0, at.size - 2)
     slopes = np.abs(np.diff(distance) / np.diff(at))[piece]
     return np.interp(output, at, distance, left=np.nan, right=np.nan), slopes
+
+
+def lasers_of(given: Laser | Sequence[Laser]) -> tuple[Laser, ...]:
+    """One laser or several; raises where it is anything else."""
+    lasers = given if isinstance(given, Sequence) else [given]
+    for each in lasers:
+        of_kind("laser", each, Laser, "give freerock.Laser(...), or two of them")
+    return tuple(lasers)
 
 
 def moments(response_s: float) -> tuple[Floats, Floats]:

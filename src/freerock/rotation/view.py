@@ -14,7 +14,7 @@ from freerock.models.contact import static_depth
 from freerock.models.laws import Foundation
 from freerock.rotation import beam_kernel
 from freerock.rotation.beam import beam_of, mirrored
-from freerock.rotation.sensor import Laser, moments
+from freerock.rotation.sensor import Laser, lasers_of, moments
 
 KEYS = ("beam", "position_m", "face", "release_side", "response_ms")
 
@@ -95,7 +95,7 @@ class View:
         return static_depth(block, foundation, 0.0) if self.laser.beam == "vertical" else 0.0
 
 
-def view_of(lasers: Sequence[Laser], block: Block) -> View | None:
+def view_of(lasers: Laser | Sequence[Laser], block: Block) -> View | None:
     """How one or two lasers show the rotation; None if the channel is the rotation itself.
 
     Examples
@@ -103,10 +103,11 @@ def view_of(lasers: Sequence[Laser], block: Block) -> View | None:
     >>> import freerock
     >>> block = freerock.Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
     >>> laser = freerock.Laser(beam="horizontal", position_m=0.20, range_m=0.1)
-    >>> view = freerock.view_of([laser], block)
+    >>> view = freerock.view_of(laser, block)
     >>> freerock.WinklerModel(block, view=view).param_names
     ['k', 'c', 'theta0', 't0']
     """
+    lasers = lasers_of(lasers)
     first = lasers[0]
     if len(lasers) > 1 or first.beam is None:
         first = first.moved(beam=None, position_m=None, units="rad")

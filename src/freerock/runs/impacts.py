@@ -15,6 +15,7 @@ from scipy.special import ellipkinc
 
 from freerock.arrays import Floats, sampled
 from freerock.config.processing import IMPACT_LIMITS, ImpactLimits
+from freerock.errors import of_kind
 from freerock.models.block import Block
 from freerock.noise.in_motion import in_motion
 from freerock.noise.spectrum import Noise
@@ -120,6 +121,7 @@ def find_impacts(
     >>> impacts.restitution[:3].round(4).tolist()
     [0.93, 0.93, 0.93]
     """
+    of_kind("block", block, Block, "give freerock.Block(...)")
     motion = _motion(time_s, theta, sigma_theta)
     swings = _swings(motion, limits)
     if noise and motion.left.known and len(swings) > 1:

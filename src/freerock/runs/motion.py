@@ -3,16 +3,16 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 
 import numpy as np
 
 from freerock.arrays import Floats, sampled
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, of_kind
 from freerock.noise.at_rest import relative_noise, usual_of
 from freerock.noise.in_motion import HIGH_SWING, in_motion, swings_of
 from freerock.noise.spectrum import Noise
 from freerock.rotation.laboratory import Laboratory
-from freerock.rotation.rotation import SLOWEST_S
 from freerock.rotation.view import View
 from freerock.runs.segment import Run
 
@@ -65,11 +65,10 @@ class Motion:
         time_s, theta = sampled(self.time_s, self.theta)
         object.__setattr__(self, "time_s", time_s)
         object.__setattr__(self, "theta", theta)
-        if time_s.size > 1 and np.median(np.diff(time_s)) > SLOWEST_S:
-            raise FreerockError("time", "its steps are too long for rocking", "give it in seconds")
-        if not (self.sigma_theta > 0 and abs(self.theta0) < math.pi / 2):
+        of_kind("sigma_theta", self.sigma_theta, Real, "give one number, in rad")
+        if not (self.sigma_theta > 0 and 0 < abs(self.theta0) < math.pi / 2):
             what = f"sigma_theta is {self.sigma_theta:g}, theta0 {self.theta0:g}"
-            raise FreerockError("theta", what, "give θ, its noise and the release angle in rad")
+            raise FreerockError("theta", what, "give both in rad, neither of them 0")
 
 
 def motions_of(
