@@ -6,7 +6,7 @@ import pytest
 
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
-from freerock.tables.swings import swings
+from freerock.tables.swings import rigid_period_s, swings
 
 BLOCK = Block(0.28, 0.07, 5.84)
 R = 0.93
@@ -49,3 +49,9 @@ def test_an_impact_that_was_not_seen_makes_no_period(rocking):
     runs, restitution, epsilon, blocks = tables(rocking)
     found = swings(runs, restitution.drop(index=5), epsilon, blocks)
     assert found["period_s"].isna().tolist() == [True, *[False] * 4, True, *[False] * 5]
+
+
+def test_the_period_without_losses_is_twice_the_time_between_two_impacts():
+    shares = np.array([0.002, 0.3, 0.99])
+    known = [housner_swings(BLOCK, 1.0, each * BLOCK.theta_cr, max_impacts=2).impact_time for each in shares]
+    np.testing.assert_allclose(rigid_period_s(BLOCK, shares), [2 * (b - a) for a, b in known], rtol=1e-9)

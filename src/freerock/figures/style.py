@@ -10,10 +10,8 @@ from typing import Any
 import matplotlib
 import numpy as np
 import pandas as pd
-from fontTools import subset
 from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -36,8 +34,12 @@ Drawing = tuple[Figure, pd.DataFrame]
 
 WIDTH_IN = 7.0  # both columns of a journal's page: 178 mm
 HERE = Path(__file__).parent
-# Ligatures and the like, which no label has: without them a font is embedded in a quarter of the time.
-subset.Options._drop_tables_default = [*subset.Options._drop_tables_default, "GSUB", "GPOS", "GDEF", "kern"]
+LIGATURES = {
+    "GSUB",
+    "GPOS",
+    "GDEF",
+    "kern",
+}  # and the like; without, a font is embedded in a quarter of the time
 styled = functools.partial(matplotlib.rc_context, fname=HERE / "freerock.mplstyle")
 """Context manager and decorator that draws in the style sheet, whatever the user's own settings are."""
 
@@ -314,6 +316,9 @@ def save(
     for page in pages:
         canvas = FigureCanvasAgg(page)
         if engine := page.get_layout_engine():
+            each_axis = (axis for ax in page.axes for axis in (ax.xaxis, ax.yaxis))
+            for axis in filter(lambda axis: not axis.get_label_text(), each_axis):
+                axis.set_label_coords(0, 0)  # else a place is sought for no text, at each drawing
             engine.execute(page)
             page.set_layout_engine("none")  # the layout found once serves PNG and PDF
             for ax in page.axes:  # its solver's last digits depend on addresses in memory
@@ -326,9 +331,17 @@ def save(
         few.save(part, "png", dpi=(dpi, dpi))
     with atomic(f"{stem}.pdf") as part:
         if isinstance(figures, Figure):
-            FigureCanvasPdf(figures).print_pdf(part, metadata={"CreationDate": None})
+            _print_pdf(figures, part)
         else:
             undated: dict[str, Any] = {"creationDate": None, "modDate": None, "title": None}
             first, *others = map(Image.fromarray, images)
             first.save(part, "pdf", resolution=dpi, save_all=True, append_images=others, **undated)
     write_csv(data if origin is None else data.assign(origin=origin), f"{stem}.csv")
+
+
+def _print_pdf(figure: Figure, path: Path) -> None:
+    from fontTools import subset  # a tenth of a second, which pages do without
+    from matplotlib.backends.backend_pdf import FigureCanvasPdf
+
+    subset.Options._drop_tables_default = sorted({*subset.Options._drop_tables_default, *LIGATURES})
+    FigureCanvasPdf(figure).print_pdf(path, metadata={"CreationDate": None})

@@ -79,6 +79,8 @@ def _read(
     estimates: list[Estimate] = []
     parts = []
     for start in range(0, max(len(record_files), 1), AT_ONCE):
+        if start:
+            gc.collect()  # groups know their parents: nothing else frees them
         some = slice(start, start + AT_ONCE)
         measured = [open_record(path, samples=False) for path in record_files[some]]
         fits = [open_fits(path, samples=False) for path in fit_files[some]]
@@ -86,5 +88,4 @@ def _read(
         records += measured
         estimates += estimates_in(fits)
         del fits
-        gc.collect()  # groups know their parents: nothing else frees them
     return records, estimates, joined(parts)

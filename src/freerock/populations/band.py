@@ -20,6 +20,7 @@ from freerock.runs.motion import Motion
 DRAWS = 200  # motions of a band
 MOST_PEAKS = 12  # of a run that are foretold
 RATE_HZ = 250.0  # of a motion, at which a peak is off by less than 1e-4 of itself
+ENOUGH = 1.5  # times the last impact that was seen: until then a motion is computed first
 MOST_R = 0.9999  # of a rigid block that still comes to rest
 INSIDE = (2.5, 50.0, 97.5)  # per cent
 
@@ -70,9 +71,7 @@ def bands(
             if not others or own.run not in measured or not seen.size:
                 continue
             drawn = _drawn(others, *_spread(of_law), np.random.default_rng(_seed(own)))
-            low, middle, high = foretold(
-                own, drawn, measured[own.run], blocks[own.block], debonding, seen.shape[1]
-            )
+            low, middle, high = foretold(own, drawn, measured[own.run], blocks[own.block], debonding, seen)
             names = own.campaign, own.test, own.run, own.block, own.foundation, own.model, len(others)
             inside = (low <= seen) & (seen <= high)
             columns = [(seen[i], low[i], middle[i], high[i], inside[i]) for i in (0, 1)]
@@ -87,21 +86,25 @@ def foretold(
     motion: Motion,
     block: Block,
     debonding: str,
-    n_peaks: int,
+    seen: Floats,
 ) -> tuple[Floats, Floats, Floats]:
-    """2.5, 50 and 97.5 % of the first peaks [°] and impacts [s] of a run foretold by others.
+    """2.5, 50 and 97.5 % of as many peaks [°] and impacts [s] as were seen of a run, foretold by others.
 
-    Shape (2, n_peaks) each.
+    Shape (2, n_peaks) each, as of `seen`. A motion is computed to its end only where it is slow.
     """
     rng, drawn_swings = np.random.default_rng(_seed(own) + 1), []
-    time_s = np.arange(0.0, motion.time_s[-1], 1 / RATE_HZ)
+    whole_s, n_peaks = np.arange(0.0, motion.time_s[-1], 1 / RATE_HZ), seen.shape[1]
+    enough_s = whole_s[whole_s < ENOUGH * seen[1, -1]]
     read = replace(motion, laboratory=own.laboratory(block, motion.view))
     model = RunModel(own.model, block, read, FitSettings(debonding=debonding))
     inputs = np.array([own.moved[source] for source in model.inputs])
     for law, sigma_r in drawn:
         impacts = rng.normal(0.0, sigma_r, 4 * MOST_PEAKS) if sigma_r > 0 else np.zeros(0)
-        theta = model.curve(Point(law | _released(own, motion, rng), inputs, impacts), time_s)
-        found = swings_of(time_s, theta)[:, :n_peaks]
+        point = Point(law | _released(own, motion, rng), inputs, impacts)
+        found = swings_of(enough_s, model.curve(point, enough_s))
+        if found.shape[1] < n_peaks:
+            found = swings_of(whole_s, model.curve(point, whole_s))
+        found = found[:, :n_peaks]
         rests = np.array([[0.0], [motion.time_s[-1]]])  # no peak, and no impact within the run
         drawn_swings.append(np.hstack([found, np.tile(rests, n_peaks - found.shape[1])]))
     low, middle, high = np.percentile(drawn_swings, INSIDE, axis=0)
@@ -122,9 +125,12 @@ def _seed(own: Estimate) -> int:
 
 def swings_of(time_s: Floats, theta: Floats) -> Floats:
     """Largest |θ| after each zero crossing [°] and when that was [s], shape (2, n_swings)."""
-    before = np.flatnonzero(np.diff(np.sign(theta)) != 0)
-    crossed = time_s[before] - theta[before] * np.diff(time_s)[before] / np.diff(theta)[before]
-    peaks = np.maximum.reduceat(np.abs(theta), before + 1)[:-1]  # of the pieces between two crossings
+    sign = np.sign(theta)
+    before = np.flatnonzero(sign[1:] != sign[:-1])
+    after = before + 1
+    step_s, turned = time_s[after] - time_s[before], theta[after] - theta[before]
+    crossed = time_s[before] - theta[before] * step_s / turned
+    peaks = np.maximum.reduceat(np.abs(theta), after)[:-1]  # of the pieces between two crossings
     return np.stack([np.degrees(peaks), crossed[: len(peaks)]])
 
 

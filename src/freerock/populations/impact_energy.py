@@ -8,14 +8,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from freerock.arrays import Floats
 from freerock.config.processing import RUN_LIMITS
-from freerock.identification.fitted import Fit
 from freerock.models.block import Block
 from freerock.models.contact import energy
 from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, Foundation, law_of
@@ -23,6 +22,9 @@ from freerock.models.simulate import Solver, simulate
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
 from freerock.runs.release import lowered
+
+if TYPE_CHECKING:  # tables do without lmfit
+    from freerock.identification.fitted import Fit
 
 RTOL, STEP_S = 1e-9, 5e-4  # of the integrator; between instants of the modelled motion [s]
 RELATIVE, SHARE = 1e-4, 0.1  # steps: of a number, and of the uncertainty of an input
@@ -49,7 +51,7 @@ class ImpactEnergy(NamedTuple):
 
 
 def impact_energy(
-    fit: Fit,
+    fit: "Fit",
     block: Block,
     time_s: Floats,
     *,
@@ -135,7 +137,7 @@ def of_measured(time_s: Floats, law_s: Floats) -> NDArray[np.intp]:
     return np.where(near & (apart.min(axis=0) < max(gap, APART * 0.1)), nearest, -1)
 
 
-def _rigid(fit: Fit, asked: Floats) -> ImpactEnergy:
+def _rigid(fit: "Fit", asked: Floats) -> ImpactEnergy:
     """r (1 + δ_i) of a rigid block, and its uncertainty."""
     i, r, delta = list(fit.values).index("r"), fit.values["r"], np.zeros(asked.size)
     own, n = np.full(asked.size, fit.scatter.of_record.sigma_r**2), min(asked.size, fit.scatter.delta.size)
@@ -146,7 +148,7 @@ def _rigid(fit: Fit, asked: Floats) -> ImpactEnergy:
     return ImpactEnergy(asked, r * (1 + delta), np.sqrt(np.maximum(square, 0.0)))
 
 
-def _shifted(fit: Fit, shift: Floats) -> dict[str, float]:
+def _shifted(fit: "Fit", shift: Floats) -> dict[str, float]:
     """The numbers of a fit, shifted; a force or a length that the motion hardly determines stays above 0."""
     above = {*MODELS[fit.model], "width", "edge_radius"}
     return {

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pandas as pd
+from scipy.special import ellipkinc
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
@@ -56,6 +57,13 @@ def first_runs(found: pd.DataFrame) -> pd.DataFrame:
     """The swings of the first run of each block and foundation, with those of its models."""
     recorded = found[found["source"] == "experiment"]
     return found.merge(recorded.drop_duplicates(["block", "foundation"])[["test", "run"]])
+
+
+def rigid_period_s(block: Block, amplitude: Floats) -> Floats:
+    """Period [s] of a rigid block without losses, four falls from an amplitude over the critical angle."""
+    k2 = np.sin((1 - amplitude) * block.theta_cr / 2) ** 2
+    turned = np.arcsin(np.sqrt((1 - k2 / np.sin(block.theta_cr / 2) ** 2) / (1 - k2)))
+    return np.asarray(4 * ellipkinc(turned, 1 - k2) / block.p)
 
 
 def measured_swings(restitution: pd.DataFrame) -> dict[tuple[str, int], tuple[Floats, Floats]]:
