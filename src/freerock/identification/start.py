@@ -257,11 +257,10 @@ def _widths(model: RunModel, beside: Mapping[str, float]) -> list[dict[str, floa
 
 
 def _beside(model: RunModel) -> dict[str, float]:
-    """What is freed beside the law, as stated."""
-    stated = {"width": 2 * model.block.b, "tilt": 0.0, "edge_radius": PARAMETERS["edge_radius"].trace}
-    stated["theta0"], stated["t0"] = model.motion.theta0, 0.0
-    own = law_of(model.candidate).parameters
-    return {name: stated[name] for name in model.names if name not in own}
+    """What is freed beside the numbers that are scanned: as stated, else a trace."""
+    stated = {"width": 2 * model.block.b, "theta0": model.motion.theta0}
+    scanned = ("k", "r", *law_of(model.candidate).ratios)
+    return {name: stated.get(name, PARAMETERS[name].trace) for name in model.names if name not in scanned}
 
 
 def _at(model: RunModel, values: Mapping[str, float]) -> Point:
