@@ -33,7 +33,7 @@ def main(folder: Path) -> None:
         draw, law = np.random.default_rng([7, i]), "hunt_crossley"
         known = inputs(BLOCKS[name], BEAMS_M[name], KNOWLEDGE, draw)
         truth = Truth(law, "guided", name, base, SIGMA_R, 0.0, {**TABLE_2[base][law]}, KNOWLEDGE, **known)
-        volts, _ = volts_of(truth, runs_of(truth, draw, shares=(1.0, 1.0)), draw)
+        volts, _ = volts_of(truth, runs_of(truth, draw, least=1.0), draw)
         rows = np.column_stack([np.arange(len(volts)) / RATE_HZ, volts])
         head = {"delimiter": ",", "header": "time [s],laser [V]", "comments": ""}
         np.savetxt(raw / f"{name}_{base}.csv", rows, fmt=["%.5f", "%.6f"], **head)

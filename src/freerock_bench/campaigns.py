@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import chdir
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,8 @@ import numpy as np
 import pandas as pd
 
 from freerock.config import step_settings as settings
-from freerock.config.campaign import load_config
+from freerock.config.campaign import Campaign, load_config
+from freerock.config.record import Record
 from freerock.identification.significance_levels import NORMAL_95
 from freerock.jobs.descriptions import described
 from freerock.jobs.make_fits import make_fits
@@ -30,7 +32,7 @@ ROOT = Path(__file__).parents[2]
 TABLES = ["runs", "reasons", "choice", "parameters", "restitution", "populations", "predictions"]
 TABLES += ["epsilon", "paper"]
 SAME_RUN_S, SAME_IMPACT_S = 0.5, 0.02
-EVIDENCE = "−2 ln evidence"  # of a candidate over the selected one, which is `inside`
+HELD_OUT = "error of held-out peaks"  # of a candidate; of the selected one, `inside`
 COLUMNS = ["case", "parameter", "truth", "value", "stderr", "u", "inside", "test", "run", "scene", "note"]
 """A row per case and number: truth, value, stderr (of the noise), u (with all else that is known) [SI];
 whether the 95 % interval holds the truth. Of a question with yes and no, `inside` is the answer. The scene is
@@ -72,37 +74,26 @@ def analysed(folder: Path, campaign: str, cores: int = 1) -> Tables:
     with chdir(folder):
         section = load_config("config/config.yaml", [campaign])[campaign]
         told, out = {campaign: settings.descriptions(section)}, Path("results", campaign)
-        of_records = [
-            (
-                each.test,
-                described(settings.record_settings(section, each, ""), told),
-                described(settings.fit_settings(section, each), told),
-            )
-            for each in section.records
-        ]
         for kind in ("records", "fits"):
             (out / kind).mkdir(parents=True, exist_ok=True)
         with ProcessPoolExecutor(cores) as pool:
-            done = [pool.submit(_analyse, out, *each) for each in of_records]
-            for each in done:
-                each.result()
+            [*pool.map(partial(_analyse, out, section, told), section.records)]
         of_tables: dict[str, Any] = {"blocks": settings.geometries(section), "published": None}
         of_tables |= {"release_angles_deg": settings.release_angles(section)}
         of_tables |= {"debonding": section.fits.debonding}
-        records, fits = (
-            [out / kind / f"{test}.nc" for test, *_ in of_records] for kind in ("records", "fits")
-        )
+        tests = [each.test for each in section.records]
+        records, fits = ([out / kind / f"{test}.nc" for test in tests] for kind in ("records", "fits"))
         make_tables(of_tables, records, fits, out / "tables")
         return {name: read_csv(out / f"tables/{name}.csv") for name in TABLES}
 
 
-def _analyse(out: Path, test: str, record_settings: Any, fit_settings: Any) -> None:
+def _analyse(out: Path, section: Campaign, told: Mapping[str, Any], record: Record) -> None:
     """Write the dataset of a record and its fits."""
-    record, fits = (out / kind / f"{test}.nc" for kind in ("records", "fits"))
-    if not record.exists():
-        make_record(record_settings, record)
+    made, fits = (out / kind / f"{record.test}.nc" for kind in ("records", "fits"))
+    if not made.exists():
+        make_record(described(settings.record_settings(section, record, ""), told), made)
     if not fits.exists():
-        make_fits(fit_settings, record, fits)
+        make_fits(described(settings.fit_settings(section, record), told), made, fits)
 
 
 def _write(folder: Path, records: Mapping[str, Path]) -> None:
@@ -168,9 +159,6 @@ def rows_of_record(own: Tables, truth: Mapping[str, Any], right: Sequence[str]) 
             found[str(near["run"].iloc[0])] = j
     selected = [*own["choice"].loc[own["choice"]["status"] == "selected", "model"]]
     model = (selected or [*right] or [""])[0]
-    for row in own["choice"].drop_duplicates("model").dropna(subset="minus_two_log").itertuples():
-        named = {"inside": row.status == "selected", "note": row.model}
-        yield {"parameter": EVIDENCE, "value": row.minus_two_log} | named
     if right:
         yield from _choice(own["choice"], right)
     else:
@@ -218,9 +206,8 @@ def _parameters(fits: pd.DataFrame, truth: Any, runs: Mapping[str, int]) -> Iter
             continue  # of the reading, not of the block
         key = f"run{runs.get(str(row.run), -1)}_{row.parameter}"
         if key in truth:
-            yield number_row(str(row.parameter), float(truth[key]), row.value, row.stderr, row.u_total) | {
-                "run": row.run
-            }
+            numbers = row.value, row.stderr, row.u_total
+            yield number_row(str(row.parameter), float(truth[key]), *numbers) | {"run": row.run}
 
 
 def _restitution(
@@ -236,9 +223,8 @@ def _restitution(
         at = int(np.argmin(apart))
         if apart[at] < SAME_IMPACT_S:
             true = float(truth[f"run{j}_volts_r_energy"][at])
-            yield number_row("r of an impact", true, row.r_energy, row.r_energy_u, row.r_energy_u) | {
-                "run": row.run
-            }
+            numbers = row.r_energy, row.r_energy_u, row.r_energy_u
+            yield number_row("r of an impact", true, *numbers) | {"run": row.run}
 
 
 def _means(table: pd.DataFrame, truth: Any, model: str) -> Iterator[Row]:
@@ -246,12 +232,9 @@ def _means(table: pd.DataFrame, truth: Any, model: str) -> Iterator[Row]:
     own = table[(table["level"] == "record") & (table["model"] == model)]
     for row in own.itertuples():
         if f"mean_{row.parameter}" in truth:
-            true, n = float(truth[f"mean_{row.parameter}"]), {"note": f"{row.n_runs} runs"}
-            yield (
-                number_row(f"mean {row.parameter}", true, row.mean, row.stderr, row.u_total)
-                | n
-                | {"inside": row.total95_low <= true <= row.total95_high}
-            )
+            true = float(truth[f"mean_{row.parameter}"])
+            told = {"inside": row.total95_low <= true <= row.total95_high, "note": f"{row.n_runs} runs"}
+            yield number_row(f"mean {row.parameter}", true, row.mean, row.stderr, row.u_total) | told
         if f"next_{row.parameter}" in truth:
             true = float(truth[f"next_{row.parameter}"])
             inputs = NORMAL_95**2 * max(row.u_total**2 - row.stderr**2, 0.0)  # shared by all runs of a record
@@ -267,26 +250,15 @@ def number_row(parameter: str, truth: float, value: float, stderr: float, u: flo
     return {"parameter": parameter} | known
 
 
-def summary(frame: pd.DataFrame) -> pd.DataFrame:
-    """Of each case and parameter: n, percent inside, medians of |error| and u in per cent of the truth."""
-    counts = (frame["inside"].notna() | frame["value"].notna()) & (frame["parameter"] != EVIDENCE)
-    known = frame[counts].copy()
-    percent = 100 / known["truth"].astype(float).abs()
-    known["error_percent"] = (known["value"] - known["truth"]).abs() * percent
-    known["u_percent"] = known["u"] * percent
-    known["inside_percent"] = 100 * known["inside"].astype(float)
-    groups = known.groupby(["case", "parameter"], sort=False)
-    medians = {name: (name, "median") for name in ("error_percent", "u_percent")}
-    return groups.agg(n=("test", "size"), inside_percent=("inside_percent", "mean"), **medians).reset_index()
-
-
 def markdown(frame: pd.DataFrame) -> str:
-    """A row per parameter, a column per case: share inside, number, median error."""
+    """A row per parameter, a column per case: share inside, number, median error in per cent of the truth."""
+    known = frame[(frame["inside"].notna() & frame["value"].isna()) | frame["truth"].notna()]
     cases, cells = list(frame["case"].unique()), {}
-    for row in summary(frame).itertuples():
-        share = f"{row.inside_percent:.0f} % of " if math.isfinite(row.inside_percent) else ""
-        error = f", {row.error_percent:.2g} %" if math.isfinite(row.error_percent) else ""
-        cells[row.parameter, row.case] = f"{share}{row.n}{error}"
+    for (name, case), own in known.groupby(["parameter", "case"]):
+        inside = 100 * own["inside"].astype(float).mean()
+        error = 100 * (own["value"] / own["truth"].astype(float) - 1).abs().median()
+        share = f"{inside:.0f} % of " if math.isfinite(inside) else ""
+        cells[name, case] = f"{share}{len(own)}" + (f", {error:.2g} %" if math.isfinite(error) else "")
     names = [each for each in frame["parameter"].unique() if any((each, case) in cells for case in cases)]
     rows = [[name, *(cells.get((name, each), "") for each in cases)] for name in names]
     return in_markdown(["share inside, number, median error", *cases], rows)

@@ -121,13 +121,10 @@ class Run:
 
 
 def runs_of(
-    truth: Truth,
-    draw: np.random.Generator,
-    fades_s: tuple[float, float] = FADES_S,
-    shares: tuple[float, float] = (0.6, 1.0),
+    truth: Truth, draw: np.random.Generator, fades_s: tuple[float, float] = FADES_S, least: float = 0.6
 ) -> list[Run]:
     """The runs of a record, whose hands leave over times between two, from a share of the paper's angle."""
-    angle, sign = RELEASE_ANGLES[truth.block_name] * draw.uniform(*shares), draw.choice([-1.0, 1.0])
+    angle, sign = RELEASE_ANGLES[truth.block_name] * draw.uniform(least, 1.0), draw.choice([-1.0, 1.0])
     found = []
     for _ in range(RUNS):
         law, deltas = truth.of_run(draw), truth.sigma_r * draw.standard_normal(400)

@@ -81,6 +81,9 @@ def test_studies_in_their_small_size(tmp_path, monkeypatch):
     evidence.main(*names, size="small", cores=2)
     found = {name: evidence.table(name, tmp_path / "results/evidence") for name in names}
     assert found["minimum"]["inside"].all()
+    left_out = found["scatter"].query("parameter == 'error of held-out peaks' and case == 'σ_r 0 %'")
+    error = left_out.groupby("note")["value"].median()  # a guided Hunt–Crossley block on marble
+    assert error["hunt_crossley"] < 0.01 < error["winkler"] < error["housner"]
     named = found["scatter"].query("parameter == 'true law in the set'")["inside"]
     assert len(named) == 6 and named.mean() > 0.8
     assert found["kinds"].query("parameter == 'r of an impact'")["inside"].mean() > 0.8

@@ -10,7 +10,7 @@ import pytest
 
 from freerock.figures.style import save
 from freerock_bench import evidence, figures, stability
-from freerock_bench.campaigns import EVIDENCE
+from freerock_bench.campaigns import HELD_OUT
 from freerock_bench.methods.problem import Solution
 from freerock_bench.stability import COLUMNS, STATES, judge
 from freerock_bench.timing import interleaved
@@ -88,9 +88,10 @@ def test_right_intervals_lie_on_the_diagonal_and_the_selected_candidate_is_ringe
     figure, data = figures.coverage.draw(pd.DataFrame(rows | {"u": 0.1}))
     central = data[data["normal"].abs() < 2]
     np.testing.assert_allclose(central["error_over_u"], central["normal"], atol=0.15)
-    of = {"parameter": EVIDENCE, "test": "a"}
-    fits = [(100.0, False, "housner"), (5.0, False, "winkler"), (0.0, True, "hunt_crossley")]
-    choice = [of | {"value": value, "inside": named, "note": model} for value, named, model in fits]
-    figure, data = figures.parsimony.draw(pd.DataFrame(choice))
+    of = {"case": "σ_r 1 %", "test": "a"}
+    fits = [(0.5, "housner"), (0.1, "winkler"), (0.02, "hunt_crossley"), (0.04, "hunt_crossley")]
+    left_out = [of | {"parameter": HELD_OUT, "value": value, "note": model} for value, model in fits]
+    left_out.append(of | {"parameter": "true law first", "note": "hunt_crossley"})
+    figure, data = figures.parsimony.draw(pd.DataFrame(left_out))
     ring = next(line for line in figure.axes[0].lines if line.get_label() == "selected")
-    assert (list(ring.get_xdata()), list(ring.get_ydata())) == ([2], [0.0])
+    assert (list(ring.get_xdata()), list(ring.get_ydata())) == ([2], [3.0])

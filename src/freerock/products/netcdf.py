@@ -175,9 +175,8 @@ def open_record(path: str | Path, samples: bool = True, only: Collection[str] = 
 
     Examples
     --------
-    >>> record = freerock.open_record("results/palermo_virtual/records/config2_marble.nc")  # doctest: +SKIP
-    >>> round(record["run_1"]["restitution"].sel(impact=1).item(), 3)  # doctest: +SKIP
-    0.943
+    >>> record = open_record("results/palermo_virtual/records/config2_marble.nc")  # doctest: +SKIP
+    >>> record["run_1"]["restitution"].sel(impact=1).item()  # doctest: +SKIP
     """
     return open_product(path, "record", samples, only)
 
@@ -193,11 +192,8 @@ def open_fits(path: str | Path, samples: bool = True, only: Collection[str] = ()
 
     Examples
     --------
-    >>> fits = freerock.open_fits("results/palermo_virtual/fits/config2_marble.nc")  # doctest: +SKIP
-    >>> fits["run_1/hunt_crossley/theta_model"].plot()  # doctest: +SKIP
-    [<matplotlib.lines.Line2D object at ...>]
-    >>> print(f"{fits['run_1/hunt_crossley/value'].sel(parameter='k').item():.1e}")  # doctest: +SKIP
-    6.9e+06
+    >>> fits = open_fits("results/palermo_virtual/fits/config2_marble.nc")  # doctest: +SKIP
+    >>> fits["run_1/winkler"]["theta_model"].plot()  # doctest: +SKIP
     """
     return open_product(path, "fits", samples, only)
 

@@ -1,47 +1,51 @@
-"""Figure of parsimony: what a candidate explains against the numbers it has free; the selected one ringed."""
+"""Figure of parsimony: how well a candidate foretells a run left out, against the numbers it has free."""
 
 import pandas as pd
 from matplotlib.figure import Figure
 
 from freerock.figures import looks, style
-from freerock.figures.style import Drawing, styled
-from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS
-from freerock_bench.campaigns import EVIDENCE
+from freerock.figures.style import Drawing, Style, styled
+from freerock.models.laws import CANDIDATES, MODELS
+from freerock_bench.campaigns import HELD_OUT
 
-APART = 0.05  # of the laws, along the axis of whole numbers
+RING: Style = {"markersize": 7, "markerfacecolor": "none", "color": "0.3"}
+MARKERS = dict(zip(("housner", "winkler", "hunt_crossley", "general"), "os^D", strict=True))
 
 
 @styled()
 def draw(frame: pd.DataFrame) -> Drawing:
-    """−2 ln of the evidence of each fitted candidate over the selected one's, a line per record.
+    """Median error of the peaks of runs left out, a line per record, a panel per case; the selected ringed.
 
     Parameters
     ----------
     frame : pandas.DataFrame
-        A row per case and number, as `freerock_bench.campaigns.graded` gives them.
+        A row per case and number, as `freerock_bench.scatter.run` gives them.
 
     Returns
     -------
     figure, data : Figure, pandas.DataFrame
-        The rows that are drawn; numbers says how many are free in the law.
+        The points that are drawn; numbers says how many are free in the law.
     """
-    data = frame[frame["parameter"] == EVIDENCE]
-    data = data.assign(numbers=[len(MODELS[model]) + CANDIDATES[model].width for model in data["note"]])
-    figure = Figure(figsize=(style.WIDTH_IN, 3.2))
-    ax = figure.subplots()
-    for _, own in data.groupby("test"):
-        best = own.groupby("numbers")["value"].min()
+    of_candidates = frame[frame["parameter"] == HELD_OUT].groupby(["case", "test", "note"], sort=False)
+    data = (100 * of_candidates["value"].median()).reset_index()
+    data["numbers"] = [len(MODELS[model]) + CANDIDATES[model].width for model in data["note"]]
+    data["law"] = [CANDIDATES[model].law for model in data["note"]]
+    selected = data.merge(frame[frame["parameter"] == "true law first"][["test", "note"]].drop_duplicates())
+    figure = Figure(figsize=(style.WIDTH_IN, 2.8))
+    panels = figure.subplots(1, data["case"].nunique(), sharex=True, sharey=True, squeeze=False)[0]
+    for (case, own), ax in zip(data.groupby("case", sort=False), panels, strict=True):
+        best = own.groupby(["numbers", "test"])["value"].min().unstack()
         ax.plot(best.index, best, color="0.75", linewidth=0.6)
-    for i, law in enumerate(PAPER_MODELS):
-        own = data[[CANDIDATES[model].law == law for model in data["note"]]]
-        look = looks.MODEL_STYLES[law] | {"linestyle": "", "marker": "os^"[i], "markersize": 4}
-        ax.plot(own["numbers"] + APART * (i - 1), own["value"], **look)
-    chosen = data[data["inside"].astype(bool)]
-    ring: style.Style = {"marker": "o", "markersize": 14, "markerfacecolor": "none", "color": "black"}
-    ax.plot(chosen["numbers"], chosen["value"], label="selected", linestyle="", **ring)
-    ax.set_yscale("symlog", linthresh=10)
-    ax.set_xticks(sorted(data["numbers"].unique()))
-    ax.set(xlabel="numbers free in the law", ylabel="−2 ln evidence, over the selected")
-    ax.margins(0.1)
+        for law, rows in own.groupby("law", sort=False):
+            look = {key: looks.MODEL_STYLES[law][key] for key in ("color", "label")}
+            ax.plot("numbers", "value", MARKERS[law], data=rows, **look)
+        ax.plot("numbers", "value", "o", data=selected[selected["case"] == case], label="selected", **RING)
+        ax.set(
+            yscale="log",
+            xticks=data["numbers"].unique(),
+            title=str(case).replace("σ_r", "$σ_r$"),
+            xmargin=0.15,
+        )
+    style.outer_labels(panels, "numbers free in the law", "error of held-out peaks / %")
     style.finish(figure, "")
     return figure, data
