@@ -2,12 +2,15 @@
 
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numba
 import pytest
 
 from freerock.models import compiled
+from freerock.models.housner import _carlson
 
 PACKAGE = Path(compiled.__file__).parents[1]
 MODULES = PACKAGE.parent.rglob("*.py")
@@ -60,3 +63,16 @@ def test_what_shapes_machine_code_gives_it_another_name(room, monkeypatch, chang
 def test_kernels_take_constants_only_from_where_the_name_covers_them(path):
     imported = re.findall(r"^(?:from|import) (freerock[\w.]*)", path.read_text(encoding="utf-8"), re.M)
     assert {name for name in imported if not name.startswith("freerock.models")} <= {"freerock.arrays"}
+
+
+LOADED = """
+import sys, numba
+from freerock.models.housner import _carlson
+assert _carlson(4.0, 4.0, 4.0) == 0.5 and "numba.np.npyimpl" not in sys.modules
+assert numba.njit(lambda x: _carlson(x, x, x))(4.0) == 0.5
+"""
+
+
+def test_a_kernel_of_the_cache_is_loaded_without_what_compiling_needs_and_may_be_compiled_into_others():
+    assert _carlson(4.0, 4.0, 4.0) == 0.5  # in the cache from here on
+    subprocess.run([sys.executable, "-c", LOADED], check=True)
