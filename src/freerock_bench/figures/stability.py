@@ -17,8 +17,8 @@ from freerock.models.laws import MODEL_LABELS
 from freerock.tables.number_text import with_unit
 
 STATE_COLOURS = {
-    "converged": "#7fbf8f",
-    "inaccurate": "#f0d050",
+    "converged": "#b5dcc0",
+    "inaccurate": "#dca828",
     "unstable": "#b00020",
     "too_slow": "#6a6ad0",
     "refused": "white",
@@ -36,7 +36,7 @@ def ratio_axis_of(damping: str) -> str:
     return with_unit(f"{SYMBOLS[damping]}/{SYMBOLS['k']}", unit)
 
 
-QUANTITIES = {"k [N/m²]": axis_of("k"), "step [s]": "step / s"} | {
+QUANTITIES = {"k [N/m²]": axis_of("k"), "step [s]": "step / s", "θ₀/θ_cr": "θ₀ / critical angle"} | {
     f"{name}/k [{parameter.ratio_unit}]": ratio_axis_of(name)
     for name, parameter in PARAMETERS.items()
     if parameter.ratio_unit
@@ -72,7 +72,7 @@ def draw(frame: pd.DataFrame, page: str) -> Drawing:
             ax.axis("off")
         for ax, (method, own) in zip(axes[i], methods, strict=False):
             _panel(ax, own, bounds)
-            ax.set_title(_wrapped(method), fontsize=6.5, loc="left")
+            ax.set_title(_wrapped(method), fontsize=7, loc="left")
             ax.tick_params(labelleft=ax is axes[i, 0], labelbottom=i + 1 == len(rows))
         name = ",\n".join(MODEL_LABELS.get(part, part) for part in key)
         axes[i, 0].set_ylabel(f"{name}\n{_axis(methods[0][1]['y'])}")
@@ -81,7 +81,7 @@ def draw(frame: pd.DataFrame, page: str) -> Drawing:
     figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
     handles = _legend(cells, bounds)
     figure.legend(
-        handles=handles, loc="outside lower center", ncols=len(handles), handlelength=1, fontsize=6.5
+        handles=handles, loc="outside lower center", ncols=min(4, len(handles)), handlelength=1, fontsize=7
     )
     return figure, cells
 
@@ -130,7 +130,7 @@ def _panel(ax: Axes, cells: pd.DataFrame, bounds: Bounds | None) -> None:
             shown = np.arange(len(values))
         shown = shown[:: -(-len(shown) // TICKS)]
         axis.set_ticks(shown, [_number(values[i]) for i in shown])
-    ax.tick_params(labelsize=6)
+    ax.tick_params(labelsize=7)
     if bounds:
         x0, x1 = (np.interp(np.log(v), np.log(xs), np.arange(len(xs))) for v in bounds[cells["x"].iloc[0]])
         y0, y1 = (np.interp(np.log(v), np.log(ys), np.arange(len(ys))) for v in bounds[cells["y"].iloc[0]])
