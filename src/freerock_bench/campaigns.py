@@ -178,7 +178,7 @@ def rows_of_record(own: Tables, truth: Mapping[str, Any], right: Sequence[str]) 
     yield from _means(own["populations"], truth, model)
     for name, what in (("inside", "|θ_n|"), ("impact_inside", "impacts")):
         for row in own["predictions"].itertuples():
-            yield {"parameter": f"{what} of the next run", "inside": bool(getattr(row, name)), "run": row.run}
+            yield {"parameter": f"left-out {what}", "inside": bool(getattr(row, name)), "run": row.run}
 
 
 def _choice(choice: pd.DataFrame, right: Sequence[str]) -> Iterator[Row]:
