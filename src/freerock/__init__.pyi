@@ -12,6 +12,7 @@ from freerock.identification.fit import fit_run as fit_run
 from freerock.identification.fitted import Fit as Fit
 from freerock.identification.lmfit_models import HousnerModel as HousnerModel
 from freerock.identification.lmfit_models import HuntCrossleyModel as HuntCrossleyModel
+from freerock.identification.lmfit_models import RockingModel as RockingModel
 from freerock.identification.lmfit_models import WinklerModel as WinklerModel
 from freerock.loaded_record import LoadedRecord as LoadedRecord
 from freerock.loaded_record import LoadedRun as LoadedRun

@@ -16,6 +16,7 @@ from freerock.errors import FreerockError, of_kind
 from freerock.identification.fit import fit_record
 from freerock.identification.fitted import Fit
 from freerock.models.block import Block
+from freerock.models.laws import PAPER_MODELS
 from freerock.rotation.laboratory import UNITS, Input, Laboratory
 from freerock.rotation.of_record import rotation_in
 from freerock.rotation.sensor import Laser, lasers_of
@@ -24,6 +25,8 @@ from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, motions_of
 from freerock.runs.runs_with_impacts import Measured, measured
 from freerock.runs.segment import Run
+from freerock.selection.candidates import Allowed
+from freerock.selection.identify import identify_record
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,11 +103,24 @@ class LoadedRecord:
         return tuple(LoadedRun(run, own, self.motions[run.number], self) for run, own in each)
 
     def fit(self, law: str, settings: FitSettings = FIT_SETTINGS) -> dict[int, Fit]:
-        """The fits of a law to all runs that can be used, by their number; see `freerock.fit_record`."""
+        """The fits of a law to all runs that can be used, by their number; see `freerock.fit_record`.
+
+        The laws of the paper are sought beside each other, as in the workflow: the search of one that is far
+        from the runs ends early.
+        """
+        of_kind("settings", settings, FitSettings, "give freerock.FitSettings(...)")
         key = f"{law} {settings}"
         if key not in self._fits:
-            usable = [run.number for run in self.found.runs if run.verdict.level != "fail"]
-            self._fits[key] = fit_record(law, self.block, {n: self.motions[n] for n in usable}, settings)
+            usable = {
+                run.number: self.motions[run.number] for run in self.found.runs if run.verdict.level != "fail"
+            }
+            if law in PAPER_MODELS:
+                options = {"debonding": settings.debonding, "parameters": settings.parameters}
+                allowed = Allowed(PAPER_MODELS, (), dict.fromkeys(PAPER_MODELS, settings.free), options)
+                found = identify_record(self.block, usable, allowed).fits
+                self._fits.update({f"{name} {settings}": fits for name, fits in found.items()})
+            if key not in self._fits:
+                self._fits[key] = fit_record(law, self.block, usable, settings)
         return self._fits[key]
 
 

@@ -142,7 +142,8 @@ def api() -> dict[str, str]:
         found = getattr(freerock, name)
         path, room = f"{found.__module__}.{name}", found.__module__.split(".")[1]
         kind = "class" if inspect.isclass(found) else "function"
-        directive = f"```{{eval-rst}}\n.. auto{kind}:: {path}\n```\n"
+        members = "   :members:\n" if kind == "class" else ""
+        directive = f"```{{eval-rst}}\n.. auto{kind}:: {path}\n{members}```\n"
         rooms.setdefault("config" if room == "errors" else room, []).append(directive)
         first_line = (inspect.getdoc(found) or "").partition("\n")[0].replace("|", "\\|")
         rows.append(f"| {{py:obj}}`{name} <{path}>` | {first_line} |")

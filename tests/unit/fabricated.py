@@ -191,7 +191,7 @@ def fit(tree, model, run, failed):
             evaluations=20,
         ),
         scatter=ImpactScatter(
-            Scatter(0.006, 0.004, 0.01, 30.0, 9.0), delta, 0 * delta + 1e-3, np.eye(4), np.zeros((n, 4))
+            Scatter(0.006, 0.004, 0.01, 9.0), delta, 0 * delta + 1e-3, np.eye(4), np.zeros((n, 4))
         ),
         success=model not in failed,
         message="k lies at its bound" if model in failed else "converged",

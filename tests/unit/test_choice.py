@@ -149,7 +149,7 @@ def test_where_inputs_are_pulled_u_grows_to_hold_the_truth(off, birge):
 def test_a_release_elsewhere_and_a_large_scatter_warn(found):
     fit, motion = found.fits["hunt_crossley"][0], runs("hunt_crossley", 0.01)[0]
     late = replace(fit, values={**fit.values, "t0": 0.05})
-    loose = replace(fit, scatter=replace(fit.scatter, of_record=Scatter(0.1, 0.06, 0.2, 50.0, 8.0)))
+    loose = replace(fit, scatter=replace(fit.scatter, of_record=Scatter(0.1, 0.06, 0.2, 8.0)))
     named = {
         each: {reason.name for reason in reasons_of_fit(motion, one, found.choice)}
         for each, one in (("plain", fit), ("late", late), ("loose", loose))

@@ -39,9 +39,10 @@ def test_runs_impacts_and_numbers_are_those_of_the_workflow_to_the_last_digit(re
     for run in record.runs:
         group = f"run_{run.found.number}"
         np.testing.assert_array_equal(run.impacts.restitution, datasets[group]["restitution"])
-        fit, told = run.fit("hunt_crossley"), fits[f"{group}/hunt_crossley"]
-        np.testing.assert_array_equal(fit.value, told["value"])
-        np.testing.assert_array_equal(fit.u_total, told["u_total"])
+        for law in ("housner", "winkler", "hunt_crossley"):
+            fit, told = run.fit(law), fits[f"{group}/{law}"]
+            np.testing.assert_array_equal(fit.value, told["value"])
+            np.testing.assert_array_equal(fit.u_total, told["u_total"])
 
 
 def test_a_run_is_fitted_with_its_noise_and_its_view(record):

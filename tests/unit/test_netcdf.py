@@ -131,7 +131,7 @@ def made_up_fit(model, **changes):
         "curve": made_up_curve(),
         "evidence": Evidence(0.01, True, 0.5, 1.01, 1.0, 2.0, -10.0, len(MODELS[model]), 80),
         "scatter": ImpactScatter(
-            Scatter(0.012, 0.008, 0.02, 30.0, 9.0), delta, 0 * delta + 1e-3, np.eye(3), np.zeros((n, 3))
+            Scatter(0.012, 0.008, 0.02, 9.0), delta, 0 * delta + 1e-3, np.eye(3), np.zeros((n, 3))
         ),
         "success": True,
         "message": "converged",

@@ -1,12 +1,17 @@
 """The shipped campaign, from record files to report."""
 
+import doctest
+import inspect
 import json
+import re
 
 import pandas as pd
 import pytest
+import xarray as xr
 from golden_numbers import differences
 from small_campaign import ROOT
 
+import freerock
 from freerock.columns import columns_of
 
 INPUTS = {"width": "width_m", "beam": "position_m", "height": "height_m", "scale": "scale_fraction"}
@@ -95,3 +100,34 @@ def test_the_report_says_simulated_and_loads_nothing(palermo):
     assert '<p class="simulated">' in page
     assert "default-src 'none'" in page
     assert (palermo / "report.html").stat().st_size < 6e6
+
+
+@pytest.mark.parametrize("name", ["open_fits", "open_record", "open_results", "parameters_in"])
+def test_examples_that_read_products_print_what_they_say(palermo, monkeypatch, name):
+    monkeypatch.chdir(palermo.parents[1])
+    text = inspect.getdoc(getattr(freerock, name)).replace("# doctest: +SKIP", "# doctest: +ELLIPSIS")
+    example = doctest.DocTestParser().get_doctest(text, {"freerock": freerock}, name, name, 0)
+    assert example.examples and not doctest.DocTestRunner().run(example).failed
+
+
+@pytest.mark.parametrize("page", ["datasets.md", "how-to/python.md"])
+def test_pages_read_products(palermo, monkeypatch, page):
+    monkeypatch.chdir(palermo.parents[1])
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    for program in re.findall(r"```python\n(.*?)```", text, re.S):
+        exec(program, {"freerock": freerock, "xr": xr})
+
+
+def test_each_group_of_a_fit_draws_and_selects_along_its_axes(palermo):
+    with xr.open_datatree(palermo / "fits/config2_marble.nc") as fits:
+        groups = {node.path for node in fits.subtree if node.path.count("/") == 2}
+    assert "/run_3/hunt_crossley" in groups
+    for group in groups:
+        fit = xr.load_dataset(palermo / "fits/config2_marble.nc", group=group)
+        assert len(fit.data_vars) <= 20, group
+        for each in fit.data_vars.values():
+            if each.dims in (("time",), ("impact",)):
+                at = fit[each.dims[0]]
+                middle = each.interp({at.name: float(at[1] + at[2]) / 2})
+                assert middle.item() == pytest.approx(each[1:3].mean(skipna=False).item(), nan_ok=True)
+                assert each.sel({at.name: at[2]}).identical(each[2])

@@ -308,8 +308,6 @@ def _fit(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
 
 def _failure(ended: Ended, posterior: Posterior, epsilon: float) -> str:
     """Why a fit is not to be used; "" of one that is."""
-    if not ended.result.success and ended.result.nfev < ROUNDS.exact[0]:
-        return str(ended.result.message)
     if not np.isfinite(epsilon) or epsilon > 1:
         return "worse than a block at rest: ε_θ above 1"
     model = ended.posed.model

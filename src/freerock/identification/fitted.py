@@ -167,9 +167,13 @@ class Fit:
     values : mapping of str to float
         Numbers of the law, then width, theta0, t0 where they were freed [SI].
     uncertainty : Uncertainty
+        Its `stderr` by noise and impacts, `u_law`, `u_total`, `covariance`, and `contributions` of inputs.
     curve : Curve
+        Its `time` [s], and `theta`, `theta_model` and `residual` [rad].
     evidence : Evidence
+        Whether the residual `agrees` with the noise at rest, and `residual_over_noise`.
     scatter : ImpactScatter
+        σ_r of the record as `of_record.sigma_r`; `delta` of each impact and `u_delta`.
     success : bool
         Whether the least squares converged; `message` says why not.
     message : str

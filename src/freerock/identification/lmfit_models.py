@@ -58,9 +58,11 @@ class _Theta:
 class RockingModel(lmfit.Model):  # type: ignore[misc]
     """θ(t) [rad] of a block that is released at an angle theta0 [rad] at the instant t0 [s].
 
-    Its parameters are those of the law, lambda as `lambda_`, then theta0 and t0 [SI]; `time` [s] is the
-    independent variable. A fit takes the noise to be white and each impact as the law has it; `fit_run`
-    takes the noise as at rest, impacts that scatter, and the laboratory's inputs for what they are.
+    It is the base of `HousnerModel`, `WinklerModel` and `HuntCrossleyModel`. Its parameters are those of the
+    law, lambda as `lambda_`, then theta0 and t0 [SI]; `time` [s] since the release is the independent
+    variable. A fit takes the noise to be white and each impact as the law has it: fit the first swings of a
+    real block, from when the finger has left. `fit_run` takes the noise as at rest, impacts that scatter, and
+    the laboratory's inputs for what they are.
     Motions are so exact that the steps of any method of lmfit give ±, in sums and products too. k has no
     upper bound for that: near the lower of two far bounds, lmfit's steps are coarse.
 
@@ -74,6 +76,20 @@ class RockingModel(lmfit.Model):  # type: ignore[misc]
         Of debonding and kinematics.
     **options
         Of `lmfit.Model`, such as prefix, or nan_policy="omit" for a θ with flagged samples.
+
+    Examples
+    --------
+    >>> import freerock
+    >>> import numpy as np
+    >>> block = freerock.Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
+    >>> time = np.arange(0, 1, 1e-3)
+    >>> theta = freerock.simulate("winkler", block, {"k": 6.8e6, "c": 2e4}, time, theta0=0.17).theta
+    >>> theta += 1e-4 * np.random.default_rng(1).standard_normal(time.size)
+    >>> model = freerock.WinklerModel(block)
+    >>> params = model.guess(theta, time=time)
+    >>> result = model.fit(theta, params, time=time, weights=1 / 1e-4)
+    >>> print(f"{result.params['k'].value:.1e}, reduced chi-square {result.redchi:.1f}")
+    6.8e+06, reduced chi-square 1.0
     """
 
     law: ClassVar[str]

@@ -27,6 +27,9 @@ from freerock.runs.motion import Motion
 RELEASE_WALLS = 2.0  # standard uncertainties of the measured release, within which the paper's fit has it
 STARTS, SAMPLES = 5, 500  # starts that are followed, and the samples that tell which
 ENOUGH = 2000  # samples of the last fit
+# Evaluations, and the relative change at which they end: of the best start, and of what is tried of others.
+SEARCH, GLIMPSE = (15, 1e-3), (4, 1e-2)
+NEAR = 3.0  # times the least objective, up to which a start is followed after a glimpse
 
 
 @dataclass(frozen=True)
@@ -102,8 +105,12 @@ def paper_fit(
         starts.append(Point({name: values[name] for name in model.names}, np.zeros(0), np.zeros(0)))
     quick = Posed(model, few, 0.0, level, RTOL_SCREENING / 10, walls=RELEASE_WALLS)
     starts = sorted(starts, key=lambda at: float(np.sum(quick.residual(at) ** 2)))[:STARTS]
-    ends = [minimised(quick, each, 15, 1e-3, "trf") for each in starts]
-    best = _last(model, min(ends, key=lambda end: end.objective), level)
+    best = minimised(quick, starts[0], *SEARCH, "trf")
+    for start in starts[1:]:
+        other = minimised(quick, start, *GLIMPSE, "trf")
+        if other.objective < NEAR * best.objective:
+            best = min(best, minimised(quick, other.at, *SEARCH, "trf"), key=lambda end: end.objective)
+    best = _last(model, best, level)
     curve = Curve(model.whole.time_s, model.whole.theta, model.curve(best.at, model.whole.time_s))
     epsilon = epsilon_theta(curve.time, curve.theta_model, curve.theta)
     found = [best.result.params[name].stderr for name in best.result.params]

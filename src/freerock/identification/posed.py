@@ -319,10 +319,9 @@ def minimised(
     parameters = posed.parameters(start)
     objective = _Objective(posed, posed.point(parameters), renews=ftol < ROUGH)
     minimizer = lmfit.Minimizer(objective.residual, parameters, scale_covar=False, Dfun=objective.jacobian)
+    minimizer.kws["max_nfev"] = most  # SciPy ends at its best point, lmfit's own limit at an untried one
     try:
-        result = minimizer.least_squares(
-            method=method, x_scale="jac", ftol=ftol, xtol=EPS, gtol=EPS, max_nfev=most
-        )
+        result = minimizer.least_squares(method=method, x_scale="jac", ftol=ftol, xtol=EPS, gtol=EPS)
     except ValueError as error:  # lmfit's answer to a residual that is no number
         what = "a fit met parameters that no motion has"
         raise FreerockError("fits", what, "correct values, bounds and ties of fits.parameters") from error
@@ -330,6 +329,7 @@ def minimised(
     linear = objective.derived(result.params)
     if objective.renews and np.any(held.inputs != objective.inputs):
         linear = posed.jacobian(held, posed.by_inputs(held))
+    del minimizer.kws["max_nfev"]
     objective.refer(held)
     for i, value in enumerate(held.impacts.tolist()):
         result.params[f"impact_{i + 1}"].value = value

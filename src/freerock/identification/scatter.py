@@ -42,8 +42,6 @@ class Scatter:
         Standard deviation of δ; 0 where the data do not need it.
     low, high : float
         95 % interval.
-    gain : float
-        -2 ln L without scatter less that with it.
     n_impacts : float
         Impacts that determine it, effectively.
     """
@@ -51,16 +49,10 @@ class Scatter:
     sigma_r: float
     low: float
     high: float
-    gain: float
     n_impacts: float
 
-    @property
-    def u(self) -> float:
-        """Standard uncertainty: a quarter of the 95 % interval."""
-        return (self.high - self.low) / 4
 
-
-NONE = Scatter(0.0, 0.0, 0.0, 0.0, 0.0)
+NONE = Scatter(0.0, 0.0, 0.0, 0.0)
 
 
 def told_by(inverse: Floats, delta: Floats, sigma_r: float) -> Told:
@@ -112,7 +104,7 @@ def find_scatter(runs: Sequence[Told]) -> Scatter:
     share = sigma_r**2 * of_d / (1 + sigma_r**2 * of_d)
     n = float(np.sum(share**2))
     low, high = (_crossing(minus_two_log, best, least + 3.84, side) for side in (-1.0, 1.0))
-    return Scatter(sigma_r, float(np.exp(low)), float(np.exp(high)), -least, n)
+    return Scatter(sigma_r, float(np.exp(low)), float(np.exp(high)), n)
 
 
 def _crossing(function, start: float, level: float, side: float) -> float:  # type: ignore[no-untyped-def]

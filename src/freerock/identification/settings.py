@@ -14,14 +14,8 @@ def freed(model: str, free: Sequence[str]) -> tuple[str, ...]:
 
     Edges are sharp where rounded ones are not implemented.
     """
-    kept = tuple(name for name in free if name != "edge_radius" or is_rounded(model))
+    kept = tuple(name for name in free if name != "edge_radius" or name in law_of(model).may_free)
     return ("width", *kept) if CANDIDATES[model].width and "width" not in kept else kept
-
-
-def is_rounded(model: str, debonding: str = GEOMETRIC.debonding) -> bool:
-    """Whether rounded edges are implemented for a candidate."""
-    rounds = "edge_radius" in law_of(model).may_free
-    return rounds and debonding == GEOMETRIC.debonding
 
 
 def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:

@@ -67,7 +67,7 @@ class StartSettings:
     steep: float = 5.0
     in_step: float = 0.01
     lost: float = 0.2
-    quick: tuple[int, float] = (5, 1e-2)
+    quick: tuple[int, float] = (8, 1e-2)
     search: tuple[int, float] = (25, 1e-3)
     times: int = 2
     clear: float = 10.0

@@ -56,7 +56,9 @@ def parameters_in(fit: xr.Dataset) -> "lmfit.Parameters":
     Examples
     --------
     >>> fits = freerock.open_fits("results/palermo_virtual/fits/config2_marble.nc")  # doctest: +SKIP
-    >>> parameters_in(fits["run_1/winkler"].dataset)["k"].stderr  # doctest: +SKIP
+    >>> k = freerock.parameters_in(fits["run_1/hunt_crossley"].dataset)["k"]  # doctest: +SKIP
+    >>> print(f"{k.value:.1e} ± {k.stderr:.0e}, from {k.min:.0e} to {k.max:.0e}")  # doctest: +SKIP
+    6.9e+06 ± 2e+04, from 1e+04 to 1e+11
     """
     import lmfit
 

@@ -175,8 +175,9 @@ def open_record(path: str | Path, samples: bool = True, only: Collection[str] = 
 
     Examples
     --------
-    >>> record = open_record("results/palermo_virtual/records/config2_marble.nc")  # doctest: +SKIP
-    >>> record["run_1"]["restitution"].sel(impact=1).item()  # doctest: +SKIP
+    >>> record = freerock.open_record("results/palermo_virtual/records/config2_marble.nc")  # doctest: +SKIP
+    >>> round(record["run_1"]["restitution"].sel(impact=1).item(), 3)  # doctest: +SKIP
+    0.943
     """
     return open_product(path, "record", samples, only)
 
@@ -192,8 +193,11 @@ def open_fits(path: str | Path, samples: bool = True, only: Collection[str] = ()
 
     Examples
     --------
-    >>> fits = open_fits("results/palermo_virtual/fits/config2_marble.nc")  # doctest: +SKIP
-    >>> fits["run_1/winkler"]["theta_model"].plot()  # doctest: +SKIP
+    >>> fits = freerock.open_fits("results/palermo_virtual/fits/config2_marble.nc")  # doctest: +SKIP
+    >>> fits["run_1/hunt_crossley/theta_model"].plot()  # doctest: +SKIP
+    [<matplotlib.lines.Line2D object at ...>]
+    >>> print(f"{fits['run_1/hunt_crossley/value'].sel(parameter='k').item():.1e}")  # doctest: +SKIP
+    6.9e+06
     """
     return open_product(path, "fits", samples, only)
 

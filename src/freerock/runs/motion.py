@@ -48,6 +48,19 @@ class Motion:
     ------
     FreerockError
         No numbers, arrays of two lengths, a time that does not increase, no noise, or other units.
+
+    Examples
+    --------
+    >>> import freerock
+    >>> import numpy as np
+    >>> block = freerock.Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
+    >>> laser = freerock.Laser(beam="horizontal", position_m=0.20, range_m=0.1)
+    >>> time = np.arange(0, 2, 1e-3)
+    >>> theta = 0.17 * np.cos(3 * time)  # as measured from the release on, where no laser file is at hand
+    >>> seen = freerock.view_of(laser, block)
+    >>> motion = freerock.Motion(time, theta, sigma_theta=1e-4, theta0=0.17, fit_start_s=0.03, view=seen)
+    >>> motion.theta.shape
+    (2000,)
     """
 
     time_s: Floats

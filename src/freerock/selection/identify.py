@@ -33,7 +33,7 @@ class SearchSettings:
         Times the noise: where the best candidate leaves more, and runs scatter, no larger one is tried.
     """
 
-    behind: float = 30.0
+    behind: float = 100.0
     hopeless: float = 30.0
     far: float = 10.0
 

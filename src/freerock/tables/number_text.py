@@ -68,11 +68,11 @@ def unit_text(unit: str) -> str:
     return re.sub(r"-[0-9]", lambda exponent: exponent[0].translate(SUPERSCRIPTS), unit)
 
 
-def value_text(value: float, stderr: float, unit: str, digits: int = 3) -> str:
+def value_text(value: float, stderr: float, unit: str) -> str:
     """A value with its error and unit: "(6.880 ± 0.012)·10⁶ N m⁻²"; angles in degrees: "5.790 ± 0.010°"."""
     if unit == "rad":
-        return f"{quantity(math.degrees(value), math.degrees(stderr), digits)}°"
-    return f"{quantity(value, stderr, digits)} {unit_text(unit)}".rstrip()
+        return f"{quantity(math.degrees(value), math.degrees(stderr))}°"
+    return f"{quantity(value, stderr)} {unit_text(unit)}".rstrip()
 
 
 def number_of(n: int, thing: str) -> str:
@@ -80,9 +80,9 @@ def number_of(n: int, thing: str) -> str:
     return f"{n} {thing}{'' if n == 1 else 's'}"
 
 
-def in_words(names: Sequence[str], word: str = "and") -> str:
-    """Names one after the other, the last after a word: "a, b and c"."""
-    return f" {word} ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+def in_words(names: Sequence[str]) -> str:
+    """Names one after the other: "a, b and c"."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def _exponent(value: float, digits: int) -> int:

@@ -59,9 +59,13 @@ def open_results(folder: str | Path) -> Results:
 
     Examples
     --------
-    >>> results = open_results("results/palermo_virtual")  # doctest: +SKIP
-    >>> results.tables["parameters"].query("parameter == 'k'")  # doctest: +SKIP
-    >>> results.fits["config2_marble"]["run_1/winkler"]["theta_model"].plot()  # doctest: +SKIP
+    >>> results = freerock.open_results("results/palermo_virtual")  # doctest: +SKIP
+    >>> results.records  # doctest: +SKIP
+    <config1_aerstop, config1_marble, config2_aerstop, config2_marble, config3_aerstop, config3_marble>
+    >>> results.tables["parameters"].query("parameter == 'k'").run.nunique()  # doctest: +SKIP
+    3
+    >>> results.fits["config2_marble"]["run_1/hunt_crossley/theta_model"].plot()  # doctest: +SKIP
+    [<matplotlib.lines.Line2D object at ...>]
     """
     base = Path(folder)
     found = Results(
