@@ -66,6 +66,16 @@ def test_lmfit_goes_on_with_a_fit_whose_impacts_scatter(record):
     assert (high - low) / 2 == pytest.approx(fit.u_total[0], rel=0.1)
 
 
+def test_where_a_number_is_held_off_its_end_the_others_start_beside_their_end(record, monkeypatch):
+    fit, starts = record.runs[0].fit("hunt_crossley"), []
+    monkeypatch.setattr(lmfit.Minimizer, "leastsq", lambda _, params, **options: starts.append(params))
+    held = fit.params.copy()
+    held["k"].set(value=held["k"].value + 0.3 * fit.u_total[0], vary=False)
+    fit.minimizer.leastsq(held)
+    left = np.sum(fit.minimizer.userfcn(starts[0]) ** 2) - fit.result.chisqr
+    assert 0 < left < 2  # 0.09 but for curvature; with δ instead of the rates 1e5
+
+
 def test_slow_noise_counts_once_in_the_statistics():
     block, laser = replace(BLOCK, height_m=0.42, mass_kg=8.67), replace(LASER, position_m=0.22)
     file = FILE.with_name("config1_aerstop.tdms")

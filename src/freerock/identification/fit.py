@@ -299,9 +299,7 @@ def _fit(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
         not message,
         message or "converged",
         ended.result,
-        Minimizer(
-            ended.minimizer, ended.result, posterior.inverse[np.ix_(posterior.varied, posterior.varied)]
-        ),
+        Minimizer(ended.minimizer, ended.result),
         posterior,
     )
 

@@ -131,15 +131,11 @@ class Minimizer(lmfit.Minimizer):  # type: ignore[misc]
     ----------
     ended : lmfit.Minimizer
     end : lmfit.minimizer.MinimizerResult
-    covariance : ndarray, shape (n_varied, n_varied)
-        Of the numbers that vary, by the curvature of what is minimised.
     """
 
-    def __init__(
-        self, ended: lmfit.Minimizer, end: "lmfit.minimizer.MinimizerResult", covariance: Floats
-    ) -> None:
+    def __init__(self, ended: lmfit.Minimizer, end: "lmfit.minimizer.MinimizerResult") -> None:
         super().__init__(ended.userfcn, end.params, scale_covar=False, **ended.kws)
-        self.end, self.covariance = end, covariance
+        self.end = end
 
     def leastsq(
         self, params: lmfit.Parameters | None = None, **options: Any
@@ -147,12 +143,13 @@ class Minimizer(lmfit.Minimizer):  # type: ignore[misc]
         """As of lmfit."""
         params = (params or self.params).copy()
         names, ends = self.end.var_names, self.end.params
-        held = [i for i, name in enumerate(names) if not params[name].vary]
-        off = [params[names[i]].value - ends[names[i]].value for i in held]
-        by = self.covariance[:, held] @ np.linalg.solve(self.covariance[np.ix_(held, held)], off)
-        for i, name in enumerate(names):
-            if i not in held:
-                params[name].set(value=params[name].value + by[i])
+        off = np.array([params[name].value - ends[name].value for name in names])
+        varied = np.array([params[name].vary for name in names])
+        rows = self.kws["Dfun"](ends)  # by what lmfit varies: rates, not δ
+        scale = np.maximum(np.linalg.norm(rows, axis=0), np.finfo(float).tiny)
+        by = np.linalg.lstsq((rows / scale)[:, varied], -rows @ np.where(varied, 0.0, off), rcond=None)[0]
+        for name, each in zip(np.array(names)[varied], by / scale[varied], strict=True):
+            params[name].set(value=params[name].value + each)
         return super().leastsq(params, **options)
 
 
