@@ -1,11 +1,8 @@
 """Quality control of a record, a page per run."""
 
-import gc
-
 from freerock.jobs.log import log_to, make_or_give_up
 from freerock.jobs.make_quality import make_quality
 
-gc.disable()
 log_to(snakemake.log[0])
 files = snakemake.input.record, snakemake.input.fits, snakemake.output.pdf.removesuffix(".pdf")
 make_or_give_up(
