@@ -126,11 +126,16 @@ def test_many_blocks_have_a_line_each_and_laws_beside(tables):
     over = many["table2"].query("model == 'hunt_crossley'")
     over = over[over["block"].isna()].assign(model="hunt_crossley_pivoting")
     many["table2"] = pd.concat([many["table2"], over], ignore_index=True)
+    of_slender = (many["table2"]["model"] == "housner") & (many["table2"]["block"] == "b1")
+    many["table2"].loc[of_slender, ["rejected", "mean", "u_total"]] = False, 0.95, 0.01
     printed = printed_tables(tables | many, "simulated", labels=LABELS)
     laws = ["Housner", "Winkler", "Hunt–Crossley"]
     assert list(printed["table2"].text)[1:] == laws == list(printed["table3"].text)[1:]
     lines = printed["table2"].text.iloc[:, 0].tolist()
     assert lines.count("Paper's procedure") == 1 and "b4, Marble" in lines
+    assert {"Slender, Marble", "All blocks, Marble"} <= {
+        *lines
+    } and "All blocks, Slender, Marble" not in lines
     assert lines[-1] == "All blocks, pivoting, Soft mat" and "pivoting: " in printed["table2"].notes[0]
     assert printed["table2"].text["Hunt–Crossley"].iloc[-1].startswith("k = (")
 

@@ -1,7 +1,7 @@
 """The tables as a reader sees them: text of each cell, caption and notes."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import pandas as pd
@@ -189,7 +189,8 @@ def _by_law(first: str, cells: Sequence[Cell], labels: Labels) -> pd.DataFrame:
 
 def _by_block(first: str, cells: Sequence[Cell], labels: Labels) -> pd.DataFrame:
     """The same cells where blocks are many: a line for each on each foundation, a column per law."""
-    cells = [_in_column_of_law(*cell) for cell in cells]
+    blocks = {part[1] for part, *_ in cells}
+    cells = [_in_column_of_law(*cell, blocks) for cell in cells]
     laws, bases = list(dict.fromkeys(law for _, law, *_ in cells)), {base for *_, base, _ in cells}
     text = {cell[:3]: cell[3] for cell in cells}
     lines: list[list[str]] = []
@@ -203,11 +204,12 @@ def _by_block(first: str, cells: Sequence[Cell], labels: Labels) -> pd.DataFrame
     return pd.DataFrame(lines, columns=[", ".join(filter(None, [first, *where])), *laws])
 
 
-def _in_column_of_law(part: Part, name: str, base: str, text: str) -> Cell:
+def _in_column_of_law(part: Part, name: str, base: str, text: str, blocks: Container[str]) -> Cell:
     """A cell in the column of a law of the paper: what else its name says goes to its line."""
     law, _, more = name.partition(", ")
     known = more and law in {MODEL_LABELS[each] for each in PAPER_MODELS}
-    return ((part[0], f"{part[1]}, {more}"), law, base, text) if known else (part, name, base, text)
+    line = more if more in blocks else f"{part[1]}, {more}"
+    return ((part[0], line), law, base, text) if known else (part, name, base, text)
 
 
 def _epsilon(row: Any) -> str:
