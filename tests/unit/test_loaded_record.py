@@ -92,6 +92,11 @@ def test_a_law_that_is_wrong_has_no_interval_without_its_error(record):
         fit.conf_interval()
 
 
+def test_a_rigid_block_with_exact_inputs_takes_no_restitution_that_its_impacts_undo(record):
+    fit = freerock.fit_run("housner", BLOCK, replace(record.runs[0].motion, laboratory=None))
+    assert fit.values["r"] == pytest.approx(0.96, abs=0.02) and fit.epsilon_theta < 0.1
+
+
 def test_uncertainties_are_defaults_where_none_is_given():
     record = freerock.load(FILE, BLOCK, LASER, uncertainty={"mass_kg": 0.0, "height_m": 1e-3})
     told = {each.name: (each.u, each.stated) for each in record.runs[0].motion.laboratory.inputs}

@@ -157,11 +157,16 @@ def in_step(model: RunModel, at: Point, end_s: float, enough: float = START.in_s
         at = replace(at, rates=rates, impacts=np.where(rates > 0, at.impacts, 0.0))
     at = model.held(at, samples, rtol)
     impacts = np.clip(at.impacts, -WIDEST_IMPACT / 2, WIDEST_IMPACT / 2)
-    if "r" in at.values and at.impacts.size:  # what the impacts of a rigid block share is its restitution
-        shared = float(np.exp(np.mean(np.log1p(impacts))))
-        values = {**at.values, "r": min(at.values["r"] * shared, 0.999)}
-        return replace(at, values=values, impacts=(1 + impacts) / shared - 1, rates=None)
-    return replace(at, impacts=impacts, rates=None)
+    return _shared(replace(at, impacts=impacts, rates=None))
+
+
+def _shared(at: Point) -> Point:
+    """A point at which what the impacts of a rigid block share is its restitution."""
+    if "r" not in at.values or not at.impacts.size:
+        return at
+    shared = float(np.exp(np.mean(np.log1p(at.impacts))))
+    values = {**at.values, "r": min(at.values["r"] * shared, 0.999)}
+    return replace(at, values=values, impacts=(1 + at.impacts) / shared - 1)
 
 
 def _lasting(block: Block, wanted_s: Floats, own_s: Floats, rates: Floats, first: int) -> Floats:
@@ -350,7 +355,7 @@ class Followed:
         known = [self.known] if self.known else self.glimpsed if roughly else self.screened
         starts, end_s = list[Point](), sure_s(self.model.motion)
         for end in known:
-            values = {**end.at.values, "theta0": self.model.motion.theta0, "t0": 0.0}
+            values = {**_shared(end.at).values, "theta0": self.model.motion.theta0, "t0": 0.0}
             inputs = end.at.inputs if self.known else np.zeros(len(self.model.inputs))
             starts.append(Point({name: values[name] for name in self.model.names}, inputs, np.zeros(0)))
         if roughly:
@@ -381,7 +386,7 @@ class Followed:
     def screened(self) -> list[Ended]:
         """Promising ends on the first swings, the best one first."""
         ends = [
-            end if end.result.success else minimised(end.posed, end.at, *START.search)
+            end if end.result.success else minimised(end.posed, _shared(end.at), *START.search)
             for end in self.glimpsed
         ]
         return promising(ends)
