@@ -94,6 +94,13 @@ def test_numbers_that_are_given_are_kept(record):
     assert fit.values["c"] == pytest.approx(0.009 * fit.values["k"], rel=1e-9) and fit.u_total[1] > 0
 
 
+def test_a_law_whose_every_number_is_given_has_evidence():
+    settings = FitSettings(parameters={"housner": {"r": {"value": 0.93, "vary": False}}})
+    motion, _ = scattered_run("housner", 0.02, 3)
+    held, free = (fit_run("housner", BLOCK, motion, each) for each in (settings, None))
+    assert held.evidence.minus_two_log == pytest.approx(free.evidence.minus_two_log, abs=20)
+
+
 def test_an_unknown_candidate_and_a_run_without_samples_are_refused(record):
     with pytest.raises(FreerockError, match="unknown model"):
         fit_run("maxwell", BLOCK, record[0][0])

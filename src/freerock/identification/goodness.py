@@ -111,8 +111,9 @@ def level_of(noise: Noise, columns: Floats) -> float:
     ----------
     noise : Noise
     columns : ndarray, shape (n, n_parameters)
-        Derivatives, averaged as the noise is.
+        Derivatives, averaged as the noise is; without any the level is that of one sample.
     """
+    columns = columns if columns.size else np.eye(len(columns), 1)
     power = np.abs(rfft(columns, axis=0)) ** 2
     power /= np.maximum(power.sum(axis=0), np.finfo(float).tiny)
     return float(np.sqrt(np.mean(noise.density(rfftfreq(len(columns))) @ power)))

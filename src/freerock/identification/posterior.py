@@ -154,7 +154,7 @@ class Posterior:
     @property
     def independent(self) -> float:
         """Share of the samples that count as independent ones of the level: neighbours share slow noise."""
-        rms = level_of(self.noise, np.eye(len(self.residual), 1)) * self._louder_by
+        rms = level_of(self.noise, np.empty((len(self.residual), 0))) * self._louder_by
         return float(rms / self.posed.level) ** 2
 
     @property
