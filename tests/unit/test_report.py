@@ -113,6 +113,8 @@ def test_a_fit_of_the_paper_that_is_no_likeness_is_marked(tables):
     table.loc[apart & (table["parameter"] == "k"), "paper_high"] *= 2.1
     printed = printed_tables(tables | {"table2": table}, "simulated", labels=LABELS)["table2"]
     assert printed.text["Marble"][1] == "no fit † [0.958]" and "⁶ ‡, c = " in printed.text["Marble"][2]
+    own = {*printed.text[printed.text.iloc[:, 0].str.startswith("Housner")]["Marble"]}
+    assert not any("±" in text for text in own)  # whose mean says nothing
     assert "†: ε_θ above 50 %" in printed.notes[0] and "‡: the runs differ" in printed.notes[0]
 
 

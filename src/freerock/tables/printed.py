@@ -99,6 +99,7 @@ def _table1(frame: pd.DataFrame, labels: Labels) -> Printed:
 def _table2(frame: pd.DataFrame, labels: Labels, notes: Sequence[str]) -> Printed:
     """Laws by foundations: by the paper's own procedure for each block, as published, and over all blocks."""
     frame = frame.fillna({"block": "", "rejected": False})
+    frame["rejected"] = frame["rejected"].astype(bool) | (frame["epsilon_theta"] > FAR)
     blocks = [block for block in frame["block"].unique() if block]
     one = len(blocks) == 1
     cells: list[Cell] = []
@@ -128,7 +129,7 @@ def _cells(
     part: Part, rows: pd.DataFrame, told: Callable[[Sequence[Any]], str], blocks: Labels | None = None
 ) -> list[Cell]:
     """The cells of a part of table 2: of each law on each foundation, and block where `blocks` has names."""
-    possible = {*rows[~rows["rejected"].astype(bool)]["model"]}
+    possible = {*rows[~rows["rejected"]]["model"]}
     cells = []
     for (model, block, base), own in rows.groupby(["model", "block", "foundation"], sort=False):
         name = MODEL_LABELS[model]
