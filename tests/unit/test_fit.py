@@ -17,7 +17,7 @@ from freerock.identification.paper_fit import RELEASE_WALLS, paper_fit
 from freerock.identification.posed import release_prior
 from freerock.identification.run_model import Point, RunModel, Samples
 from freerock.identification.scatter import Told, find_scatter, told_by
-from freerock.identification.start import crossings_s, in_step, screening_s, whole_s
+from freerock.identification.start import Followed, crossings_s, in_step, screening_s, whole_s
 from freerock.models.block import Block
 from freerock.models.simulate import Solver, simulate_fitted
 from freerock.noise.spectrum import white_noise
@@ -210,6 +210,15 @@ def test_a_rigid_block_with_many_impacts_that_scatter_is_followed_to_its_end():
     motion = Motion(time_s, theta, SIGMA, 0.12, SIGMA / 30, 1e-4)
     left, _ = Followers("housner", block, {1: motion}, FitSettings()).end_of_first()
     assert left < 4  # 54 where no swing is brought into step
+
+
+def test_the_result_of_a_search_is_where_it_ended_however_wide_its_impacts():
+    motion, _ = scattered_run("hunt_crossley", 0.02, 3)
+    models = Followers("housner", BLOCK, {1: motion}, FitSettings()).models
+    (end,) = Followed(models[1], SIGMA).screened
+    assert end.at.impacts.max() > 0.5
+    left = end.minimizer.userfcn(end.result.params)
+    assert left @ left == pytest.approx(end.objective)
 
 
 def test_a_width_that_is_freed_is_found_below_the_stated_one():

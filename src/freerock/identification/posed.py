@@ -332,7 +332,10 @@ def minimised(
     del minimizer.kws["max_nfev"]
     objective.refer(held)
     for i, value in enumerate(held.impacts.tolist()):
-        result.params[f"impact_{i + 1}"].value = value
+        impact = result.params[f"impact_{i + 1}"]
+        if abs(value) > WIDEST_IMPACT:  # the search bounds what rates change from its start
+            impact.set(min=(value - 1) / 2, max=2 * abs(value))
+        impact.value = value
     at = replace(held, rates=None)
     return Ended(posed, at, result, minimizer, linear)
 
