@@ -358,9 +358,10 @@ class Followed:
             values = {**_shared(end.at).values, "theta0": self.model.motion.theta0, "t0": 0.0}
             inputs = end.at.inputs if self.known else np.zeros(len(self.model.inputs))
             starts.append(Point({name: values[name] for name in self.model.names}, inputs, np.zeros(0)))
-        if roughly:
+        if roughly and law_of(self.model.candidate).is_foundation:
             return self._far_off(in_step(self.model, starts[0], end_s), end_s)
-        return self._ends(end_s, starts, self.over_noise(known[0]), START.search, RTOL)[0]
+        search = START.quick if roughly else START.search
+        return self._ends(end_s, starts, self.over_noise(known[0]), search, RTOL)[0]
 
     def _far_off(self, start: Point, end_s: float) -> Ended:
         """The end of a law that leaves so much that priors hold the numbers only beside its residual."""
