@@ -29,7 +29,7 @@ STARTS, SAMPLES = 5, 500  # starts that are followed, and the samples that tell 
 ENOUGH = 2000  # samples of the last fit
 # Evaluations, and the relative change at which they end: of the best start, and of what is tried of others.
 SEARCH, GLIMPSE = (15, 1e-3), (4, 1e-2)
-NEAR = 3.0  # times the least objective, up to which a start is followed after a glimpse
+NEAR = 2.0  # times the least objective, up to which a start is followed after a glimpse
 
 
 @dataclass(frozen=True)

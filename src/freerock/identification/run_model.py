@@ -363,7 +363,11 @@ class RunModel:
         """Means of m samples of the curve, times √m [rad], shape (n,)."""
         if self._response_s(at, samples) is None:
             return samples.averaged(self.curve(at, samples.time_s, rtol))
-        return self._smoothed(at, samples, self._here(at, samples.middle_s, rtol).theta)
+        return self._smoothed(at, samples, self.at_once(at, samples, rtol))
+
+    def at_once(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
+        """The curve as a sensor that takes no time reads it [rad], at the middles of the samples."""
+        return self._here(at, samples.middle_s, rtol).theta
 
     def held(self, at: Point, samples: Samples, rtol: float = RTOL) -> Point:
         """The same point with δ and the rate after each impact as they are there."""

@@ -143,8 +143,8 @@ def in_step(model: RunModel, at: Point, end_s: float, enough: float = START.in_s
     samples, rtol = model.until(1.1 * end_s, 4 * START.samples), 10 * RTOL_SCREENING
     n = min(measured.size, at.impacts.size + 1)
     for _ in range(START.passes):
-        theta, at = model.means(at, samples, rtol), model.held(at, samples, rtol)
-        own = _crossings_s(samples.time_s, theta, model.motion.sigma_theta)
+        at = model.held(at, samples, rtol)
+        own = _crossings_s(samples.time_s, model.at_once(at, samples, rtol), model.motion.sigma_theta)
         seen = min(own.size, n)
         off = np.abs(own[1:seen] - measured[1:seen]) > enough * np.diff(measured[:seen])
         if seen < 2 or (seen == n and not off.any()):
