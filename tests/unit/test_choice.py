@@ -7,7 +7,8 @@ import pytest
 from scattered import BLOCK, SIGMA, TRUTH, scattered_run
 
 from freerock.config.fit_settings import FitSettings
-from freerock.identification.fit import fit_record
+from freerock.errors import FreerockError
+from freerock.identification.fit import Followers, fit_record
 from freerock.identification.run_model import Point, RunModel
 from freerock.identification.scatter import Scatter
 from freerock.models.laws import CANDIDATES
@@ -51,6 +52,21 @@ def test_every_law_has_numbers_and_the_papers_fit(found):
         assert own.keys() == {*LAWS.laws}
     winkler = found.fits["winkler"][0]
     assert not winkler.evidence.agrees and winkler.evidence.residual_over_noise > 1.2
+
+
+@pytest.mark.parametrize("stage", ["glimpsed", "screened", "end_of_first", "ends"])
+def test_a_candidate_whose_fit_fails_takes_no_other_with_it(stage, monkeypatch):
+    whole = getattr(Followers, stage)
+
+    def fails(self, *given):
+        if next(iter(self.models.values())).candidate == "winkler":
+            raise FreerockError("fits", "no motion", "none")
+        return whole(self, *given)
+
+    monkeypatch.setattr(Followers, stage, fails)
+    motion = scattered_run("winkler", 0.0, 3)[0]
+    found = identify_record(BLOCK, {1: motion}, Allowed(["winkler", "hunt_crossley"], []))
+    assert "no motion" in found.missing["winkler"] and "hunt_crossley" in found.fits
 
 
 def test_candidates_are_at_most_fourteen_few_numbers_first():

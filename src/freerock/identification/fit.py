@@ -208,7 +208,8 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple
             changes.append(np.log(wanted.sigma_r / sigma_r))
         if sigma_r:  # 0 is kept: the impacts are no longer free
             scatter = wanted
-        if max(map(abs, changes)) < ROUNDS.changed and bool(sigma_r) == bool(scatter.sigma_r):
+        ended = all(end.result.success for end in now.values())
+        if ended and max(map(abs, changes)) < ROUNDS.changed and bool(sigma_r) == bool(scatter.sigma_r):
             break
     return {run: (posteriors[run], now[run], scatter) for run in now}
 

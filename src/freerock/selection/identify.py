@@ -1,6 +1,7 @@
 """All candidates fitted to the runs of a record, and the law that is chosen."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -89,15 +90,14 @@ def identify_record(block: Block, motions: Mapping[int, Motion], allowed: Allowe
     for tier in _tiers(allowed.candidates):
         own, left = dict[str, Followers](), dict[str, tuple[float, int]]()
         for name in tier:
-            try:
+            with _missed(name, found):
                 own[name] = Followers(name, block, motions, allowed.settings(name))
                 left[name] = own[name].glimpsed()
-            except FreerockError as error:
-                found.missing[name] = str(error)
         least = min([least, *(each for each, _ in left.values())])
         for name in [name for name in left if left[name][0] <= SEARCH.behind * max(least, 1.0)]:
-            left[name] = own[name].screened()
-            least = min(least, left[name][0])
+            with _missed(name, found):
+                left[name] = own[name].screened()
+                least = min(least, left[name][0])
         _fit_tier(own, left, least, allowed, found)
         if _suffices(found) or _is_far(found):
             break
@@ -123,21 +123,30 @@ def _fit_tier(
     found: Identified,
 ) -> None:
     """Fit contenders in full, and roughly what is always fitted and does not contend."""
-    contend = {name for name in screenings if _contends(*screenings[name], least)}
-    ends = {name: own[name].end_of_first() for name in contend}
+    contend, ends = [name for name in screenings if _contends(*screenings[name], least)], {}
+    for name in contend:
+        with _missed(name, found):
+            ends[name] = own[name].end_of_first()
     least_end = min((left for left, _ in ends.values()), default=float("inf"))
     for name in sorted(screenings, key=lambda each: screenings[each][0]):
         share, where = screenings[name][0] / least, "first swings"
-        if name in contend:
+        if name in ends:
             share, where = ends[name][0] / least_end, "whole first run"
-        contends = name in contend and _contends(*ends[name], least_end)
+        contends = name in ends and _contends(*ends[name], least_end)
         if not contends and name not in allowed.always:
             found.missing[name] = f"on the {where} it leaves {share:.3g} times the best's mean square"
             continue
-        try:
+        with _missed(name, found):
             found.fits[name] = finished(settled(own[name].ends(not contends), not contends))
-        except (FreerockError, np.linalg.LinAlgError) as error:
-            found.missing[name] = str(error)
+
+
+@contextmanager
+def _missed(name: str, found: Identified) -> Iterator[None]:
+    """Go on without a candidate whose fit fails, and keep why."""
+    try:
+        yield
+    except (FreerockError, np.linalg.LinAlgError) as error:
+        found.missing[name] = str(error)
 
 
 def _contends(left: float, n_samples: int, least: float) -> bool:
