@@ -48,8 +48,8 @@ def held_out(folder: Path, frame: pd.DataFrame) -> pd.DataFrame:
         motions = motions_in(record, {name: record[name].values for name in ("time", "theta")})
         for own in (known := [*estimates_in([results.fits[test]])]):
             others = [each for each in known if each.model == own.model and each.run != own.run]
-            if others and (test, own.run) in swings:
-                seen = np.stack(swings[test, own.run])[:, :MOST_PEAKS]
+            seen = np.stack(swings.get((test, own.run), (np.empty(0), np.empty(0))))[:, :MOST_PEAKS]
+            if others and seen.size:
                 logs = [np.log([*each.parameters.values()]) for each in others]
                 numbers = dict(zip(own.parameters, np.exp(np.mean(logs, axis=0)).tolist(), strict=True))
                 told = own, [(numbers, 0.0)], motions[own.run], block, "geometric", seen
