@@ -47,9 +47,7 @@ def test_foundation_effect_follows_the_papers_line_styles(datasets):
         "(a) Slender block",
         "(b) b2",
     ]
-    told = "Drawn: run 1 of b1_marble, b1_mat, b2_marble and b2_mat."
-    assert figure.axes[1].texts[0].get_text() == "α = 19.9° and 19.9°"
-    assert foundation_effect.caption(data).replace("\N{NO-BREAK SPACE}", " ") == told
+    assert figure.axes[1].texts[0].get_text() == "α = 19.9° and 19.9°\nrun 1 and run 1"
     marble, mat = [line for line in figure.axes[1].lines if len(line.get_xdata()) > 2]
     assert (to_rgb(marble.get_color()), marble.get_linestyle()) == (to_rgb("black"), "-")
     assert to_rgb(mat.get_color())[2] > 0.7
@@ -60,10 +58,24 @@ def test_foundation_effect_follows_the_papers_line_styles(datasets):
 def test_foundation_effect_draws_the_runs_released_most_alike_to_one_side():
     records = [record("b1_marble"), record("b1_mat", "b1", "mat", theta0_deg=-10.4)]  # runs of 10.1 and 10.2°
     figure, data = foundation_effect.draw(records, "simulated")
-    assert set(data["run"]) == {2} and figure.axes[0].texts[0].get_text() == "α = 10.2° and 10.2°"
+    assert set(data["run"]) == {2}
+    assert figure.axes[0].texts[0].get_text() == "α = 10.2° and 10.2°\nrun 2 and run 2"
     assert data.groupby("test")["theta_deg"].first().tolist() == pytest.approx([10.2, 10.2], abs=0.05)
     (alone,) = foundation_effect.draw(records[:1], "simulated")[0].axes
-    assert alone.texts[0].get_text() == "α = 10.1°"
+    assert alone.texts[0].get_text() == "α = 10.1°\nrun 1"
+
+
+def test_foundation_effect_says_where_runs_last_longest_and_whether_they_do_in_the_paper():
+    scenes = [("b1", "marble", 9.0), ("b1", "aerstop", 5.0), ("b2", "marble", 2.4), ("b2", "aerstop", 1.3)]
+    data = pd.DataFrame(scenes, columns=["block", "foundation", "time_s"])
+    labels = {"b1": "Block 1, h/b = 4", "b2": "Block 2, h/b = 2", "marble": "Marble"}
+    told = foundation_effect.caption(data, labels)
+    assert told.endswith(" on Marble, as in the paper: Block 1; on Marble, against the paper: Block 2.")
+    data.loc[3, "time_s"] = 3.0
+    other = foundation_effect.caption(data, labels)
+    assert other.endswith(" on Marble, as in the paper: Block 1; on aerstop, as in the paper: Block 2.")
+    assert foundation_effect.caption(data).endswith(" last those on marble: b1; on aerstop: b2.")
+    assert "aerstop" not in foundation_effect.caption(data[data["foundation"] == "marble"], labels)
 
 
 def test_foundation_effect_draws_its_data_in_degrees_since_release(datasets):
@@ -86,10 +98,12 @@ def test_comparison_has_the_three_laws_below_each_other_with_epsilon_in_the_lege
     residual = datasets[1][1]["run_1/hunt_crossley"]["residual"].values
     assert free["residual_over_sigma"].iloc[0] == pytest.approx(np.degrees(residual[0]) / 0.01)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert legend == ["simulated record", "Housner", "Winkler", "Hunt–Crossley", "95 % of the noise"]
+    assert legend[:4] == ["simulated record", "Housner", "Winkler", "Hunt–Crossley"]
+    assert legend[4:] == ["Δθ/σ: Hunt–Crossley", "95 % of the noise"]
     epsilon = datasets[1][0]["run_1/winkler"]["epsilon_theta"].item()
     told = figure.axes[0].texts[0].get_text()
     assert told.split(", ")[1] == quantity(100 * epsilon, digits=2)
+    assert told.startswith(f"run {data['run'].iloc[0]}; ")
     scales = {ax.get_ylim() for ax in figure.axes if ax.get_ylabel() == "Δθ / α"}
     assert len(scales) == 1
 
@@ -97,7 +111,7 @@ def test_comparison_has_the_three_laws_below_each_other_with_epsilon_in_the_lege
 def test_comparison_says_of_a_failed_fit_that_it_failed():
     tree = record("b1_mat", "b1", "mat")
     figure, data = comparison.draw([fits(tree, failed=["housner"])], runs_table([tree]), "simulated")
-    assert "housner" not in set(data["source"]) and any("$ε_θ$: failed, " in each for each in texts(figure))
+    assert "housner" not in set(data["source"]) and any("; $ε_θ$: failed, " in each for each in texts(figure))
     lost = failed_record()
     figure, data = comparison.draw([fits(lost)], runs_table([lost]), "simulated")
     assert data.empty and "no fitted run" in texts(figure)

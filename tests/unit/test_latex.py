@@ -11,7 +11,8 @@ from reported import tables_of
 
 from freerock.figures.captions import FIGURES, caption_of
 from freerock.models.block import Block
-from freerock.tables.latex import figures_tex, latex, numbers_tex
+from freerock.tables.latex import figures_tex, latex, numbers_tex, paper_tex
+from freerock.tables.number_text import SIMULATED_NOTE
 from freerock.tables.paper import table1
 from freerock.tables.populations import populations_table
 from freerock.tables.printed import printed_tables
@@ -104,6 +105,18 @@ def test_captions_of_all_figures_compile_with_graphicx_alone(tmp_path):
         imsave(tmp_path / f"{name}.png", np.zeros((24, 30, 3)))
     (tmp_path / "captions.tex").write_text(figures_tex(told), encoding="utf-8")
     compiles(tmp_path, "graphicx", ["captions"])
+
+
+def test_the_papers_set_has_figure_2_where_foundations_are_compared_and_says_simulated():
+    told = {name: ("A title.", "What is drawn.") for name in FIGURES}
+    told["comparison"] = ("Laws.", f"What is drawn. {SIMULATED_NOTE}")
+    two, one = paper_tex(told, 2), paper_tex(told, 1)
+    assert [two.count(rf"\input{{table{n}}}") for n in (1, 2, 3)] == [1, 1, 1]
+    assert re.findall(r"\\includegraphics.*\{(\w+)\}", two) == ["foundation_effect", "comparison"]
+    assert re.findall(r"\\includegraphics.*\{(\w+)\}", one) == ["comparison"]
+    assert [re.search(r"setcounter\{figure\}\{(\d)", each)[1] for each in (two, one)] == ["1", "2"]
+    assert r"\textbf{Laws (simulated records).} What is drawn.}" in one and SIMULATED_NOTE not in one
+    assert r"\textbf{A title.} What" in two
 
 
 def compiles(folder, package, names, more=""):

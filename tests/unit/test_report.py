@@ -14,7 +14,7 @@ from freerock.report.found import printed_summary
 from freerock.report.limitations import limits
 from freerock.report.methods import REFERENCES
 from freerock.tables.number_text import percent, quantity
-from freerock.tables.printed import printed_tables
+from freerock.tables.printed import AGAINST, TRUTH, printed_tables
 
 HOSTILE = "<script>alert(1)</script>&\"'"
 LABELS = {"b1": "Slender", "b2": "Squat", "marble": "Marble", "mat": "Soft mat"}
@@ -44,7 +44,7 @@ def test_the_first_screen_has_each_foundation_with_law_parameters_and_epsilon(pa
     assert f"k = {quantity(summary['k'], summary['k_u'])} N m⁻²" in first.replace("\N{NO-BREAK SPACE}", " ")
     laws = {"housner": "Housner", "winkler": "Winkler", "hunt_crossley": "Hunt–Crossley"}
     epsilon = ", ".join(f"{label} {percent(summary[f'epsilon_{law}'])}" for law, label in laws.items())
-    printed = printed_summary(tables["summary"], LABELS).text
+    printed = printed_summary(tables["summary"], tables["runs"], LABELS).text
     told = " | ".join(printed["Marble"]).replace("\N{NO-BREAK SPACE}", " ")
     assert epsilon in told and epsilon in page.text.replace("\N{NO-BREAK SPACE}", " ")
     assert not {"None", "nan"} & {*page.text.split()}
@@ -54,6 +54,22 @@ def test_the_first_screen_has_each_foundation_with_law_parameters_and_epsilon(pa
         and "Slender, Squat" in printed["Marble"].tolist()
     )
     assert "The records are simulated: real blocks" in first
+
+
+def test_the_first_screen_says_how_long_blocks_rock_and_has_the_numbers_of_table_2(tables):
+    runs, summary = tables["runs"], tables["summary"].copy()
+    usable = runs[(runs["verdict"] != "fail") & ~runs["excluded"] & (runs["foundation"] == "mat")]
+    seconds = usable.groupby("block")["duration_s"].median()
+    printed = printed_summary(summary, runs, LABELS).text.set_index("Foundation")["Soft mat"]
+    assert printed.iloc[0] == f"Slender: {quantity(seconds['b1'])}; Squat: {quantity(seconds['b2'])}"
+    second = printed_tables(tables, "simulated", labels=LABELS)["table2"].text
+    of_law = second[second.iloc[:, 0] == "Hunt–Crossley"]["Soft mat"].iloc[-1]
+    for cell in of_law.split(", "):
+        assert cell in printed["Parameters"].replace("\N{NO-BREAK SPACE}", " ")
+    summary["sigma_r"] = summary["sigma_r_u"] = 0.0
+    many = pd.concat([runs.assign(block=f"b{i}") for i in range(5)])
+    printed = printed_summary(summary, many, LABELS).text.set_index("Foundation")["Soft mat"]
+    assert printed["Scatter of impacts σ_r / %"] == "none found" and "; blocks: " in printed.iloc[0]
 
 
 def test_no_run_needs_a_look_only_where_that_is_so(tmp_path, page):
@@ -115,7 +131,30 @@ def test_a_fit_of_the_paper_that_is_no_likeness_is_marked(tables):
     assert printed.text["Marble"][1] == "no fit † [0.958]" and "⁶ ‡, c = " in printed.text["Marble"][2]
     own = {*printed.text[printed.text.iloc[:, 0].str.startswith("Housner")]["Marble"]}
     assert not any("±" in text for text in own)  # whose mean says nothing
-    assert "†: ε_θ above 50 %" in printed.notes[0] and "‡: the runs differ" in printed.notes[0]
+    assert "†: ε_θ above 50 %" in printed.notes[0] and "‡: runs differ" in printed.notes[0]
+
+
+def test_notes_say_that_records_were_made_with_the_published_values_and_where_laws_change_places(tables):
+    second, third = (tables[name].copy() for name in ("table2", "table3"))
+    first = (second["block"] == "b1") & (second["foundation"] == "mat") & (second["parameter"] == "k")
+    second.loc[first & (second["model"] == "hunt_crossley"), "published"] = 6.88e6
+
+    def notes(name, origin):
+        frames = tables | {"table2": second, "table3": third}
+        return " ".join(printed_tables(frames, origin, doi="10.1/2", labels=LABELS)[name].notes)
+
+    assert TRUTH in notes("table2", "simulated") and TRUTH not in notes("table2", "measured")
+    assert "Median of the runs" in notes("table2", "measured") and "§" not in notes("table3", "simulated")
+    winkler = (third["block"] == "b1") & (third["foundation"] == "mat") & (third["model"] == "winkler")
+    third.loc[winkler, "epsilon_theta"] = 1e-3
+    third.loc[third["model"] == "hunt_crossley", "epsilon_theta"] = 2e-3
+    marked = printed_tables(tables | {"table3": third}, "simulated", labels=LABELS)["table3"]
+    assert marked.text.stack().str.endswith("§").sum() == 1 and AGAINST in marked.notes[0]
+    assert marked.text.set_index(marked.text.columns[0]).loc["Winkler", "Soft mat"].iloc[0] == "0.100 §"
+    second.loc[second["model"] == "hunt_crossley", "rejected"] = True
+    third["n_runs"] = second["n_runs"] = 1
+    assert TRUTH not in notes("table2", "simulated")
+    assert all(notes(name, "simulated").startswith("One run of each block") for name in ("table2", "table3"))
 
 
 def test_many_blocks_have_a_line_each_and_laws_beside(tables):
@@ -140,6 +179,7 @@ def test_many_blocks_have_a_line_each_and_laws_beside(tables):
     } and "All blocks, Slender, Marble" not in lines
     assert lines[-1] == "All blocks, pivoting, Soft mat" and "pivoting: " in printed["table2"].notes[0]
     assert printed["table2"].text["Hunt–Crossley"].iloc[-1].startswith("k = (")
+    assert "each law has a column" in printed["table2"].notes[0]
 
 
 def test_every_run_stands_with_its_verdict_and_reasons(page):

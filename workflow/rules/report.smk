@@ -27,6 +27,7 @@ rule report:
         ),
         provenance="results/{campaign}/provenance.json",
         captions="results/{campaign}/figures/captions.tex",
+        paper="results/{campaign}/tables/spanos2017.tex",
         methods="results/{campaign}/tables/methods.md",
         references="results/{campaign}/tables/methods.bib",
     log:

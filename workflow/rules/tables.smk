@@ -48,7 +48,6 @@ rule printed_tables:
             for suffix in ("md", "tex")
         ],
         numbers="results/{campaign}/tables/numbers.tex",
-        paper="results/{campaign}/tables/spanos2017.tex",
     log:
         "results/{campaign}/logs/printed_tables.log",
     benchmark:

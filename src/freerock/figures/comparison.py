@@ -5,11 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.lines import Line2D
 
 from freerock.figures import looks, style
 from freerock.figures.style import Axes, Drawing, Labels, styled
-from freerock.models.laws import PAPER_MODELS, law_of
+from freerock.models.laws import MODEL_LABELS, PAPER_MODELS, law_of
 from freerock.products.groups import paper_fits, runs_of, selected_fit
 from freerock.tables.number_text import percent
 
@@ -48,8 +47,9 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
             motion.text(0.5, 0.5, "no fitted run", transform=motion.transAxes, ha="center")
             continue
         own = _curves(run, sigma_deg[tree.attrs["test"], str(number)])
-        _plot(panels[scene], own, origin)
-        _tell(motion, run)
+        selected = next((MODEL_LABELS[law] for law, _ in filter(None, [selected_fit(run)])), "")
+        _plot(panels[scene], own, origin, selected)
+        _tell(motion, number, run)
         parts.append(own.assign(test=tree.attrs["test"], run=number, block=scene[0], foundation=scene[1]))
     data = style.gathered(parts, COLUMNS).reindex(columns=COLUMNS)
     furthest = _furthest(data)
@@ -59,14 +59,13 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
         over_release.set_yticks([-tick, 0, tick], [f"−{tick:g}", "", f"{tick:g}"])
     for axes, y in zip(zip(*panels.values(), strict=True), ("θ / °", "Δθ / α", "Δθ / σ"), strict=True):
         style.outer_labels(axes, "time since release / s" * y.endswith("σ"), y)
-    laws = dict.fromkeys(law for tree in fits for run in runs_of(tree).values() for law in paper_fits(run))
-    noise: style.Style = {"color": style.NOISE_COLOUR, "label": "95 % of the noise"}
-    handles = [Line2D([], [], **look) for look in (style.recorded(origin), *map(looks.line_of, laws), noise)]
-    style.finish(figure, origin, handles)
+    style.finish(figure, origin)
     return figure, data
 
 
-caption = style.drawn_runs
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """What to say where no run is drawn; the panels name those that are."""
+    return "" if len(data) else "No run can be drawn."
 
 
 def _typical(runs: Mapping[int, xr.DataTree]) -> tuple[int, xr.DataTree | None]:
@@ -112,14 +111,14 @@ def _curves(run: xr.DataTree, sigma_deg: float) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
-def _plot(axes: Sequence[Axes], own: pd.DataFrame, origin: str) -> None:
+def _plot(axes: Sequence[Axes], own: pd.DataFrame, origin: str, selected: str) -> None:
     """A run and its laws, the residuals of these below."""
     motion, over_release, over_noise = axes
     for source, rows in own.groupby("source", sort=False):
         if source == "measured":
             motion.plot(rows["time_s"], rows["theta_deg"], **style.recorded(origin))
         elif source == "selected":
-            look = {"color": "black", "linewidth": 0.4}
+            look = {"color": "black", "linewidth": 0.4, "label": f"Δθ/σ: {selected}"}
             over_noise.plot(rows["time_s"], rows["residual_over_sigma"], **look)
             style.scale_by_noise(over_noise, float(rows["residual_over_sigma"].abs().max()))
         else:
@@ -129,12 +128,11 @@ def _plot(axes: Sequence[Axes], own: pd.DataFrame, origin: str) -> None:
     motion.set_xlim(left=0)
 
 
-def _tell(motion: Axes, run: xr.DataTree) -> None:
-    """ε_θ of each law above the curves, and what stands for it where its fit failed."""
+def _tell(motion: Axes, number: int, run: xr.DataTree) -> None:
+    """The run and ε_θ of each law above the curves, and what stands for it where its fit failed."""
     fits = paper_fits(run).values()
     epsilon = [percent(fit["epsilon_theta"].item()) if fit.attrs["success"] else "failed" for fit in fits]
     low, high = motion.get_ylim()
     motion.set_ylim(low, high + HEADROOM * (high - low))
-    motion.text(
-        0.99, 0.97, f"$ε_θ$: {', '.join(epsilon)} %", ha="right", va="top", transform=motion.transAxes
-    )
+    told = f"run {number}; $ε_θ$: {', '.join(epsilon)} %"
+    motion.text(0.99, 0.97, told, ha="right", va="top", transform=motion.transAxes)

@@ -16,6 +16,7 @@ from freerock.products.groups import usable_runs
 from freerock.tables.number_text import fixed, in_words
 
 MOST_BELOW = 4  # blocks, each below the other; more stand side by side
+OF_PAPER = {"6": "marble", "4": "marble", "2": "aerstop"}  # by h/b, where a block of the paper rocks longer
 
 
 Release = tuple[float, xr.DataTree, int]
@@ -51,7 +52,8 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
             parts.append(curve := _curve(*release))
             ax.plot(curve["time_s"], curve["theta_deg"], **looks[curve["foundation"].iloc[0]])
         angles = in_words([f"{fixed(abs(alpha), 1)}°" for alpha, *_ in chosen] or ["–"])
-        ax.text(0.99, 0.97, f"α = {angles}", ha="right", va="top", transform=ax.transAxes)
+        told = f"α = {angles}\n{in_words([f'run {number}' for *_, number in chosen])}"
+        ax.text(0.99, 0.97, told, ha="right", va="top", transform=ax.transAxes)
         style.entitle(ax, i, len(blocks), style.label(labels, block), 0.9 / beside)
         ax.set_xlim(left=0)
     for ax in axes[len(blocks) :]:
@@ -62,7 +64,22 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
     return figure, style.gathered(parts, ["block", "foundation", "test", "run", "time_s", "theta_deg"])
 
 
-caption = style.drawn_runs
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """On which foundation the run of each block lasts longest, and whether it does so in the paper."""
+    if data["foundation"].nunique() < 2:
+        return "There is one foundation: none is compared." if len(data) else "No run can be drawn."
+    named, told = labels or {}, dict[str, list[str]]()
+    for block, curves in data.astype({"block": str}).groupby("block", sort=False):
+        last = curves.groupby("foundation", sort=False)["time_s"].max()
+        longest = str(last.idxmax())
+        name, _, slenderness = named.get(str(block), str(block)).partition(", h/b = ")
+        where, paper = f"on {named.get(longest, longest)}", OF_PAPER.get(slenderness)
+        if paper in last:
+            where += ", as in the paper" if longest == paper else ", against the paper"
+        if len(last) > 1:
+            told.setdefault(where, []).append(name)
+    longest = "; ".join(f"{where}: {in_words(blocks)}" for where, blocks in told.items())
+    return f"Longest (paper: Spanos et al. 2017, figure 2) last those {longest}."
 
 
 def _releases(tree: xr.DataTree) -> list[Release]:

@@ -65,4 +65,4 @@ def make_figures(
         drawn, data = module.draw(*(known[each] for each in reads), origin, labels)
         save(drawn, data, Path(folder, name), origin)
         told = " ".join(filter(None, [about, module.caption(data, labels), note]))
-        write_text(Path(folder, f"{name}.txt"), f"{title.format(Measured=origin.capitalize())}.\n{told}\n")
+        write_text(Path(folder, f"{name}.txt"), f"{title}.\n{told}\n")

@@ -10,7 +10,7 @@ from freerock.products.provenance import git_state, made_by, other_software, pro
 from freerock.products.storage import root_text
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv
-from freerock.tables.latex import figures_tex
+from freerock.tables.latex import figures_tex, paper_tex
 
 
 def make_report(
@@ -24,7 +24,7 @@ def make_report(
     products: Iterable[str] = (),
     changes: str | Path | None = None,
 ) -> None:
-    """Write the report of a campaign, its provenance, and its figures with their captions in LaTeX.
+    """Write the report of a campaign, its provenance, and LaTeX of all figures and of the paper's.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def make_report(
     pages : mapping of str to path
         Quality page of each test.
     output : mapping of str to path
-        html, provenance, captions, methods and references, the files to write.
+        html, provenance, captions, paper, methods and references, the files to write.
     products : iterable of path
         All other products of the campaign, whose checksums go into the provenance.
     changes : path, optional
@@ -55,11 +55,13 @@ def make_report(
     own["other_software"] = other_software(known, own["software"])
     rates = [float(root_text(record, "sampling_rate_hz", "0")) for record, _ in datasets.values()]
     captions = {Path(png).stem: read_caption(caption) for caption, png in figures}
+    frames = {name: read_csv(path) for name, path in tables.items()}
     write_text(output["captions"], figures_tex(captions))
+    write_text(output["paper"], paper_tex(captions, len(frames["summary"])))
     write_report(
         output["html"],
         provenance=own,
-        tables={name: read_csv(path) for name, path in tables.items()},
+        tables=frames,
         rates_hz=[rate for rate in rates if rate],
         figures=[("\n".join(captions[Path(png).stem]), png) for _, png in figures],
         pages=pages,

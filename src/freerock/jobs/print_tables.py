@@ -3,14 +3,11 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from freerock.figures.captions import caption_of
 from freerock.files import write_text
 from freerock.tables.csvfile import read_csv
-from freerock.tables.latex import latex, numbers_tex, paper_tex
+from freerock.tables.latex import latex, numbers_tex
 from freerock.tables.markdown import markdown
 from freerock.tables.printed import printed_tables
-
-OF_PAPER = ("foundation_effect", "comparison")  # figures 2 and 3 of Spanos et al. 2017
 
 
 def print_tables(
@@ -21,7 +18,7 @@ def print_tables(
     doi: str = "",
     labels: Mapping[str, str] | None = None,
 ) -> None:
-    """Write tables 1 to 3 and r of each impact as Markdown and LaTeX, numbers.tex and spanos2017.tex.
+    """Write tables 1 to 3 and r of each impact as Markdown and LaTeX, and numbers.tex.
 
     Parameters
     ----------
@@ -38,9 +35,3 @@ def print_tables(
         write_text(Path(folder, f"{name}.md"), markdown(*told))
         write_text(Path(folder, f"{name}.tex"), latex(*told, label=f"tab:{name}"))
     write_text(Path(folder, "numbers.tex"), numbers_tex(tables))
-    of_paper = {name: caption_of(f"freerock.figures.{name}") for name in OF_PAPER}
-    captions = {
-        name: (f"{each['title'].format(Measured=origin.capitalize())}.", each["caption"])
-        for name, each in of_paper.items()
-    }
-    write_text(Path(folder, "spanos2017.tex"), paper_tex(captions, ["table1", "table2", "table3"]))

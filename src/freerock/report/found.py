@@ -11,19 +11,20 @@ from freerock.tables.printed import PROCEDURE, Labels, Printed, identified
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
 FORETOLD = "A run foretold by the others"
-MOST_BESIDE = 3  # foundations that have a column each
+MOST_BESIDE = 3  # foundations that have a column each, and blocks that are named
 
 
-def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
+def printed_summary(frame: pd.DataFrame, runs: pd.DataFrame, labels: Labels) -> Printed:
     """What was found of each foundation: the first table of the report.
 
     Parameters
     ----------
-    frame : pandas.DataFrame
-        The table summary.
+    frame, runs : pandas.DataFrame
+        The tables of these names.
     labels : mapping of str to str
         Printed names of blocks and foundations.
     """
+    usable = runs[(runs["verdict"] != "fail") & ~runs["excluded"].astype(bool)]
     rows = []
     for row in frame.to_dict("records"):
         parameters = [
@@ -32,7 +33,7 @@ def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
             if pd.notna(row[name])
         ]
         longest = str(row["longest"]).split() if pd.notna(row["longest"]) else []
-        law, scatter = MODEL_LABELS.get(row["model"], "none"), (row["sigma_r"], row["sigma_r_u"])
+        law, scatter = MODEL_LABELS.get(row["model"], "none"), (100 * row["sigma_r"], 100 * row["sigma_r_u"])
         epsilon = [
             f"{MODEL_LABELS[name]} {percent(row[f'epsilon_{name}'])}".replace(" ", NO_BREAK)
             for name in PAPER_MODELS
@@ -40,14 +41,15 @@ def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
         ]
         told = {
             "Foundation": labels.get(row["foundation"], row["foundation"]),
+            "Rocking lasts / s, median": _lasting(usable[usable["foundation"] == row["foundation"]], labels),
             "Blocks that rock longest on it": ", ".join(labels.get(block, block) for block in longest)
             or "none",
             "Selected law": f"{law}, {row['n_selected']} of {row['n_runs']} runs",
             "Parameters": "; ".join(parameters).replace(" ", NO_BREAK).replace(f";{NO_BREAK}", "; "),
-            "Scatter of impacts σ_r / %": quantity(*(100 * each for each in scatter)) if scatter[0] else "0",
+            "Scatter of impacts σ_r / %": quantity(*scatter) if scatter[0] else "none found",
+            FORETOLD: _foretold(row["n_inside"], row["n_peaks"], row["half_band"]),
             "r of first impacts": fixed(row["r_first"], 3),
             "ε_θ / %": ", ".join(epsilon),
-            FORETOLD: _foretold(row["n_inside"], row["n_peaks"], row["half_band"]),
         }
         rows.append({head: cell or "–" for head, cell in told.items()})
     text = pd.DataFrame(rows)
@@ -63,6 +65,14 @@ def printed_summary(frame: pd.DataFrame, labels: Labels) -> Printed:
     if len(text) <= MOST_BESIDE:
         text = text.set_index("Foundation").T.reset_index(names="Foundation")
     return Printed(text, "Each foundation", [about])
+
+
+def _lasting(runs: pd.DataFrame, labels: Labels) -> str:
+    """How long each block rocks, and the range of many."""
+    seconds = runs.groupby("block", sort=False)["duration_s"].median().dropna()
+    if len(seconds) > MOST_BESIDE:
+        return f"{quantity(seconds.median())}; blocks: {quantity(seconds.min())} to {quantity(seconds.max())}"
+    return "; ".join(f"{labels.get(block, block)}: {quantity(each)}" for block, each in seconds.items())
 
 
 def _foretold(n_inside: float, n_peaks: float, half_band: float) -> str:

@@ -108,7 +108,7 @@ def _content(
         "config": config,
         "simulated": config["origin"] == "simulated",
         "simulated_note": SIMULATED_NOTE,
-        "summary": printed_summary(tables["summary"], labels),
+        "summary": printed_summary(tables["summary"], runs, labels),
         "limits": limits(runs, choice),
         "verdicts": [(each, counted[each]) for each in VERDICTS if each in counted],
         "n_excluded": int(excluded.sum()),

@@ -17,8 +17,8 @@ GREEK = {
     for size, names in (("SMALL", SMALL), ("CAPITAL", CAPITAL))
     for name in names.split()
 }
-MATH_SIGNS = "±·×≤≥≈†‡λΛε"
-MATH_NAMES = "pm cdot times leq geq approx dagger ddagger lambda Lambda varepsilon"
+MATH_SIGNS = "±·×≤≥≈†‡§λΛε"
+MATH_NAMES = "pm cdot times leq geq approx dagger ddagger S lambda Lambda varepsilon"
 TEX = {
     **GREEK,
     **{sign: rf"$\{name}$" for sign, name in zip(MATH_SIGNS, MATH_NAMES.split(), strict=True)},
@@ -38,6 +38,7 @@ _NORMAL_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅
 
 COLUMN_PT, SIZE_PT = 229.5, 9.0  # of `article` in two columns: width of one, and size of \\small
 WIDE = 0.56  # width of a character over the size of its font, in Computer Modern, at most on the mean
+OF_PAPER = ("foundation_effect", "comparison")  # figures 2 and 3 of Spanos et al. 2017
 MOST_HIGH = 0.76  # a figure over the text of a page: its caption needs the rest
 GAPS = 2.5, 12.0  # on either side of a column, at least, and of all columns [pt]
 _NUMBER = re.compile(  # with a standard error, a power of ten or both; others are set as they are
@@ -180,11 +181,12 @@ def figures_tex(captions: Mapping[str, tuple[str, str]]) -> str:
     """
     lines = list[str]()
     for name, (title, text) in captions.items():
+        told = title.removesuffix(".") + " (simulated records)" * (SIMULATED_NOTE in text)
         lines += [
             r"\begin{figure*}",
             r"\centering",
             rf"\includegraphics[width=\linewidth,height={MOST_HIGH}\textheight,keepaspectratio]{{{name}}}",
-            rf"\caption{{\textbf{{{_tex(title)}}} {_tex(text)}}}",
+            rf"\caption{{\textbf{{{_tex(told)}.}} {_tex(text.replace(SIMULATED_NOTE, '').rstrip())}}}",
             rf"\label{{fig:{name}}}",
             r"\end{figure*}",
             "",
@@ -192,24 +194,25 @@ def figures_tex(captions: Mapping[str, tuple[str, str]]) -> str:
     return "\n".join(lines)
 
 
-def paper_tex(captions: Mapping[str, tuple[str, str]], tables: Sequence[str]) -> str:
-    r"""A document of tables and figures of a campaign, to be typeset beside a paper.
+def paper_tex(captions: Mapping[str, tuple[str, str]], n_foundations: int) -> str:
+    r"""A document of tables 1 to 3 and figures 2 and 3, to be typeset beside Spanos et al. 2017.
 
     Parameters
     ----------
     captions : mapping of str to (str, str)
         Title and text of each figure, by the name of its file in `../figures`.
-    tables : sequence of str
-        Names of the tables beside it.
+    n_foundations : int
+        How many there are: figure 2 compares them.
     """
+    names = OF_PAPER[n_foundations < 2 :]
     lines = [
         r"\documentclass[twocolumn]{article}",
         r"\usepackage{booktabs,graphicx,siunitx}",
         r"\graphicspath{{../figures/}}",
         r"\begin{document}",
-        *(rf"\input{{{name}}}" for name in tables),
-        r"\setcounter{figure}{1}",  # the paper's first figure is a sketch
-        figures_tex(captions),
+        *(rf"\input{{table{n}}}" for n in (1, 2, 3)),
+        rf"\setcounter{{figure}}{{{3 - len(names)}}}",
+        figures_tex({name: captions[name] for name in names}),
         r"\end{document}",
         "",
     ]
