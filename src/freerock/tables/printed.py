@@ -26,7 +26,7 @@ TOLD = {  # where it occurs in a table
 }
 # Of records that are simulated with published values, and of a law that the paper found worse.
 TRUTH = " (Hunt–Crossley simulated the records with these: agreement proves nothing; Winkler has another k̄)"
-AGAINST = "§: against the paper below Hunt–Crossley: impacts count as exact, so a wrong law may fit better."
+AGAINST = "§: against the paper: impacts and motion count as exact, so that a wrong law may fit better."
 Part = tuple[str, str]  # kind of identification, and block
 Cell = tuple[Part, str, str, str]  # part, law, foundation and text
 
