@@ -1,12 +1,10 @@
 """The figures of a campaign."""
 
-import gc
 from pathlib import Path
 
 from freerock.jobs.log import log_to
 from freerock.jobs.make_figures import make_figures
 
-gc.disable()  # an eighth of the time, for memory that the end of the job gives back
 log_to(snakemake.log[0])
 inputs = snakemake.input
 folder = Path(snakemake.output[0]).parent
