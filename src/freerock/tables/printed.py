@@ -24,8 +24,8 @@ TOLD = {  # where it occurs in a table
     "pivoting": "pivoting: about the corners; the paper holds the middle of the base.",
     "width free": "width free: the width in contact is identified (populations.csv).",
 }
-# Of records that are simulated with published values, and of a law that the paper found worse.
-TRUTH = " (Hunt–Crossley simulated the records with these: agreement proves nothing; Winkler has another k̄)"
+# Of simulated records beside published values, and of a law that the paper found worse.
+TRUTH = " (the records are simulated, so that agreement proves nothing; a wrong law takes another k̄)"
 AGAINST = "§: against the paper: impacts and motion count as exact, so that a wrong law may fit better."
 Part = tuple[str, str]  # kind of identification, and block
 Cell = tuple[Part, str, str, str]  # part, law, foundation and text
