@@ -133,9 +133,9 @@ class Followers:
         self._followed = self._of(self.first)
 
     def glimpsed(self) -> tuple[float, int]:
-        """Mean square over the noise on the first swings of the first run, and the number of samples.
+        """Mean square over the noise on the first swings of the first run, after a short search.
 
-        After a few evaluations.
+        Beside it the number of samples.
         """
         end = self._followed.glimpsed[0]
         return self._followed.over_noise(end), end.n_samples

@@ -257,7 +257,7 @@ class _Objective:
         self.by_inputs = posed.by_inputs(begun)
 
     def refer(self, held: Point) -> None:
-        """Take the rates before the impacts from a point; there parameters are δ."""
+        """Count rates from those before the impacts of a point; there the parameters are δ."""
         self.before = (held.rates if held.rates is not None else 0.0) / (1 + held.impacts)
         self.last = dict[bytes, tuple[Floats, Floats]]()
 

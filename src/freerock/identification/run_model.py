@@ -128,7 +128,7 @@ class Point:
 
     @property
     def passages(self) -> Floats:
-        """For `freerock.models.simulate.simulate_fitted`."""
+        """Rows that a simulation fills at each impact; the rates that it is to leave are in them already."""
         found = np.full((self.impacts.size, 5), np.nan)
         if self.rates is not None:
             found[:, 4] = self.rates
@@ -235,7 +235,7 @@ class Moved:
 
     @cached_property
     def whole(self) -> Floats:
-        """`theta` and below it `impacts`, shape (n_time + n_impacts,)."""
+        """Rotation of each sample [rad], then δ of each impact, shape (n_time + n_impacts,)."""
         return np.append(self.theta, self.impacts)
 
     def read(self, place: Place | None = None, **by: float) -> Floats:
@@ -370,7 +370,7 @@ class RunModel:
         return self._here(at, samples.middle_s, rtol).theta
 
     def held(self, at: Point, samples: Samples, rtol: float = RTOL) -> Point:
-        """The same point with δ and the rate after each impact as they are there."""
+        """The point with the rate after each impact, and δ, as the motion there has them."""
         here = self._here(at, samples.middle_s, rtol)
         held = replace(at, impacts=here.impacts, rates=here.rates_left)
         self._last[_key(held, rtol)] = samples.middle_s, here
