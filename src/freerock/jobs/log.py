@@ -1,7 +1,6 @@
 """The log of a job, and what becomes of an error that nobody foresaw."""
 
 import errno
-import gc
 import logging
 import sys
 import traceback
@@ -23,7 +22,6 @@ def log_to(path: str | Path) -> None:
 
     A `FreerockError` ends the script with its one line, anything else with a traceback.
     """
-    gc.freeze()  # what a script has imported stays: nobody seeks garbage in it, for a fifth of a second
     sys.excepthook = _report
     logging.raiseExceptions = False  # of a log that a full disk does not take: the terminal has the line
     logging.basicConfig(filename=path, filemode="w", encoding="utf-8", format="%(message)s")

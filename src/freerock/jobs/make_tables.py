@@ -1,6 +1,5 @@
 """The tables of a campaign as numbers: tidy ones, predictions, and tables 1 to 3."""
 
-import gc
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -79,13 +78,10 @@ def _read(
     estimates: list[Estimate] = []
     parts = []
     for start in range(0, max(len(record_files), 1), AT_ONCE):
-        if start:
-            gc.collect()  # groups know their parents: nothing else frees them
         some = slice(start, start + AT_ONCE)
         measured = [open_record(path, samples=False) for path in record_files[some]]
         fits = [open_fits(path, samples=False) for path in fit_files[some]]
         parts.append(rows_of(measured, fits))
         records += measured
         estimates += estimates_in(fits)
-        del fits
     return records, estimates, joined(parts)
