@@ -31,7 +31,7 @@ from freerock.products.netcdf import open_fits as open_fits
 from freerock.products.netcdf import open_record as open_record
 from freerock.records.read import list_channels as list_channels
 from freerock.records.read import read_record as read_record
-from freerock.rotation.faults import SignalQuality as SignalQuality
+from freerock.rotation.flags import SignalQuality as SignalQuality
 from freerock.rotation.rotation import find_rotation as find_rotation
 from freerock.rotation.sensor import Laser as Laser
 from freerock.rotation.view import view_of as view_of

@@ -10,9 +10,8 @@ import numpy as np
 
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_fitted, tangents
-from freerock.rotation.as_measured import as_measured
 from freerock.rotation.sensor import Laser
-from freerock.rotation.view import View
+from freerock.rotation.view import View, as_measured
 from freerock.runs.impacts import find_impacts
 
 

@@ -18,7 +18,7 @@ from freerock.identification.fitted import Fit
 from freerock.models.block import Block
 from freerock.models.laws import PAPER_MODELS
 from freerock.rotation.laboratory import UNITS, Input, Laboratory
-from freerock.rotation.of_record import rotation_in
+from freerock.rotation.rotation import rotation_in
 from freerock.rotation.sensor import Laser, lasers_of
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts

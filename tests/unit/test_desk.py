@@ -19,7 +19,7 @@ from freerock.products.netcdf import open_fits, open_record
 from freerock.review.corrections import Correction, corrected, corrected_cells
 from freerock.review.desk import Desk
 from freerock.review.signals import signals_of
-from freerock.rotation.of_record import rotation_of
+from freerock.rotation.rotation import rotation_of
 from freerock.tables.number_text import quantity
 from freerock.tables.populations import populations_table
 from freerock.tables.tidy_tables import contributions_table, parameters_table, restitution_table, runs_table

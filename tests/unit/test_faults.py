@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from freerock.rotation.faults import flagged_faults
-from freerock.rotation.flags import FLAGS
+from freerock.rotation.flags import FLAGS, flagged_faults
 
 TIME = 5e-4 * np.arange(8000)
 

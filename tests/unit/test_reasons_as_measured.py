@@ -12,7 +12,7 @@ import pytest
 from freerock.config.processing import ImpactLimits, RotationOptions, RunLimits
 from freerock.models.block import Block
 from freerock.noise.still import Phase
-from freerock.rotation.faults import Fault
+from freerock.rotation.flags import Fault
 from freerock.runs.beginning import Beginning
 from freerock.runs.reasons_as_measured import Facts, verdict_on
 from freerock.runs.release import HeldAngle, Release

@@ -9,9 +9,8 @@ import pytest
 from freerock.config.processing import RotationOptions
 from freerock.models.block import Block
 from freerock.rotation.beam import displacement_from_rotation
-from freerock.rotation.faults import listed_faults
-from freerock.rotation.lasers import _swing_sides
-from freerock.rotation.rotation import find_rotation
+from freerock.rotation.flags import listed_faults
+from freerock.rotation.rotation import _swing_sides, find_rotation
 from freerock.rotation.sensor import Calibration, Laser
 from freerock.runs.segment import find_runs
 

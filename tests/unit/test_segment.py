@@ -17,7 +17,7 @@ from freerock.models.contact import State
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.laws import Foundation
 from freerock.models.simulate import simulate
-from freerock.rotation.faults import Fault, SignalQuality, signal_quality
+from freerock.rotation.flags import Fault, SignalQuality, signal_quality
 from freerock.runs.segment import find_runs
 
 BLOCK = Block(0.28, 0.07, 5.84)

@@ -25,7 +25,7 @@ from freerock.products.groups import (
     runs_of,
     verdict_of_run,
 )
-from freerock.rotation.faults import listed_faults
+from freerock.rotation.flags import listed_faults
 from freerock.runs.verdict import in_one_line
 from freerock.tables.number_text import number_of, quantity, value_text
 from freerock.units import BASE

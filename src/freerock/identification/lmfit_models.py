@@ -19,8 +19,7 @@ from freerock.models.free_parameters import PARAMETERS, PER_RUN
 from freerock.models.given import legal
 from freerock.models.laws import GEOMETRIC, LAWS, Candidate, Rules
 from freerock.models.simulate import Solver
-from freerock.rotation.as_measured import as_measured
-from freerock.rotation.view import View
+from freerock.rotation.view import View, as_measured
 from freerock.runs.motion import Motion
 
 EXACT = Solver(1e-11)  # lmfit moves a number by as little as 1.5e-8 of it

@@ -21,9 +21,8 @@ from freerock.models.free_parameters import OF_RECORD, PARAMETERS, PER_RUN
 from freerock.models.laws import CANDIDATES, Foundation, Rules, law_of
 from freerock.models.simulate import Solver, simulate_fitted, tangents
 from freerock.noise.spectrum import averaged
-from freerock.rotation.as_measured import as_measured, as_released
 from freerock.rotation.laboratory import OF_BLOCK, Input, Laboratory
-from freerock.rotation.view import View, view_of
+from freerock.rotation.view import View, as_measured, as_released, view_of
 from freerock.runs.motion import Motion
 
 RTOL = 1e-8  # of the integrator: its error is below 1 % of the noise

@@ -13,9 +13,9 @@ from freerock.jobs.log import of_the_machine
 from freerock.models.block import Block
 from freerock.products.netcdf import write_failure, write_record
 from freerock.products.provenance import provenance
-from freerock.rotation.faults import listed_faults
+from freerock.rotation.flags import listed_faults
 from freerock.rotation.laboratory import Laboratory
-from freerock.rotation.of_record import READERS_NOTES, rotation_of
+from freerock.rotation.rotation import READERS_NOTES, rotation_of
 from freerock.runs.by_hand import ByHand
 from freerock.runs.measured_total import measured_total
 from freerock.runs.runs_with_impacts import measured

@@ -15,9 +15,8 @@ from freerock.arrays import Floats
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import CANDIDATES, MODELS
 from freerock.models.simulate import Solver
-from freerock.rotation.as_measured import as_measured
 from freerock.rotation.laboratory import Input, Laboratory
-from freerock.rotation.view import view_of
+from freerock.rotation.view import as_measured, view_of
 
 STEP_OF_INPUT = 0.01  # standard uncertainties to either side
 LEAST = 1e-7  # smallest over largest singular value, below which the samples do not tell all numbers

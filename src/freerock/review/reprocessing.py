@@ -159,7 +159,7 @@ class Bench:
         return open_record(file, samples=False)
 
     def _rotation(self, settings: Mapping[str, Any]) -> xr.Dataset:
-        from freerock.rotation.of_record import rotation_of
+        from freerock.rotation.rotation import rotation_of
 
         own = {
             key: value

@@ -1,7 +1,6 @@
 """From a channel to the displacement of its target, with faults and noise of the signal."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -27,8 +26,7 @@ from freerock.noise.still_signal import (
     significant_mains,
 )
 from freerock.rotation.beam import sensitivity
-from freerock.rotation.faults import Fault, flagged_faults
-from freerock.rotation.flags import FLAGS, flag_samples, shares
+from freerock.rotation.flags import FLAGS, Fault, flag_samples, flagged_faults, shares
 from freerock.rotation.sensor import Laser, distance_from_output, looks_like_current
 from freerock.units import BASE, in_base_units
 
@@ -57,7 +55,8 @@ class Reading(NamedTuple):
     rest_mid_s : list of float
         Middle of each rest [s].
     zero_stderr : float
-        Standard error of the zero of the displacement.
+        Standard error of the zero of the displacement: that of the levels at rest, and a quarter of the
+        largest step between two.
     per_angle : float
         Displacement per rotation about θ = 0 [m/rad], NaN for a beam over a corner, blind to one side.
     attrs : dict
@@ -74,38 +73,6 @@ class Reading(NamedTuple):
     zero_stderr: float
     per_angle: float
     attrs: dict[str, float]
-
-
-class Rotation(NamedTuple):
-    """θ(t) from one reading or two.
-
-    Parameters
-    ----------
-    theta, sigma : ndarray, shape (n_time,)
-        Rotation and the standard error of one sample of it [rad].
-    zero_stderr : float
-        Standard error of the zero of θ [rad].
-    translation : ndarray, shape (n_time,), or None
-        Of the block along the beams, away from the sensors [m]; None where one reading can't show it.
-    faults : sequence of Fault
-        Where the readings contradict each other.
-    """
-
-    theta: Floats
-    sigma: Floats
-    zero_stderr: float
-    translation: Floats | None = None
-    faults: Sequence[Fault] = ()
-
-
-class _Zero(NamedTuple):
-    """The reading at rest: middle of each rest [s], level as recorded, as a distance [m], and its slope."""
-
-    mid_s: list[float]
-    level: Floats
-    level_m: Floats
-    slope_m: Floats | float
-    stderr_m: float
 
 
 def read_channel(
@@ -132,12 +99,21 @@ def read_channel(
     mains_stderr = mains.stderr * signal.noise if mains else 0.0
     if mains:
         signal = replace(signal, values=signal.values - mains.over(time_s))
-    zero = _zero(signal, laser, quantity)
+    rests = signal.rests
+    if not rests:
+        remedy = "record the block at rest before the first or after the last release"
+        raise FreerockError("laser signal", "the block never stands still, so θ = 0 is unknown", remedy)
+    rest_mid_s, level = [phase.mid_s for phase in rests], np.array([phase.level for phase in rests])
+    level_m, slope_m = distance_from_output(level, laser, quantity)
+    level_stderr = max(phase.level_stderr for phase in rests) * float(np.max(slope_m))
     distance, slope = distance_from_output(signal.values, laser, quantity)
-    displacement = laser.sign * (distance - np.interp(time_s, zero.mid_s, zero.level_m))
+    displacement = laser.sign * (distance - np.interp(time_s, rest_mid_s, level_m))
     flags[np.isnan(displacement) & (flags == 0)] = FLAGS["out_of_range"]
-    per_angle = _per_angle(block, laser, quantity)
-    per_output = float(np.mean(zero.slope_m)) / per_angle
+    about_zero = np.array([-1e-12, 1e-12])
+    per_angle = 1.0 if quantity == "rotation" else float(sensitivity(about_zero, block, laser).min())
+    if quantity != "rotation" and not per_angle > BLIND * block.b:
+        per_angle = math.nan
+    per_output = float(np.mean(slope_m)) / per_angle
     faults = flagged_faults(time_s, flags) + mains_faults
     faults += _interference(signal, mains, lines_of_hz, unit, per_output)
     faults += moved_rests(signal, unit, per_output)
@@ -148,15 +124,15 @@ def read_channel(
         faults=faults,
         quantity=quantity,
         recorded=recorded,
-        rest_mid_s=zero.mid_s,
-        zero_stderr=zero.stderr_m,
+        rest_mid_s=rest_mid_s,
+        zero_stderr=math.hypot(level_stderr, float(np.abs(np.diff(level_m)).max(initial=0.0)) / 4),
         per_angle=per_angle,
         attrs={
             f"noise_{suffix}": signal.noise,
             "mains_hz": mains.frequency_hz if mains else 0.0,
             f"mains_amplitude_{suffix}": mains.amplitude if mains else 0.0,
-            f"zero_{suffix}": float(np.mean(zero.level)),
-            f"zero_drift_{suffix}": float(np.ptp(zero.level)),
+            f"zero_{suffix}": float(np.mean(level)),
+            f"zero_drift_{suffix}": float(np.ptp(level)),
         },
     )
 
@@ -185,48 +161,26 @@ def _flagged(recorded: Floats, step: float, laser: Laser, quantity: str) -> Flag
     return flags
 
 
-def _zero(signal: StillSignal, laser: Laser, quantity: str) -> _Zero:
-    """The reading at rest; refuses a signal without any.
-
-    Its standard error is that of the levels, and a quarter of the largest step between two.
-    """
-    rests = signal.rests
-    if not rests:
-        remedy = "record the block at rest before the first or after the last release"
-        raise FreerockError("laser signal", "the block never stands still, so θ = 0 is unknown", remedy)
-    level = np.array([phase.level for phase in rests])
-    level_m, slope_m = distance_from_output(level, laser, quantity)
-    step_between = float(np.abs(np.diff(level_m)).max(initial=0.0)) / 4
-    level_stderr = max(phase.level_stderr for phase in rests) * float(np.max(slope_m))
-    stderr_m = math.hypot(level_stderr, step_between)
-    return _Zero([phase.mid_s for phase in rests], level, level_m, slope_m, stderr_m)
-
-
-def _per_angle(block: Block, laser: Laser, quantity: str) -> float:
-    """Displacement of the target per rotation about θ = 0, see `Reading`."""
-    if quantity == "rotation":
-        return 1.0
-    about_zero = float(sensitivity(np.array([-1e-12, 1e-12]), block, laser).min())
-    return about_zero if about_zero > BLIND * block.b else math.nan
-
-
 def _mains(
     signal: StillSignal, mains_hz: float | None, unit: str
 ) -> tuple[Mains | None, float | None, list[Fault]]:
     """The interference of the mains to be removed; of what the lines are harmonics [Hz]; faults."""
     if mains_hz is None:
         return None, None, []
-    mains = significant_mains(signal, mains_hz)
+    mains, whole = significant_mains(signal, mains_hz), (float(signal.time_s[0]), float(signal.time_s[-1]))
     other = None if mains else other_mains(signal, mains_hz)
     if other:
         other_hz, found = other
         note = f"{found.frequency_hz:.2f} Hz, {found.amplitude:.3g} {unit}: the mains seem to be at "
         note += f"{other_hz:g} Hz and not at {mains_hz:g} Hz, set mains_hz: {other_hz:g}"
-        whole = float(signal.time_s[0]), float(signal.time_s[-1])
         return None, other_hz, [Fault("other_mains", *whole, note)]
     seen = seen_mains(signal, mains_hz)
-    faults = wrong_rate(signal, mains_hz, seen)
-    return (None, None, faults) if faults else (mains, mains_hz if mains or seen else None, [])
+    if seen and abs(seen[0] - 1) >= MAINS_KEEP + SURE * seen[1]:
+        rate_hz = 1 / signal.step
+        note = f"the mains at {seen[0] * mains_hz:.2f} Hz: the sampling rate is {rate_hz / seen[0]:.5g} Hz "
+        note += f"and not {rate_hz:.5g} Hz, or this is not the mains"
+        return None, None, [Fault("sampling_rate", *whole, note)]
+    return mains, mains_hz if mains or seen else None, []
 
 
 def _interference(
@@ -248,18 +202,6 @@ def _interference(
         note += "the floor or the stand of the laser shakes"
         faults.append(Fault("vibration", *whole, note, slow[1] * per_output))
     return faults
-
-
-def wrong_rate(signal: StillSignal, mains_hz: float, seen: tuple[float, float] | None) -> list[Fault]:
-    """The mains at another frequency than theirs, as `seen_mains` shows them."""
-    if seen is None or abs(seen[0] - 1) < MAINS_KEEP + SURE * seen[1]:
-        return []
-    line_hz, rate_hz = seen[0] * mains_hz, 1 / signal.step
-    note = (
-        f"the mains at {line_hz:.2f} Hz: the sampling rate is {rate_hz / seen[0]:.5g} Hz and not "
-        f"{rate_hz:.5g} Hz, or this is not the mains"
-    )
-    return [Fault("sampling_rate", float(signal.time_s[0]), float(signal.time_s[-1]), note)]
 
 
 def moved_rests(signal: StillSignal, unit: str, per_output: float) -> list[Fault]:

@@ -93,10 +93,12 @@ class Laboratory:
         if name == "sampling_rate_fraction":
             return replace(self, clock=self.clock / (1 + by))
         if name == "response_ms":
-            slower = {
-                key: each.moved(response_ms=_slower_ms(each.response_ms, source.u, uncertainties))
-                for key, each in self.lasers.items()
-            }
+            # what the time T of a sensor does to a motion grows with T²: the square is moved
+            slower = dict(self.lasers)
+            for key, each in slower.items():
+                time_ms, most_ms = each.response_ms, each.response_ms + source.u
+                square = time_ms**2 + uncertainties * (most_ms**2 - time_ms**2)
+                slower[key] = each.moved(response_ms=math.sqrt(max(square, 0.0)))
             return replace(self, lasers=slower)
         laser = self.lasers[source.owner]
         if name == "position_m":
@@ -140,9 +142,3 @@ class Laboratory:
         ]
         angle = np.arctan((readings[0] - readings[1]) / (others[0].position - others[1].position))
         return -angle if mirrored(others[0]) else np.asarray(angle)
-
-
-def _slower_ms(response_ms: float, u_ms: float, uncertainties: float) -> float:
-    """Response [ms] whose square is moved: what the time T of a sensor does to a motion grows with T²."""
-    square = response_ms**2 + uncertainties * ((response_ms + u_ms) ** 2 - response_ms**2)
-    return math.sqrt(max(square, 0.0))

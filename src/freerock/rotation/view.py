@@ -1,4 +1,7 @@
-"""How a sensor shows a motion: with a corner that sinks, and with the response of the sensor."""
+"""How a sensor shows a motion: with a corner that sinks, and with the response of the sensor.
+
+`as_measured` is a model's θ(t) as the sensor would show it.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,7 +14,8 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.contact import static_depth
-from freerock.models.laws import Foundation
+from freerock.models.laws import GEOMETRIC, LAWS, Foundation, Rules
+from freerock.models.simulate import NO_PASSAGES, SOLVER, Solver, simulate_fitted
 from freerock.rotation import beam_kernel
 from freerock.rotation.beam import beam_of, mirrored
 from freerock.rotation.sensor import Laser, lasers_of, moments
@@ -64,35 +68,34 @@ class View:
         if self.laser.beam is None:
             return np.asarray(weights @ theta)
         out = np.empty(theta.shape[1])
-        rests = math.nan if foundation is None else self._rests(block, foundation)
-        beam_kernel.seen(theta, z_cb, weights, rests, self._sign, *self._beams(block), out)
+        rests, sign, beam, expected = self._reading(block, foundation)
+        rests = math.nan if foundation is None else rests
+        beam_kernel.seen(theta, z_cb, weights, rests, sign, beam, expected, out)
         return out
 
     def released(self, theta0: float, block: Block, foundation: Foundation | None) -> float:
         """Rotation [rad] of a block at rest that is seen at an angle [rad], found by secants."""
         if self.laser.beam is None or theta0 == 0:
             return theta0
-        bed = foundation or Foundation(0.0)
-        rests, law = self._rests(block, bed) if bed.k else 0.0, bed.constants(block)
-        return float(self._sign * beam_kernel.released(self._sign * theta0, law, rests, *self._beams(block)))
+        law = (foundation or Foundation(0.0)).constants(block)
+        rests, sign, beam, expected = self._reading(block, foundation)
+        return float(sign * beam_kernel.released(sign * theta0, law, rests, beam, expected))
 
     @cached_property
     def at_once(self) -> "View":
         """The same of a sensor that takes no time."""
         return View(self.block, self.laser.moved(response_ms=0.0))
 
-    @cached_property
-    def _sign(self) -> float:
-        return -1.0 if mirrored(self.laser) else 1.0
+    def _reading(self, block: Block, foundation: Foundation | None) -> tuple[Any, ...]:
+        """What a reading depends on, as `beam_kernel` takes it.
 
-    def _beams(self, block: Block) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """The beam on the block, and that with the corners expected."""
+        The depth from which the beam counts [m], see `beam.displaced`; the sign of the face; the beam on the
+        block, and that with the corners expected.
+        """
+        down = self.laser.beam == "vertical"
+        rests = static_depth(block, foundation, 0.0) if foundation and down else 0.0
         beam = beam_of(block, self.laser)
-        return beam, (*beam[:4], self.block.b)
-
-    def _rests(self, block: Block, foundation: Foundation) -> float:
-        """Depth from which the beam counts [m]: see `beam.displaced`."""
-        return static_depth(block, foundation, 0.0) if self.laser.beam == "vertical" else 0.0
+        return rests, -1.0 if mirrored(self.laser) else 1.0, beam, (*beam[:4], self.block.b)
 
 
 def view_of(lasers: Laser | Sequence[Laser], block: Block) -> View | None:
@@ -125,3 +128,45 @@ def view_in(attrs: Mapping[Any, Any], block: Block) -> View:
     """The view of a dataset with such attributes, of the block expected."""
     own = {key: attrs[f"sensor_{key}"] for key in KEYS if f"sensor_{key}" in attrs}
     return View(block, Laser(**own, units="" if "beam" in own else "rad"))
+
+
+def as_released(law: str, block: Block, values: Mapping[str, float], view: View | None) -> dict[str, float]:
+    """What a fit found, with the angle at which the block lay before its release instead of that seen."""
+    if view is None:
+        return {**values}
+    foundation = Foundation.of(values) if LAWS[law].is_foundation else None
+    return {**values, "theta0": view.released(values["theta0"], block.as_found(values), foundation)}
+
+
+def as_measured(
+    law: str,
+    block: Block,
+    values: Mapping[str, float],
+    time_s: Floats,
+    view: View | None,
+    *,
+    rules: Rules = GEOMETRIC,
+    solver: Solver = SOLVER,
+    passages: Floats = NO_PASSAGES,
+) -> Floats:
+    """Rotation [rad], shape (n_time,), under what a fit finds, as the sensor would have it.
+
+    theta0 in `values` is the angle at which the block is seen before its release. All else as in
+    `freerock.models.simulate.simulate_fitted`; without a view it is that.
+    """
+    turning = block.as_found(values)
+    foundation = Foundation.of(values) if view and LAWS[law].is_foundation else None
+    how: dict[str, Any] = {"rules": rules, "solver": solver, "passages": passages}
+    if view is None or view.is_plain(turning, foundation):
+        return simulate_fitted(law, turning, values, time_s, **how)
+    beside = view.moments[0][:, None]
+    values = {**values, "theta0": view.released(values["theta0"], turning, foundation)}
+    every = (time_s + beside).ravel()
+    back = np.arange(every.size)
+    if len(beside) > 1:
+        every, back = np.unique(every, return_inverse=True)
+    rates = None if foundation is None else np.empty((every.size, 3))
+    theta = simulate_fitted(law, turning, values, every, rates=rates, **how)[back]
+    theta = np.ascontiguousarray(theta.reshape(len(beside), -1))
+    z_cb = theta if rates is None else np.ascontiguousarray(rates[back, 0]).reshape(theta.shape)
+    return view.seen(theta, z_cb, turning, foundation)

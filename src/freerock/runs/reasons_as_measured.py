@@ -14,8 +14,7 @@ from freerock.arrays import Floats
 from freerock.config.processing import RunLimits
 from freerock.models.block import SQUAT, Block
 from freerock.noise.still import Phase, one_sided
-from freerock.rotation.faults import Fault
-from freerock.rotation.flags import BY_HAND
+from freerock.rotation.flags import BY_HAND, Fault
 from freerock.runs.beginning import Beginning
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import SMOOTH_S, Signal, invalid_in, names_of

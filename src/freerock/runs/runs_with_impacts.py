@@ -13,7 +13,7 @@ from freerock.models.block import Block
 from freerock.noise.at_rest import at_rest, over_usual
 from freerock.noise.converter import scatter
 from freerock.noise.spectrum import Noise
-from freerock.rotation.faults import signal_quality
+from freerock.rotation.flags import signal_quality
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand
 from freerock.runs.impacts import IMPACT_COLUMNS, Impacts, find_impacts, reasons_of_impacts
 from freerock.runs.segment import Run, find_runs

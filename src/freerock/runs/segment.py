@@ -21,7 +21,7 @@ from freerock.models.block import Block
 from freerock.noise.at_rest import AtRest, at_rest, over_usual
 from freerock.noise.still import Phase
 from freerock.noise.sums import stderr_of_mean
-from freerock.rotation.faults import SignalQuality
+from freerock.rotation.flags import SignalQuality
 from freerock.runs.beginning import Beginning, begun_by_hand, from_hold, unseen
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand, Planned
 from freerock.runs.holds import find_holds, no_release
@@ -113,7 +113,7 @@ def find_runs(
         Judges whether θ0 is below θ_cr.
     quality : SignalQuality, optional
         Error of the zero of θ, step of the converter, and faults of the signal, which count against the runs
-        that they meet; see `faults.signal_quality`.
+        that they meet; see `flags.signal_quality`.
     by_hand : ByHand, optional
         Runs set or left out by hand.
     limits : RunLimits, optional
