@@ -39,8 +39,8 @@ from freerock.runs.by_hand import ByHand as ByHand
 from freerock.runs.impacts import Impacts as Impacts
 from freerock.runs.impacts import find_impacts as find_impacts
 from freerock.runs.motion import Motion as Motion
-from freerock.runs.segment import Run as Run
-from freerock.runs.segment import find_runs as find_runs
+from freerock.runs.runs import Run as Run
+from freerock.runs.runs import find_runs as find_runs
 from freerock.tables.results import open_results as open_results
 
 __all__: list[str]

@@ -23,8 +23,7 @@ from freerock.rotation.sensor import Laser, lasers_of
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, motions_of
-from freerock.runs.runs_with_impacts import Measured, measured
-from freerock.runs.segment import Run
+from freerock.runs.runs import Measured, Run, measured
 from freerock.selection.candidates import Allowed
 from freerock.selection.identify import identify_record
 

@@ -20,8 +20,7 @@ from freerock.products.runs import runs_in
 from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
 from freerock.runs.measured_total import MeasuredTotal
-from freerock.runs.runs_with_impacts import Measured
-from freerock.runs.segment import Run
+from freerock.runs.runs import Measured, Run
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.choice import Choice, Judged
 from freerock.tables.tidy_tables import joined, rows_of

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import butter, sosfiltfilt
 
 from freerock.models.housner import housner_motion, housner_swings
-from freerock.runs.segment import find_runs
+from freerock.runs.runs import find_runs
 from freerock.virtual_lab.published import BLOCKS
 
 RATE_HZ, TILT_S, SIGMA = 2000.0, 1.5, math.radians(0.005)

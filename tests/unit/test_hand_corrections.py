@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
-from test_segment import one_run, record
+from test_runs import one_run, record
 
 from freerock.config.hand_corrections import (
     Override,
@@ -19,8 +19,7 @@ from freerock.rotation.flags import BY_HAND
 from freerock.runs.beginning import begun_by_hand
 from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import IMPACT_COLUMNS
-from freerock.runs.runs_with_impacts import measured
-from freerock.runs.segment import find_runs
+from freerock.runs.runs import find_runs, measured
 from freerock.runs.signal import signal_of
 
 WHY = "why"

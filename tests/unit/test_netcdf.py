@@ -38,8 +38,7 @@ from freerock.rotation.laboratory import Input
 from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
 from freerock.runs.measured_total import MeasuredTotal
-from freerock.runs.runs_with_impacts import Measured
-from freerock.runs.segment import Run
+from freerock.runs.runs import Measured, Run
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 from freerock.selection.choice import Choice, Judged
 

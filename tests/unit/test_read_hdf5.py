@@ -7,7 +7,7 @@ from reading import refusal
 
 from freerock.products.netcdf import write_record
 from freerock.records.read import read_record
-from freerock.runs.runs_with_impacts import Measured
+from freerock.runs.runs import Measured
 
 TIME = np.arange(60) / 500
 VOLTS = 5 + np.sin(20 * TIME)

@@ -12,7 +12,7 @@ from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.flags import listed_faults
 from freerock.rotation.rotation import _swing_sides, find_rotation
 from freerock.rotation.sensor import Calibration, Laser
-from freerock.runs.segment import find_runs
+from freerock.runs.runs import find_runs
 
 BLOCK = Block(0.28, 0.07, 5.84)
 HIGH, LOW = Laser("horizontal", 0.2, 0.1), Laser("horizontal", 0.08, 0.1)

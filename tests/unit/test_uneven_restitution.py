@@ -8,7 +8,7 @@ import pytest
 
 from freerock.models.block import Block
 from freerock.runs.impacts import Impacts, restitution_covariance, restitution_from_peaks
-from freerock.runs.uneven_restitution import reasons_of_unevenness
+from freerock.runs.reasons_as_measured import reasons_of_unevenness
 
 BLOCK = Block(0.28, 0.07, 5.84)
 STDERR = 5e-5  # of a peak [rad]

@@ -12,7 +12,7 @@ from freerock.records.read import read_record
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import motion_of
-from freerock.runs.segment import find_runs
+from freerock.runs.runs import find_runs
 
 ROOT = Path(__file__).parents[2]
 workbook = SimpleNamespace(**runpy.run_path(str(ROOT / "benchmarks/wooden_blocks.py")))

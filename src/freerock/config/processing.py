@@ -41,7 +41,7 @@ class RotationOptions(Section):
 class RunLimits(Section):
     """θ(t) to free-rocking runs.
 
-    The thresholds of `segment.find_runs`.
+    The thresholds of `runs.find_runs`.
 
     Parameters
     ----------

@@ -18,8 +18,7 @@ from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.rotation import READERS_NOTES, rotation_of
 from freerock.runs.by_hand import ByHand
 from freerock.runs.measured_total import measured_total
-from freerock.runs.runs_with_impacts import measured
-from freerock.runs.segment import Run
+from freerock.runs.runs import Run, measured
 from freerock.runs.verdict import Reason
 
 log = logging.getLogger("freerock")

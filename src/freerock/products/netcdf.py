@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from freerock.populations.impact_energy import ImpactEnergy
     from freerock.runs.impacts import Impacts
     from freerock.runs.measured_total import MeasuredTotal
-    from freerock.runs.runs_with_impacts import Measured
-    from freerock.runs.segment import Run
+    from freerock.runs.runs import Measured, Run
     from freerock.selection.choice import Choice
 
 

@@ -12,7 +12,7 @@ from freerock.products.groups import reasons_in
 from freerock.products.names import RUN_VARIABLES
 from freerock.rotation.view import view_in
 from freerock.runs.motion import Motion, motions_of
-from freerock.runs.segment import Run
+from freerock.runs.runs import Run
 from freerock.runs.verdict import Verdict
 
 

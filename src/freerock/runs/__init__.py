@@ -1,5 +1,5 @@
 """Free-rocking runs in θ(t), the impacts in a run, and the input of a fit.
 
-`segment.find_runs` finds the runs and judges them (`reasons_as_measured`), `impacts.find_impacts` the impacts
+`runs.find_runs` finds the runs and judges them (`reasons_as_measured`), `impacts.find_impacts` the impacts
 of one.
 """

@@ -3,7 +3,7 @@
 They come from the campaign's CSV: `config.hand_corrections` states their way to the fit.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -58,10 +58,6 @@ class ByHand:
     exclusions: Sequence[tuple[int, str]] = ()
     stretches: Sequence[tuple[float, float, str]] = ()
 
-    def exclusion_of(self, number: int) -> str | None:
-        """Why a run is left out, None where it is not."""
-        return dict(self.exclusions).get(number)
-
     def hidden(self, time_s: Floats) -> Mask:
         """Which samples are not used, shape (n_time,)."""
         found = np.zeros(len(time_s), bool)
@@ -106,23 +102,41 @@ class ByHand:
 
         What meets no run stands with all of them. Arguments as of `merged`.
         """
-        everywhere = list(self._in_vain(len(runs), record_end_s))
+        everywhere = list[Reason]()
+        for each in self._overrides:
+            if each.release_s >= record_end_s:
+                text = f"override: run {each.run} is released at {each.release_s:g} s"
+                text = f"{text}, the record ends at {record_end_s:.3f} s"
+                everywhere.append(Reason.of("by_hand", text, "warn"))
+        for number, _ in sorted(self.exclusions):
+            if not 1 <= number <= len(runs):
+                name = "name run 1, the only one" if len(runs) == 1 else f"name one of runs 1 to {len(runs)}"
+                everywhere.append(Reason.of("by_hand", f"exclude: there is no run {number}: {name}", "warn"))
         reasons = [[*everywhere] for _ in runs]
         for number, (run, own) in enumerate(zip(runs, reasons, strict=True), 1):
-            if run.override:
-                own += _reasons(run.override, number, record_end_s)
-        kept = [number for number in range(1, len(runs) + 1) if self.exclusion_of(number) is None]
+            if run.override and run.override.run != number:
+                text = f"set by hand as run {run.override.run}, it is run {number} in the order of release"
+                own.append(Reason.of("renumbered", f"{text}: correct the number, and those in exclude"))
+            if run.override and run.override.end_s > record_end_s:
+                text = (
+                    f"set by hand to end at {run.override.end_s:g} s, the record ends at {record_end_s:.3f} s"
+                )
+                own.append(Reason.of("by_hand", f"{text}: give an end within the record"))
+        left_out = {number for number, _ in self.exclusions}
+        kept = [number for number in range(1, len(runs) + 1) if number not in left_out]
         for one, other in pairwise(kept):
             before, after = runs[one - 1], runs[other - 1]
             if before.end_s <= after.release_s:
                 continue
-            times = (
+            text = (
                 f"run {one} ends at {before.end_s:.3f} s, run {other} is released at {after.release_s:.3f} s"
             )
             if before.override:
-                reasons[one - 1].append(_impossible(f"{times}: end it before, or exclude run {other}"))
+                text = f"{text}: end it before, or exclude run {other}"
+                reasons[one - 1].append(Reason.of("by_hand", text))
             elif after.override:
-                reasons[other - 1].append(_impossible(f"{times}: release it later, or exclude run {one}"))
+                text = f"{text}: release it later, or exclude run {one}"
+                reasons[other - 1].append(Reason.of("by_hand", text))
         return reasons
 
     def left_out_in_vain(self, runs: Sequence[tuple[float, float]]) -> list[Reason]:
@@ -140,17 +154,6 @@ class ByHand:
     def _overrides(self) -> list[Override]:
         return sorted((Override(*each) for each in self.overrides), key=lambda each: each.release_s)
 
-    def _in_vain(self, n_runs: int, record_end_s: float) -> Iterator[Reason]:
-        """Runs named by hand that are not there."""
-        for each in self._overrides:
-            if each.release_s >= record_end_s:
-                text = f"override: run {each.run} is released at {each.release_s:g} s"
-                yield Reason.of("by_hand", f"{text}, the record ends at {record_end_s:.3f} s", "warn")
-        for number, _ in sorted(self.exclusions):
-            if not 1 <= number <= n_runs:
-                name = "name run 1, the only one" if n_runs == 1 else f"name one of runs 1 to {n_runs}"
-                yield Reason.of("by_hand", f"exclude: there is no run {number}: {name}", "warn")
-
 
 def _place(override: Override, found: Sequence[tuple[float, float]]) -> int | None:
     """Which of the runs found a run set by hand stands for, None for none."""
@@ -160,20 +163,6 @@ def _place(override: Override, found: Sequence[tuple[float, float]]) -> int | No
         if together > SHARED * min(end_s - release_s, override.end_s - override.release_s):
             near.append((abs(release_s - override.release_s), i))
     return min(near)[1] if near else None
-
-
-def _reasons(override: Override, number: int, record_end_s: float) -> Iterator[Reason]:
-    """What speaks against a run set by hand, whatever the others are."""
-    if override.run != number:
-        text = f"set by hand as run {override.run}, it is run {number} in the order of release"
-        yield Reason.of("renumbered", f"{text}: correct the number, and those in exclude")
-    if override.end_s > record_end_s:
-        text = f"set by hand to end at {override.end_s:g} s, the record ends at {record_end_s:.3f} s"
-        yield _impossible(f"{text}: give an end within the record")
-
-
-def _impossible(text: str) -> Reason:
-    return Reason.of("by_hand", text)
 
 
 NOTHING_BY_HAND = ByHand()

@@ -122,16 +122,41 @@ def find_impacts(
     [0.93, 0.93, 0.93]
     """
     of_kind("block", block, Block, "give freerock.Block(...)")
-    motion = _motion(time_s, theta, sigma_theta)
+    t, y = sampled(time_s, theta)
+    sigma = np.broadcast_to(np.asarray(sigma_theta, float), y.shape)
+    valid = np.isfinite(y) & np.isfinite(sigma)
+    if not valid.all():
+        t, y, sigma = t[valid], y[valid], sigma[valid]
+    at_least = np.maximum(sigma, RELATIVE_NOISE * np.abs(y).max(initial=0.0))
+    motion = NoisySamples(t, y, at_least, Residual(1.0, 1.0, bool(np.all(sigma == at_least))))
     swings = _swings(motion, limits)
-    if noise and motion.left.known and len(swings) > 1:
-        high = [slice(i, j + 1) for i, j in swings[1:]]
-        noise = in_motion(noise, motion.y, motion.noise, high)
-        motion = motion._replace(left=left_of(noise, swings))
-    passages = [_line_zero(motion.t[i : j + 1], motion.y[i : j + 1]) for (_, i), (j, _) in pairwise(swings)]
-    uplift = uplift_amplitude(motion.t, motion.y, passages, block)
-    release = theta0, theta0_stderr, zero_stderr
-    rows = _rows(motion, swings, passages, release, uplift, block, limits, noise)
+    known = noise if motion.left.known and len(swings) > 1 else None
+    if known:
+        known = in_motion(known, y, at_least, [slice(i, j + 1) for i, j in swings[1:]])
+        motion = motion._replace(left=left_of(known, swings))
+    passages = [_line_zero(t[i : j + 1], y[i : j + 1]) for (_, i), (j, _) in pairwise(swings)]
+    uplift, rows = uplift_amplitude(t, y, passages, block), np.empty((0, len(IMPACT_COLUMNS)))
+    if passages:
+        rigid = Rigid(block.theta_cr, block.p)
+        start = _release_peak(motion, theta0, theta0_stderr, rigid)
+        released = theta0 is not None and abs(theta0) < rigid.theta_cr
+        lowest = Lowest(limits.min_amplitude_sigmas, limits.min_uplift_ratio * uplift)
+        t, y, sigma = (np.ascontiguousarray(each).view() for each in motion[:3])
+        for each in (t, y, sigma):
+            each.flags.writeable = False  # as the compiled loops take them, whatever they came from
+        samples = NoisySamples(t, y, sigma, motion.left)
+        rows = impact_rows(samples, np.array(swings), np.array(passages), start, released, lowest, rigid)
+        rows, fits = rows[:, :6], rows[:, 6:]
+        shared = np.zeros(len(rows))
+        if known and len(rows):
+            shared = under_noise(rows, fits, motion, known)
+        if len(rows):
+            rows[:, 5] = np.hypot(rows[:, 5], zero_stderr)
+            rows[1:, 3] = rows[:-1, 5]
+            shared -= zero_stderr**2  # the peaks are on either side
+        before, before_stderr, after, after_stderr = rows[:, 2:6].T
+        found = restitution_from_peaks(before, before_stderr, after, after_stderr, block, shared)
+        rows = np.column_stack([rows, *found])
     columns = dict(zip(IMPACT_COLUMNS, rows.T.copy(), strict=True))
     return Impacts(theta_uplift=uplift, **columns)
 
@@ -211,17 +236,6 @@ def energy_of_peaks(peaks: Floats, block: Block, tilt: float = 0.0) -> tuple[Flo
     return share * energy, share * np.sin(balance - height)
 
 
-def _motion(time_s: ArrayLike, theta: ArrayLike, sigma_theta: ArrayLike) -> NoisySamples:
-    """The samples that are numbers, with their noise."""
-    t, y = sampled(time_s, theta)
-    sigma = np.broadcast_to(np.asarray(sigma_theta, float), y.shape)
-    valid = np.isfinite(y) & np.isfinite(sigma)
-    if not valid.all():
-        t, y, sigma = t[valid], y[valid], sigma[valid]
-    noise = np.maximum(sigma, RELATIVE_NOISE * np.abs(y).max(initial=0.0))
-    return NoisySamples(t, y, noise, Residual(1.0, 1.0, bool(np.all(sigma == noise))))
-
-
 def _swings(motion: NoisySamples, limits: ImpactLimits) -> list[tuple[int, int]]:
     """First and last index of the stretches in which θ stands out of the noise with one sign."""
     index = np.flatnonzero(np.abs(motion.y) > motion.noise * limits.min_amplitude_sigmas / 2)
@@ -240,47 +254,6 @@ def _line_zero(t: Floats, theta: Floats) -> float:
     return min(max(mean - float(theta.mean()) / slope, t[0]), t[-1]) if slope else mean
 
 
-def _rows(
-    motion: NoisySamples,
-    swings: Sequence[tuple[int, int]],
-    passages: Sequence[float],
-    release: tuple[float | None, float, float],
-    uplift: float,
-    block: Block,
-    limits: ImpactLimits,
-    noise: Noise | None,
-) -> Floats:
-    """The impacts one by one, as values of `Impacts`; release holds its angle and the standard errors
-    of angle and zero."""
-    if not passages:
-        return np.empty((0, len(IMPACT_COLUMNS)))
-    rigid, theta0 = Rigid(block.theta_cr, block.p), release[0]
-    start = _release_peak(motion, *release[:2], rigid)
-    released = theta0 is not None and abs(theta0) < rigid.theta_cr
-    lowest = Lowest(limits.min_amplitude_sigmas, limits.min_uplift_ratio * uplift)
-    t, y, sigma = (_unwritable(each) for each in motion[:3])
-    known = NoisySamples(t, y, sigma, motion.left)
-    rows = impact_rows(known, np.array(swings), np.array(passages), start, released, lowest, rigid)
-    rows, fits = rows[:, :6], rows[:, 6:]
-    shared = np.zeros(len(rows))
-    if noise and motion.left.known and len(rows):
-        shared = under_noise(rows, fits, motion, noise)
-    if len(rows):
-        rows[:, 5] = np.hypot(rows[:, 5], release[2])
-        rows[1:, 3] = rows[:-1, 5]
-        shared -= release[2] ** 2  # the peaks are on either side
-    before, before_stderr, after, after_stderr = rows[:, 2:6].T
-    found = restitution_from_peaks(before, before_stderr, after, after_stderr, block, shared)
-    return np.column_stack([rows, *found])
-
-
-def _unwritable(values: Floats) -> Floats:
-    """A view of an array as the compiled loops take it, whatever it came from."""
-    view = np.ascontiguousarray(values).view()
-    view.flags.writeable = False
-    return view
-
-
 def _release_peak(motion: NoisySamples, theta0: float | None, theta0_stderr: float, block: Rigid) -> Peak:
     """The release angle as a peak: its rigid swing meets the data at half its height.
 
@@ -289,17 +262,12 @@ def _release_peak(motion: NoisySamples, theta0: float | None, theta0_stderr: flo
     size = np.abs(motion.y)
     height = min(abs(theta0) if theta0 is not None else float(size.max()), 0.99 * block.theta_cr)
     i = int(np.argmax(size <= height / 2))
-    fall_s = _fall_time(height, float(size[i]), block)
-    return Peak(float(height), float(theta0_stderr), float(motion.t[i] - fall_s), 0.0, 0.0, 1.0)
-
-
-def _fall_time(height: float, level: float, block: Rigid) -> float:
-    """Time [s] a rigid block takes from rest at a height to a lower level."""
     phi = max(block.theta_cr - height, 1e-9)
     k = math.sin(phi / 2)
-    ratio = k / math.sin(max(block.theta_cr - level, phi) / 2)
+    ratio = k / math.sin(max(block.theta_cr - float(size[i]), phi) / 2)
     amplitude = math.asin(math.sqrt((1 - ratio**2) / (1 - k * k)))
-    return float(ellipkinc(amplitude, 1 - k * k)) / block.p
+    fall_s = float(ellipkinc(amplitude, 1 - k * k)) / block.p  # from rest at that height
+    return Peak(float(height), float(theta0_stderr), float(motion.t[i] - fall_s), 0.0, 0.0, 1.0)
 
 
 TAIL_SWINGS = 2  # full contact is believed when this many swings stay in it

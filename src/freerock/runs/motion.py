@@ -14,7 +14,7 @@ from freerock.noise.in_motion import HIGH_SWING, in_motion, swings_of
 from freerock.noise.spectrum import Noise
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
-from freerock.runs.segment import Run
+from freerock.runs.runs import Run
 
 
 @dataclass(frozen=True)

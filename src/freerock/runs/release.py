@@ -163,16 +163,12 @@ def _falls(signal: Signal, hold: Phase, end_s: float) -> tuple[float, float, flo
         i = int(np.argmax(fallen > share))
         near = slice(first + max(i - 1, 0) * size, first + (i + 1) * size)
         samples = 1 - signal.theta[near] / hold.level
-        found.append(float(signal.t[near][_passes(samples, share)]))
+        # from which sample on most are above: where fewest are below it after and above it before
+        above = np.concatenate([[0], np.cumsum(samples > share)])
+        below = np.concatenate([[0], np.cumsum(~(samples > share))])
+        found.append(float(signal.t[near][np.argmin(above[:-1] + below[-1] - below[:-1])]))
     early, late, latest = found
     return early, late, latest
-
-
-def _passes(values: Floats, level: float) -> int:
-    """From which value on most are above a level: where fewest are below it after and above it before."""
-    above = np.concatenate([[0], np.cumsum(values > level)])
-    below = np.concatenate([[0], np.cumsum(~(values > level))])
-    return int(np.argmin(above[:-1] + below[-1] - below[:-1]))
 
 
 def held_angle(signal: Signal, hold: Phase, release_s: float, limits: RunLimits) -> HeldAngle:

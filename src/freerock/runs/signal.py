@@ -58,7 +58,7 @@ class Signal(NamedTuple):
         every = bool(valid.all())
         mean = window_sums(theta if every else np.where(valid, theta, 0.0), width)
         with np.errstate(invalid="ignore", divide="ignore"):
-            mean /= _numbers(theta.size, width) if every else window_sums(valid, width, np.int32)
+            mean /= window_sums(valid, width, np.int32)
         return mean
 
 
@@ -86,12 +86,6 @@ def invalid_in(signal: Signal, most: float) -> str:
     outside = ": check valid_low_v, valid_high_v (of a current valid_low_ma, valid_high_ma) of the laser"
     keys = outside if (flags & FLAGS["out_of_range"]).any() else ""
     return f"{share:.0%} of the samples are invalid{names_of(flags)}{keys}" if share > most else ""
-
-
-def _numbers(n: int, width: int) -> NDArray[np.int32]:
-    """How many of n samples the window about each holds, as `window_sums` of ones."""
-    first = np.arange(-(width // 2), n + 1, dtype=np.int32)
-    return np.asarray(np.minimum(first + width, n) - np.maximum(first, 0), np.int32)
 
 
 def window_sums(values: Floats | Mask, width: int, kind: type = float) -> NDArray[Any]:

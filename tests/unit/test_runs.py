@@ -18,7 +18,7 @@ from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.laws import Foundation
 from freerock.models.simulate import simulate
 from freerock.rotation.flags import Fault, SignalQuality, signal_quality
-from freerock.runs.segment import find_runs
+from freerock.runs.runs import find_runs
 
 BLOCK = Block(0.28, 0.07, 5.84)
 SIGMA = math.radians(0.005)
