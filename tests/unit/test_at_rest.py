@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from freerock.noise.at_rest import at_rest
+from freerock.noise.sensor_noise import at_rest
 from freerock.noise.spectrum import noise_told
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from freerock.noise.lines import slow_line
+from freerock.noise.interference import slow_line
 
 RATE = 1000.0
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from freerock.noise.mains import fit_mains, mains_ratio
+from freerock.noise.interference import fit_mains, mains_ratio
 
 RATE = 2000
 TIME = np.arange(4000) / RATE

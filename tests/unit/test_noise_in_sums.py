@@ -8,10 +8,15 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from freerock.noise.at_rest import noise_at_rest
-from freerock.noise.in_motion import in_motion
-from freerock.noise.spectrum import autocovariance, white_noise
-from freerock.noise.sums import covariance_of_means, covariance_of_sums, stderr_of_mean, unsure_of_sum
+from freerock.noise.sensor_noise import in_motion, noise_at_rest
+from freerock.noise.spectrum import (
+    autocovariance,
+    covariance_of_means,
+    covariance_of_sums,
+    stderr_of_mean,
+    unsure_of_sum,
+    white_noise,
+)
 
 RATE_HZ = 2000.0
 

@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from freerock.identification.goodness import goodness, minus_two_log
 from freerock.identification.significance_levels import RESIDUAL
-from freerock.noise.at_rest import noise_at_rest, quiet_stretches
+from freerock.noise.sensor_noise import noise_at_rest, quiet_stretches
 from freerock.noise.spectrum import (
     averaged,
     slow_and_white,

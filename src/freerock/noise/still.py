@@ -106,7 +106,11 @@ def stationary_phases(
     phases = []
     for first, last in spans:
         start, end = time_s[first * per_block], time_s[(last + 1) * per_block - 1]
-        phases.append(Phase(float(start), float(end), *_level(blocks, first, last)))
+        core = slice(first + BLOCKS_PER_WINDOW // 2, last + 1 - BLOCKS_PER_WINDOW // 2)  # away from the ends
+        level = float(blocks.centre + blocks.total[core].sum() / blocks.valid[core].sum())
+        means = blocks.means[core][blocks.valid[core] > 0]
+        stderr = float(np.std(means, ddof=1) / np.sqrt(means.size))
+        phases.append(Phase(float(start), float(end), level, stderr))
     samples = [(i * per_block, (j + 1) * per_block) for i, j in spans]
     return _classify(phases, samples, signal, max(1, round(0.002 / step)), limit) if phases else []
 
@@ -155,14 +159,6 @@ def _still_spans(blocks: _Blocks, limit: float) -> list[tuple[int, int]]:
     return [(first, last) for first, last, _ in spans]
 
 
-def _level(blocks: _Blocks, first: int, last: int) -> tuple[float, float]:
-    """Level of a still stretch away from its ends, and its standard error."""
-    core = slice(first + BLOCKS_PER_WINDOW // 2, last + 1 - BLOCKS_PER_WINDOW // 2)
-    level = blocks.centre + blocks.total[core].sum() / blocks.valid[core].sum()
-    of_blocks = blocks.means[core][blocks.valid[core] > 0]
-    return float(level), float(np.std(of_blocks, ddof=1) / np.sqrt(of_blocks.size))
-
-
 def stretches(mask: Mask) -> list[tuple[int, int]]:
     """First and last index of every run of True in a boolean array, as pairs."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).view(np.int8)))
@@ -193,7 +189,13 @@ def _classify(
     gaps = [signal[j:i:stride] for j, i in zip(ends, starts, strict=True)]  # gap g lies before phase g
 
     at_rest = (
-        [p for p, gap in zip(phases, gaps, strict=False) if _comes_to_rest(gap, p.level, limit)]
+        [
+            phase
+            for phase, gap in zip(phases, gaps, strict=False)
+            # Swings pass the level of a later hold as well; but from where they end a hand goes there, and
+            # that is as far from it as many a peak.
+            if _rocks(gap, phase.level, limit) and np.all(_peaks(gap, phase.level, limit)[-1:] <= DECAYED)
+        ]
         or _rocked_about(phases, gaps, limit)
         or [max(phases, key=lambda p: p.end_s - p.start_s)]
     )
@@ -229,15 +231,6 @@ def _rocked_about(phases: list[Phase], gaps: list[Floats], limit: float) -> list
     level = min(found, key=lambda each: each[0])[1].level
     every = {phase.mid_s: phase for _, phase in found if abs(phase.level - level) <= NEAR_LEVEL * limit}
     return list(every.values())
-
-
-def _comes_to_rest(signal: Floats, level: float, limit: float) -> bool:
-    """Whether a signal rocks freely about a level until little is left.
-
-    Swings pass the level of a later hold as well; but from where they end a hand goes there, and that is as
-    far from it as many a peak.
-    """
-    return _rocks(signal, level, limit) and bool(np.all(_peaks(signal, level, limit)[-1:] <= DECAYED))
 
 
 def _rocks(signal: Floats, level: float, limit: float) -> bool:

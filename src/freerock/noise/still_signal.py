@@ -1,26 +1,20 @@
-"""The noise of a signal: σ of a sample, interference of the mains, rests that move, while it stands still.
+"""A signal while it stands still: σ of a sample, and the converter's lattice, whose step rounds it.
 
-The spectrum of the noise of θ, on which errors of fits rest, is that of `noise.spectrum`.
+Interference is found by `interference`. The spectrum of the noise of θ, on which errors of fits rest, is
+that of `noise.spectrum`.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from freerock.arrays import Floats
-from freerock.noise.converter import scatter
-from freerock.noise.lines import MOST_SEGMENTS, SEGMENT_S
-from freerock.noise.mains import Mains, fit_mains, mains_ratio
+from freerock.arrays import Floats, Indices
 from freerock.noise.still import Phase, stationary_phases
 
-SURE = 5.0  # standard errors by which a rest level differs from another, an interference from none
-MAINS_KEEP = 0.005  # of their frequency: the mains stay so close to it
-MAINS_HZ = (50.0, 60.0)  # anywhere on earth
 COARSE_STEP = 1.5  # times the noise: a step that differences of neighbours no longer see through
-FAINT = 0.1  # of the noise of one sample: an interference below this is not worth a word
 
 
 @dataclass(frozen=True)
@@ -71,7 +65,7 @@ class StillSignal:
         """Standard deviation of a sample's white noise, rounding by the converter included.
 
         From differences of neighbours, those beyond 6 MADs left out; where the converter hides the noise,
-        from the samples about the level of their phase (`converter.scatter`).
+        from the samples about the level of their phase (`scatter`).
         """
         if not self.phases:
             return math.nan
@@ -103,47 +97,120 @@ class StillSignal:
         found = self.values[slice(*np.searchsorted(self.time_s, (first.start_s, first.end_s - margin)))]
         return found if np.isfinite(found).all() else np.empty(0)
 
-    def segments(self) -> Floats:
-        """Whole quiet stretches of one length, at most `MOST_SEGMENTS`, shape (n_segments, n_samples)."""
-        n = round(SEGMENT_S / self.step)
-        found = [slice(i, i + n) for first, last in self.quiet() for i in range(first, last - n + 1, n)]
-        kept = found[:: -(-len(found) // MOST_SEGMENTS) or 1]
-        parts = [self.values[part] for part in kept if np.isfinite(self.values[part]).all()]
-        return np.array(parts).reshape(-1, n)
+
+STEP_SAMPLES = 20_000  # suffice to see the step
+CLOSE = 0.05  # share of the gaps between values that are smaller than the one taken for the step
+ON_LATTICE = 0.98  # share of the gaps that are whole steps, each within `OFF` of a step
+OFF = 0.02
+FINE = 0.02  # of the scatter: rounding by a smaller step moves no quantile by a hundredth of it
+PER_STEP, PER_SCATTER = 16, 40  # classes of samples: so many in a step, or in their scatter
+OUTLIERS = 0.003  # share of samples that the likelihood leaves to anything but noise
+SMALLEST = 1 / 12  # of a step: a smaller scatter adds nothing to the error of rounding
+ZOOMS, TRIED = 4, 13  # of the search for the greatest likelihood: rounds, and values of a parameter in each
+ALIKE = 0.5  # less than this in the logarithm of the likelihood tells no scatter from another
 
 
-def significant_mains(signal: StillSignal, mains_hz: float) -> Mains | None:
-    """The interference of the mains, None where it is not significant or too faint to matter."""
-    if not (signal.phases and mains_hz * signal.step < 0.5):
-        return None
-    mains = fit_mains(*signal.inside, mains_hz, signal.step, signal.noise)
-    if mains and mains.amplitude > max(SURE * mains.amplitude_stderr, FAINT * signal.noise):
-        return mains
-    return None
+def lattice_step(recorded: Floats) -> float:
+    """Step of the converter, in the unit of the signal; 0 where values lie on no lattice.
 
+    It is 0, too, where it is so fine that most samples have a value of their own.
 
-def other_mains(signal: StillSignal, mains_hz: float) -> tuple[float, Mains] | None:
-    """The mains at the other nominal frequency [Hz] of `MAINS_HZ`, and their interference; None if not seen.
-
-    They are the highest line near it and as close to it as the mains stay.
+    Parameters
+    ----------
+    recorded : ndarray, shape (n_time,)
+        As recorded; NaN where there is no sample.
     """
-    for other_hz in MAINS_HZ:
-        if abs(other_hz - mains_hz) < 2 * MAINS_KEEP * mains_hz:
-            continue
-        found = significant_mains(signal, other_hz)
-        seen = seen_mains(signal, other_hz) if found else None
-        if found and seen and abs(seen[0] - 1) < MAINS_KEEP + SURE * seen[1]:
-            return other_hz, found
-    return None
+    known = recorded[np.isfinite(recorded)]
+    some = known[:: max(1, known.size // STEP_SAMPLES)]
+    values = np.unique(some)
+    if values.size < 2 or values.size > some.size / 2:
+        return 0.0
+    gaps = np.diff(values)
+    gaps = gaps[gaps > 1e-9 * np.abs(values).max()]  # the last digits of a float
+    if not gaps.size:
+        return 0.0
+    near = gaps[gaps < 1.5 * np.quantile(gaps, CLOSE)]
+    counts = gaps / np.median(near)
+    whole = np.rint(counts)
+    few = whole < OFF / 1e-3  # of many steps the error of one adds up
+    on = np.abs(counts - whole) < OFF
+    if not (few.any() and np.mean(on[few]) >= ON_LATTICE):
+        return 0.0
+    return float(np.mean(gaps[few] / whole[few])) if (whole[few] > 0).all() else 0.0
 
 
-def seen_mains(signal: StillSignal, mains_hz: float) -> tuple[float, float] | None:
-    """As `mains.mains_ratio`, of the longest quiet stretch; mains that wander differ between its halves."""
-    if not signal.phases:
-        return None
-    first, last = max(signal.quiet(), key=lambda ends: ends[1] - ends[0])
-    middle = (first + last) // 2
-    parts = slice(first, last), slice(first, middle), slice(middle, last)
-    whole, *halves = (mains_ratio(signal.time_s[each], signal.values[each], mains_hz) for each in parts)
-    seen = [each[0] for each in halves if each]
-    return whole and (whole[0], math.hypot(whole[1], float(np.std(seen)) if len(seen) == 2 else 0.0))
+def converter_step(recorded: Floats, theta: Floats) -> float:
+    """Step of the converter [rad], as `lattice_step`.
+
+    Parameters
+    ----------
+    recorded, theta : ndarray, shape (n_time,)
+        The signal as recorded, in any unit, and the rotation [rad] from it.
+    """
+    valid = np.isfinite(theta) & np.isfinite(recorded)
+    step = lattice_step(recorded[valid])
+    return step and step * float(np.ptp(theta[valid]) / np.ptp(recorded[valid]))
+
+
+def scatter(x: Floats | Sequence[Floats], step: float = 0.0) -> float:
+    """Standard deviation of one sample's error, robust against outliers; NaN samples are left out.
+
+    Where the converter's step is fine it is the median absolute deviation, scaled for a normal one.
+    Else it is sqrt(σ² + step²/12), with σ of the noise before rounding: that of greatest likelihood of a
+    normal variable of which each sample says only to what step it rounds (Heitjan 1989,
+    doi:10.1214/ss/1177012601). Of what the samples can't tell apart the middle is taken: where only one value
+    is seen, about a seventh of a step.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_time,), or sequence of such
+        A still signal; or several, each about a level of its own. Values need not lie on one lattice: those
+        of a rest whose hum was removed do not.
+    step : float
+        Of the converter, in the same unit.
+    """
+    known = [each[np.isfinite(each)] for each in ([x] if isinstance(x, np.ndarray) else x)]
+    about = [each - np.median(each) for each in known if each.size]
+    if not about:
+        return math.nan
+    together = about[0] if len(about) == 1 else np.concatenate(about)
+    robust = 1.4826 * float(np.median(np.abs(together)))
+    if step <= FINE * robust or not step:
+        return robust or float(np.std(together))
+    return math.hypot(_before_rounding(about, robust + step, step), step / math.sqrt(12))
+
+
+def _before_rounding(about: Sequence[Floats], wide: float, step: float) -> float:
+    """Scatter of a normal variable before it is rounded by a step; `wide` is a scale it does not exceed."""
+    size = max(step / PER_STEP, wide / PER_SCATTER)
+    counted = [np.unique(np.rint(each / size), return_counts=True) for each in about]
+    least, most = math.log(SMALLEST * step), math.log(2 * wide)
+    levels, reach = np.zeros(len(counted)), step / 2 + wide / 4
+    log_sigma, half = (least + most) / 2, (most - least) / 2
+    for _ in range(ZOOMS):
+        near = levels[:, None] + np.linspace(-reach, reach, TRIED)
+        tried = np.clip(log_sigma + np.linspace(-half, half, TRIED), least, most)
+        likely = np.array(
+            [
+                _likelihood(kinds * size, number, own, np.exp(tried), step, wide)
+                for (kinds, number), own in zip(counted, near, strict=True)
+            ]
+        )
+        of_sigma = likely.max(axis=1).sum(axis=0)
+        alike = np.flatnonzero(of_sigma > of_sigma.max() - ALIKE)
+        log_sigma = float(tried[alike].mean())
+        levels = near[np.arange(len(near)), likely[:, :, alike[alike.size // 2]].argmax(axis=1)]
+        reach, half = reach / 4, half / 4
+    return math.exp(log_sigma)
+
+
+def _likelihood(
+    at: Floats, number: Indices, levels: Floats, sigmas: Floats, step: float, wide: float
+) -> Floats:
+    """Its logarithm for each level and scatter, of so many samples at some values."""
+    from scipy.special import ndtr  # a tenth of a second, which pages of quality do without
+
+    off, scale = at - levels[:, None, None], sigmas[:, None]
+    chance = ndtr((off + step / 2) / scale) - ndtr((off - step / 2) / scale)
+    anywhere = OUTLIERS * step / max(20 * wide, float(np.ptp(at)))
+    return np.asarray(np.log((1 - OUTLIERS) * chance + anywhere) @ number)

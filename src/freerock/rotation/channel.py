@@ -11,20 +11,19 @@ from freerock.arrays import Flags, Floats
 from freerock.config.processing import RotationOptions
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.noise.converter import lattice_step
-from freerock.noise.lines import other_line, slow_line
-from freerock.noise.mains import Mains
-from freerock.noise.still import Phase
-from freerock.noise.still_signal import (
-    COARSE_STEP,
+from freerock.noise.interference import (
     FAINT,
     MAINS_KEEP,
     SURE,
-    StillSignal,
+    Mains,
+    other_line,
     other_mains,
     seen_mains,
     significant_mains,
+    slow_line,
 )
+from freerock.noise.still import Phase
+from freerock.noise.still_signal import COARSE_STEP, StillSignal, lattice_step
 from freerock.rotation.beam import sensitivity
 from freerock.rotation.flags import FLAGS, Fault, flag_samples, flagged_faults, shares
 from freerock.rotation.sensor import Laser, distance_from_output, looks_like_current
@@ -191,7 +190,7 @@ def _interference(
     if mains:
         note = f"{mains.frequency_hz:.2f} Hz, {mains.amplitude:.3g} {unit}, removed"
         faults.append(Fault("mains_interference", *whole, note, mains.amplitude * per_output))
-    line = other_line(signal.segments(), signal.step, lines_of_hz)
+    line = other_line(signal, lines_of_hz)
     rounded = ROUNDED * signal.lattice if signal.lattice > COARSE_STEP * signal.noise else 0.0
     if line and line[1] > max(FAINT * signal.noise, rounded):
         note = f"{line[0]:.1f} Hz, {line[1]:.3g} {unit}, not from the mains: folded, or a vibration"

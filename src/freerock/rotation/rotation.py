@@ -175,12 +175,11 @@ def find_rotation(
     Returns
     -------
     xarray.Dataset
-        Time is the record's less the delay of the laser's response. Over dimension time: theta [rad] and
-        sigma_theta [rad] (NaN where flagged), flags (sum of
-        `flags.FLAGS`); what was recorded, named by its quantity (voltage [V], current [mA], displacement
-        [m], rotation [rad]; of the second laser with _2); of two lasers translation [m] along the beams, away
-        from the sensors. Over dimension fault, what is wrong with the signal and when: fault (name),
-        fault_start and fault_end [s], fault_note, fault_angle [rad] (its effect on θ, NaN where unknown).
+        Time is the record's less the delay of the laser's response. Over dimension time: theta and
+        sigma_theta [rad] (NaN where flagged), flags (sum of `flags.FLAGS`); what was recorded, by its
+        quantity (voltage [V], current [mA], displacement [m], rotation [rad]; of the second laser with _2);
+        of two lasers translation [m] along the beams, away from the sensors. Over dimension fault: fault
+        (name), fault_start and fault_end [s], fault_note, fault_angle [rad] (effect on θ, NaN if unknown).
         Attributes: sampling_rate_hz, noise_v (white), mains_hz and mains_amplitude_v (0 if off), zero_v (mean
         reading at rest), zero_drift_v (its range), in _ma, _m or _rad for other quantities, of the first
         laser; rest_phases (their number), zero_stderr_rad; what `view.view_in` reads, as sensor_beam.
@@ -206,10 +205,8 @@ def find_rotation(
     if len(channels) != len(lasers):
         what = f"{len(channels)} channels for {len(lasers)} lasers"
         raise FreerockError("laser signal", what, "name a channel for each laser")
-    response_ms = lasers[0].response_ms
-    if any(own.response_ms != response_ms for own in lasers):
-        what = "the two lasers differ in their response"
-        raise FreerockError("laser signal", what, "give both the same response_ms")
+    if any(own.response_ms != lasers[0].response_ms for own in lasers):
+        raise FreerockError("laser signal", "the two lasers differ in their response", "give both the same")
     time_s, signals = numbers("time", time_s), [numbers("laser signal", each) for each in channels]
     step = _even_step(time_s, signals)
     if units is None:
@@ -224,7 +221,7 @@ def find_rotation(
     else:
         found = rotation_of_two(time_s, readings, lasers, block, options.max_disagreement_deg)
         readings = [_named(*each) for each in zip(readings, lasers, strict=True)]
-    dataset = _dataset(time_s - response_ms / 1e3 / 2, step, readings, found)  # by so much it is late
+    dataset = _dataset(time_s - lasers[0].response_ms / 1e3 / 2, step, readings, found)
     return dataset.assign_attrs(sensor_attributes(view_of(lasers, block)))
 
 

@@ -17,8 +17,8 @@ from freerock.config.hand_corrections import Override
 from freerock.config.processing import RunLimits
 from freerock.errors import FreerockError
 from freerock.models.block import Block
+from freerock.noise.spectrum import covariance_of_sums
 from freerock.noise.still import MIN_PEAKS, UNSTEADY, Phase, one_sided, stationary_phases, stretches
-from freerock.noise.sums import covariance_of_sums
 from freerock.runs.release import (
     FALL_MOST,
     FAR,

@@ -17,10 +17,9 @@ from freerock.arrays import Floats, sampled
 from freerock.config.processing import IMPACT_LIMITS, ImpactLimits
 from freerock.errors import of_kind
 from freerock.models.block import Block
-from freerock.noise.in_motion import in_motion
-from freerock.noise.spectrum import Noise
+from freerock.noise.sensor_noise import in_motion
+from freerock.noise.spectrum import Noise, covariance_of_means, covariance_of_sums
 from freerock.noise.still import between_breaks
-from freerock.noise.sums import covariance_of_means, covariance_of_sums
 from freerock.runs.impact_kernel import (
     PEAK_DEGREE,
     SWING_SAMPLES,
@@ -101,7 +100,7 @@ def find_impacts(
         Without it, or from θ_cr on, that peak and the first restitutions are NaN.
     limits : ImpactLimits, optional
     noise : Noise, optional
-        Of the sensor over sigma_theta (`at_rest.over_usual`); else it is taken to be white.
+        Of the sensor over sigma_theta (`sensor_noise.over_usual`); else it is taken to be white.
     zero_stderr : float
         Standard error of the zero of θ, a part of that of theta0 [rad]: it raises the peaks on one side and
         lowers those on the other.
@@ -122,17 +121,12 @@ def find_impacts(
     [0.93, 0.93, 0.93]
     """
     of_kind("block", block, Block, "give freerock.Block(...)")
-    t, y = sampled(time_s, theta)
-    sigma = np.broadcast_to(np.asarray(sigma_theta, float), y.shape)
-    valid = np.isfinite(y) & np.isfinite(sigma)
-    if not valid.all():
-        t, y, sigma = t[valid], y[valid], sigma[valid]
-    at_least = np.maximum(sigma, RELATIVE_NOISE * np.abs(y).max(initial=0.0))
-    motion = NoisySamples(t, y, at_least, Residual(1.0, 1.0, bool(np.all(sigma == at_least))))
+    motion = _motion(time_s, theta, sigma_theta)
+    t, y = motion.t, motion.y
     swings = _swings(motion, limits)
     known = noise if motion.left.known and len(swings) > 1 else None
     if known:
-        known = in_motion(known, y, at_least, [slice(i, j + 1) for i, j in swings[1:]])
+        known = in_motion(known, y, motion.noise, [slice(i, j + 1) for i, j in swings[1:]])
         motion = motion._replace(left=left_of(known, swings))
     passages = [_line_zero(t[i : j + 1], y[i : j + 1]) for (_, i), (j, _) in pairwise(swings)]
     uplift, rows = uplift_amplitude(t, y, passages, block), np.empty((0, len(IMPACT_COLUMNS)))
@@ -141,19 +135,12 @@ def find_impacts(
         start = _release_peak(motion, theta0, theta0_stderr, rigid)
         released = theta0 is not None and abs(theta0) < rigid.theta_cr
         lowest = Lowest(limits.min_amplitude_sigmas, limits.min_uplift_ratio * uplift)
-        t, y, sigma = (np.ascontiguousarray(each).view() for each in motion[:3])
-        for each in (t, y, sigma):
-            each.flags.writeable = False  # as the compiled loops take them, whatever they came from
-        samples = NoisySamples(t, y, sigma, motion.left)
-        rows = impact_rows(samples, np.array(swings), np.array(passages), start, released, lowest, rigid)
+        rows = impact_rows(motion, np.array(swings), np.array(passages), start, released, lowest, rigid)
         rows, fits = rows[:, :6], rows[:, 6:]
-        shared = np.zeros(len(rows))
-        if known and len(rows):
-            shared = under_noise(rows, fits, motion, known)
-        if len(rows):
-            rows[:, 5] = np.hypot(rows[:, 5], zero_stderr)
-            rows[1:, 3] = rows[:-1, 5]
-            shared -= zero_stderr**2  # the peaks are on either side
+        shared = under_noise(rows, fits, motion, known) if known and len(rows) else np.zeros(len(rows))
+        rows[:, 5] = np.hypot(rows[:, 5], zero_stderr)
+        rows[1:, 3] = rows[:-1, 5]
+        shared -= zero_stderr**2  # the peaks are on either side
         before, before_stderr, after, after_stderr = rows[:, 2:6].T
         found = restitution_from_peaks(before, before_stderr, after, after_stderr, block, shared)
         rows = np.column_stack([rows, *found])
@@ -234,6 +221,21 @@ def energy_of_peaks(peaks: Floats, block: Block, tilt: float = 0.0) -> tuple[Flo
     share = np.where((height > 0) & (height < balance), share, np.nan)
     energy = 2 * np.sin(height / 2) * np.sin(balance - height / 2)  # without loss of digits
     return share * energy, share * np.sin(balance - height)
+
+
+def _motion(time_s: ArrayLike, theta: ArrayLike, sigma_theta: ArrayLike) -> NoisySamples:
+    """The samples that are numbers, with their noise; arrays that can't be written to, for compiled loops."""
+    t, y = sampled(time_s, theta)
+    sigma = np.broadcast_to(np.asarray(sigma_theta, float), y.shape)
+    valid = np.isfinite(y) & np.isfinite(sigma)
+    if not valid.all():
+        t, y, sigma = t[valid], y[valid], sigma[valid]
+    noise = np.maximum(sigma, RELATIVE_NOISE * np.abs(y).max(initial=0.0))
+    known = bool(np.all(sigma == noise))
+    t, y, noise = (np.ascontiguousarray(each).view() for each in (t, y, noise))
+    for each in (t, y, noise):
+        each.flags.writeable = False
+    return NoisySamples(t, y, noise, Residual(1.0, 1.0, known))
 
 
 def _swings(motion: NoisySamples, limits: ImpactLimits) -> list[tuple[int, int]]:

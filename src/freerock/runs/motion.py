@@ -9,8 +9,7 @@ import numpy as np
 
 from freerock.arrays import Floats, sampled
 from freerock.errors import FreerockError, of_kind
-from freerock.noise.at_rest import relative_noise, usual_of
-from freerock.noise.in_motion import HIGH_SWING, in_motion, swings_of
+from freerock.noise.sensor_noise import HIGH_SWING, in_motion, relative_noise, swings_of, usual_of
 from freerock.noise.spectrum import Noise
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View

@@ -19,11 +19,10 @@ from freerock.arrays import Floats
 from freerock.config.hand_corrections import Override
 from freerock.config.processing import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, RunLimits
 from freerock.models.block import Block
-from freerock.noise.at_rest import AtRest, at_rest, over_usual
-from freerock.noise.converter import scatter
-from freerock.noise.spectrum import Noise
+from freerock.noise.sensor_noise import AtRest, at_rest, over_usual
+from freerock.noise.spectrum import Noise, stderr_of_mean
 from freerock.noise.still import Phase
-from freerock.noise.sums import stderr_of_mean
+from freerock.noise.still_signal import scatter
 from freerock.rotation.flags import SignalQuality, signal_quality
 from freerock.runs.beginning import Beginning, begun_by_hand, find_holds, from_hold, no_release, unseen
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand, Planned

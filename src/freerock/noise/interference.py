@@ -1,4 +1,7 @@
-"""Interference of the mains in a still signal: its fit, and its frequency where the rate is wrong."""
+"""Interference in a still signal: that of the mains, its fit and its frequency where the rate is wrong.
+
+Other lines in the spectrum do not come from the mains: they are folded, or a vibration.
+"""
 
 import math
 from typing import NamedTuple
@@ -7,6 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Complexes, Floats
+from freerock.noise.spectrum import frequencies, tapered_power
+from freerock.noise.still_signal import StillSignal
 
 BAND_HZ = 0.25  # the mains frequency is sought this far either side of its nominal value
 SOUGHT = 0.18  # of the nominal frequency, either side; short of the step from 50 to 60 Hz
@@ -15,6 +20,10 @@ HARMONICS = 3
 AVERAGED_S = 0.1  # the beat with the mains is averaged over this long, which keeps it sharp and cheap
 MOST_BLOCKS = 400  # of that length suffice for a fit
 PER_BIN = 4  # frequencies tried in the width of a spectral line
+SURE = 5.0  # standard errors by which a rest level differs from another, an interference from none
+MAINS_KEEP = 0.005  # of their frequency: the mains stay so close to it
+MAINS_HZ = (50.0, 60.0)  # anywhere on earth
+FAINT = 0.1  # of the noise of one sample: an interference below this is not worth a word
 MOST_LOST = 0.05  # where a steady phase would lose a larger share of the power, it wanders
 
 
@@ -164,3 +173,137 @@ def mains_ratio(time_s: ArrayLike, signal: ArrayLike, mains_hz: float) -> tuple[
     spread = 2 * noise / (window @ window) * ((window * centred) @ (window * centred))
     stderr = math.sqrt(spread) / (amplitude * (window @ centred**2)) / (2 * math.pi)
     return float(line_hz / mains_hz), float(stderr / mains_hz)
+
+
+def significant_mains(signal: StillSignal, mains_hz: float) -> Mains | None:
+    """The interference of the mains, None where it is not significant or too faint to matter."""
+    if not (signal.phases and mains_hz * signal.step < 0.5):
+        return None
+    mains = fit_mains(*signal.inside, mains_hz, signal.step, signal.noise)
+    if mains and mains.amplitude > max(SURE * mains.amplitude_stderr, FAINT * signal.noise):
+        return mains
+    return None
+
+
+def other_mains(signal: StillSignal, mains_hz: float) -> tuple[float, Mains] | None:
+    """The mains at the other nominal frequency [Hz] of `MAINS_HZ`, and their interference; None if not seen.
+
+    They are the highest line near it and as close to it as the mains stay.
+    """
+    for other_hz in MAINS_HZ:
+        if abs(other_hz - mains_hz) < 2 * MAINS_KEEP * mains_hz:
+            continue
+        found = significant_mains(signal, other_hz)
+        seen = seen_mains(signal, other_hz) if found else None
+        if found and seen and abs(seen[0] - 1) < MAINS_KEEP + SURE * seen[1]:
+            return other_hz, found
+    return None
+
+
+def seen_mains(signal: StillSignal, mains_hz: float) -> tuple[float, float] | None:
+    """As `mains_ratio`, of the longest quiet stretch; mains that wander differ between its halves."""
+    if not signal.phases:
+        return None
+    first, last = max(signal.quiet(), key=lambda ends: ends[1] - ends[0])
+    middle = (first + last) // 2
+    parts = slice(first, last), slice(first, middle), slice(middle, last)
+    whole, *halves = (mains_ratio(signal.time_s[each], signal.values[each], mains_hz) for each in parts)
+    seen = [each[0] for each in halves if each]
+    return whole and (whole[0], math.hypot(whole[1], float(np.std(seen)) if len(seen) == 2 else 0.0))
+
+
+SEGMENT_S, MOST_SEGMENTS = 0.5, 200  # of the mean spectrum in which lines are sought
+LOWEST_HZ = 15.0  # below lie tremor, drift and the block itself
+NEIGHBOURS = 20  # bins on either side whose median is the floor
+ABOVE = 5.5  # standard deviations above the floor
+LONGEST_S = 10.0  # of a rest in which a slow line is sought
+WIDE, BESIDE = 3, 16  # bins on either side that a slow line fills, and next to these, whose median it exceeds
+FEWEST = 6  # of the latter towards zero
+CLEAR = 12.0  # times that median
+
+
+def other_line(signal: StillSignal, mains_hz: float | None) -> tuple[float, float] | None:
+    """The strongest line in the spectrum of a still signal that is no harmonic of the mains.
+
+    The mean spectrum of the segments (Hann window), all made equally loud, stands above the median of its
+    neighbourhood by more than chance allows: `ABOVE` standard deviations of the mean of as many exponential
+    variables, in the approximation of Wilson and Hilferty (1931, doi:10.1073/pnas.17.12.684).
+
+    Parameters
+    ----------
+    signal : StillSignal
+        Its quiet stretches are cut into segments of `SEGMENT_S`, of which `MOST_SEGMENTS` are taken.
+    mains_hz : float or None
+        Frequency [Hz] whose harmonics are passed over.
+
+    Returns
+    -------
+    (frequency_hz, amplitude) or None
+    """
+    n = round(SEGMENT_S / signal.step)
+    found = [slice(i, i + n) for first, last in signal.quiet() for i in range(first, last - n + 1, n)]
+    parts = [signal.values[part] for part in found[:: -(-len(found) // MOST_SEGMENTS) or 1]]
+    segments = np.array([part for part in parts if np.isfinite(part).all()]).reshape(-1, n)
+    k = len(segments)
+    if k < 2 or n < 4 * NEIGHBOURS:
+        return None
+    window = np.hanning(n)
+    level = segments - segments.mean(axis=1, keepdims=True)
+    square = np.mean(level**2, axis=1, keepdims=True)
+    level *= np.sqrt(square.mean() / np.where(square > 0, square, 1.0))
+    power = (np.abs(np.fft.rfft(level * window, axis=1)) ** 2).mean(axis=0)
+    frequency = np.fft.rfftfreq(n, signal.step)
+    width = frequency[1]
+    padded = np.pad(power, NEIGHBOURS, mode="reflect")
+    floor = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1), axis=1)
+    limit = floor * k / (k - 1 / 3) * (1 - 1 / (9 * k) + ABOVE / (3 * np.sqrt(k))) ** 3
+    near = np.abs(frequency / mains_hz - np.round(frequency / mains_hz)) * mains_hz if mains_hz else np.inf
+    open_bins = (frequency > max(LOWEST_HZ, 5 * width)) & (near > 2.5 * width)
+    excess = np.where(open_bins & (power > limit), power, 0.0)
+    top = int(np.argmax(excess))
+    if excess[top] == 0:
+        return None
+    return float(frequency[top]), float(2 * np.sqrt(power[top]) / window.sum())
+
+
+def slow_line(rest: Floats, step: float) -> tuple[float, float] | None:
+    """The strongest line below `LOWEST_HZ` in a rest that no motion came before.
+
+    After a motion the block swings on below the noise, and a hand that holds it trembles: neither is looked
+    at here. The power by sine tapers stands `CLEAR` times above the medians of the bins on both sides, so
+    that noise that falls or rises with the frequency shows no line.
+
+    Parameters
+    ----------
+    rest : ndarray, shape (n_time,)
+        The signal.
+    step : float
+        Sampling interval [s].
+
+    Returns
+    -------
+    (frequency_hz, amplitude) or None
+        None as well where the rest is too short.
+    """
+    still = rest[: round(LONGEST_S / step)]
+    frequency = frequencies(still.size) / step
+    lowest, highest = 1 + FEWEST + WIDE, int(np.searchsorted(frequency, LOWEST_HZ))
+    if highest <= lowest or highest + WIDE + BESIDE > frequency.size:
+        return None
+    time = np.arange(still.size) - (still.size - 1) / 2
+    level = still - still.mean()
+    power = tapered_power(level - time * (time @ level) / (time @ time))
+    floor = np.array(
+        [
+            max(
+                np.median(power[max(1, i - WIDE - BESIDE) : i - WIDE]),
+                np.median(power[i + WIDE + 1 : i + WIDE + 1 + BESIDE]),
+            )
+            for i in range(lowest, highest)
+        ]
+    )
+    top = int(np.argmax(power[lowest:highest] / np.maximum(floor, np.finfo(float).tiny)))
+    if not power[lowest + top] > CLEAR * floor[top] > 0:
+        return None
+    line = power[lowest + top - WIDE : lowest + top + WIDE + 1] - floor[top]
+    return float(frequency[lowest + top]), float(np.sqrt(4 * line.sum() / still.size))

@@ -1,19 +1,24 @@
-"""Noise of a sensor at rest, from the stretches of a record in which θ shows nothing else.
+"""Noise of a sensor at rest, from the stretches of a record in which θ shows nothing else; and in motion.
 
-σ of a sample is found by `still_signal`, the spectrum by `spectrum`.
+σ of a sample is found by `still_signal`, the spectrum by `spectrum`. While the block moves the noise may be
+louder, by one factor per octave. Sixth differences of means cancel a smooth motion, so only noise remains;
+those of twice as many see the octave below. They are taken near the peaks, away from impacts.
 """
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from freerock.arrays import Floats
 from freerock.noise.spectrum import (
+    CERTAIN,
     Noise,
     averaged,
+    covariance_of_sums,
     degrees_of_freedom,
     expected_power,
     fit_law,
@@ -22,7 +27,7 @@ from freerock.noise.spectrum import (
     tapered_power,
     white_noise,
 )
-from freerock.noise.still import Phase, stationary_phases, stretches
+from freerock.noise.still import Phase, one_sided, stationary_phases, stretches
 
 BLOCK_S = 0.02  # averaging time in which a swing stands out of the noise
 PARTS = 8  # into which a phase is cut
@@ -72,7 +77,10 @@ def quiet_stretches(
         first = int(loud[-1]) + 1 if len(loud) else 0
         if first < PARTS:
             settled = sum(map(len, np.array_split(own, PARTS)[:first]))
-            yield from _valid(own[settled:])
+            for begin, last in stretches(np.isfinite(own[settled:])):
+                part = own[settled + begin : settled + last + 1]
+                part -= part.mean()
+                yield part
 
 
 class AtRest(NamedTuple):
@@ -127,26 +135,15 @@ def relative_noise(sigma_theta: Floats, usual: float) -> Floats:
 
 def _mean_squares(parts: Sequence[Floats], block: int) -> Floats:
     """Mean square of block means in each part, about the level that the last ones show."""
-    means = [_block_means(part, block) for part in parts]
+    means = list[Floats]()
+    for part in parts:
+        blocks = part[: len(part) // block * block].reshape(-1, block)
+        valid = np.isfinite(blocks)
+        with np.errstate(invalid="ignore"):  # NaN where a block has no sample that is valid
+            means.append(np.where(valid, blocks, 0.0).sum(axis=1) / valid.sum(axis=1))
     settled = np.concatenate(means[-LAST:])
     level = settled[np.isfinite(settled)].mean() if np.isfinite(settled).any() else np.nan
     return np.array([np.mean((own[np.isfinite(own)] - level) ** 2) for own in means])
-
-
-def _block_means(values: Floats, block: int) -> Floats:
-    """Means of whole blocks of samples; NaN where a block has none that is valid."""
-    blocks = values[: len(values) // block * block].reshape(-1, block)
-    valid = np.isfinite(blocks)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.where(valid, blocks, 0.0).sum(axis=1) / valid.sum(axis=1))
-
-
-def _valid(values: Floats) -> Iterator[Floats]:
-    """The stretches between samples that are not finite, each about its own level; values are overwritten."""
-    for first, last in stretches(np.isfinite(values)):
-        part = values[first : last + 1]
-        part -= part.mean()
-        yield part
 
 
 def noise_at_rest(stretches: Iterable[Floats], rate_hz: float, step: float = 0.0) -> Noise | None:
@@ -198,3 +195,68 @@ def noise_at_rest(stretches: Iterable[Floats], rate_hz: float, step: float = 0.0
 
 def _mean_square(values: Sequence[Floats]) -> float:
     return sum((float(each @ each) for each in values), 0.0) / max(1, sum(map(len, values)))
+
+
+SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
+HIGH_SWING = 20.0  # standard deviations of the noise that a swing is high which tells of it
+LONGEST = 8  # means of the noise in one of a difference, at most: beyond them the motion itself is seen
+INNER = 0.8  # of a swing, about its middle, that is looked at
+OF_MEDIAN = 0.4549  # the median of squares of normal numbers
+FARTHEST = 9.0  # times what that median tells, at most, does a square count: what jumps is no noise
+SIZES = int(math.log2(LONGEST)) + 1  # of differences
+EFFICIENCY = 0.8  # degrees of freedom of a square: its differences overlap
+SURE = 10.0  # twice the logarithm of a likelihood ratio, from which noise is louder
+# Octaves below those seen in which it grows on as between the lowest two; set on noises of 1 to 200 ms.
+UNSEEN = 3
+STEEPEST, SLIGHT = 4.0, 1e-3  # growth from an octave to the one below, at most; power over that at rest
+
+
+def in_motion(noise: Noise, theta: Floats, sigma: Floats, swings: Iterable[slice]) -> Noise:
+    """Noise of a sensor, as loud in each octave as it is while the block swings.
+
+    Parameters
+    ----------
+    noise : Noise
+        At rest, over sigma.
+    theta, sigma : ndarray, shape (n_time,)
+        Of a motion, rotation and the standard deviation of its noise [rad].
+    swings : iterable of slice
+        Between impacts.
+    """
+    m, pieces = noise.averaged, list[Floats]()
+    for each in swings:
+        values = theta[each] / sigma[each]
+        margin = int((1 - INNER) / 2 * len(values))
+        inner = values[margin : len(values) - margin]
+        pieces.append(inner[: len(inner) // m * m].reshape(-1, m).mean(axis=1))
+    ratio, dof = np.ones(SIZES), np.zeros(SIZES)
+    for k in range(SIZES):
+        weights, expected = _difference(noise, k)
+        long = [each for each in pieces if len(each) >= len(weights)]
+        found = np.array([x for each in long for x in np.convolve(each, weights, "valid")[:: 3 * 2**k]])
+        squares = found[np.isfinite(found)] ** 2 / expected
+        if squares.size:
+            ratio[k] = np.mean(np.minimum(squares, FARTHEST / OF_MEDIAN * np.median(squares)))
+            dof[k] = squares.size * EFFICIENCY
+    louder = ratio > 1
+    if float(dof[louder] @ (ratio - 1 - np.log(ratio))[louder]) < SURE:
+        return noise
+    excess = np.maximum(ratio - 1, 0.0)
+    growth = min(max(excess[-1] / max(excess[-2], SLIGHT), 1.0), STEEPEST)
+    excess = np.append(excess, excess[-1] * growth ** np.arange(1, UNSEEN + 1))
+    octave = np.minimum(np.arange(len(noise.ratio))[::-1], len(excess) - 1)
+    known = np.where(louder, dof, CERTAIN)[np.minimum(octave, SIZES - 1)]
+    return replace(noise, ratio=noise.ratio * (1 + excess[octave]), dof=np.minimum(noise.dof, known))
+
+
+@lru_cache(32)
+def _difference(noise: Noise, k: int) -> tuple[Floats, float]:
+    """Weights of a difference of means of 2ᵏ, and its variance by the noise."""
+    weights = np.repeat(SIXTH, 2**k) / 2**k
+    return weights, float(covariance_of_sums(noise, weights[None])[0, 0])
+
+
+def swings_of(theta: Floats, lowest: float) -> list[slice]:
+    """The stretches in which |θ| is higher than `lowest` [rad] with one sign, after the first."""
+    first, last = one_sided(theta, lowest)
+    return [slice(int(i), int(j) + 1) for i, j in zip(first[1:], last[1:], strict=True)]
