@@ -7,8 +7,7 @@ from test_impact_energy import BLOCK, LAW, THETA0, TIME, N, measured, true_resti
 
 from freerock.identification.fit import fit_record
 from freerock.models.simulate import Solver, simulate
-from freerock.populations.impact_energy import impact_energy
-from freerock.populations.law_error import with_law_error
+from freerock.populations.impact_energy import impact_energy, with_law_error
 from freerock.runs.impacts import find_impacts
 
 LEAN, LIFTED = 6e-4, 0.01  # zero of a swing, and the rotation from which the block has lifted off [rad]

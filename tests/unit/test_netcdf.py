@@ -24,7 +24,6 @@ from freerock.noise.spectrum import white_noise
 from freerock.populations.impact_energy import ImpactEnergy
 from freerock.products.estimates import parameters_in
 from freerock.products.groups import reasons_in
-from freerock.products.names import IMPACT_VARIABLES
 from freerock.products.netcdf import (
     open_fits,
     open_record,
@@ -34,6 +33,7 @@ from freerock.products.netcdf import (
     write_record,
 )
 from freerock.products.runs import runs_in
+from freerock.products.storage import IMPACT_VARIABLES
 from freerock.rotation.laboratory import Input
 from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts

@@ -13,7 +13,7 @@ from freerock.identification.fitted import Fit
 from freerock.identification.paper_fit import PaperFit
 from freerock.models.block import Block
 from freerock.models.laws import MODELS
-from freerock.populations.law_error import energies_of_record
+from freerock.populations.impact_energy import energies_of_record
 from freerock.products.groups import NotFitted
 from freerock.products.netcdf import open_record, samples_in, write_fits
 from freerock.products.provenance import provenance

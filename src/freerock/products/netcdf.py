@@ -10,8 +10,15 @@ import xarray as xr
 from freerock.arrays import Floats
 from freerock.models.given import legal
 from freerock.products.groups import CHOICE_GROUP, Attrs
-from freerock.products.names import IMPACT_VARIABLES, RUN_VARIABLES, WITH_TOTAL, root_attributes
-from freerock.products.storage import open_product, root_of, write_groups
+from freerock.products.storage import (
+    IMPACT_VARIABLES,
+    RUN_VARIABLES,
+    WITH_TOTAL,
+    open_product,
+    root_attributes,
+    root_of,
+    write_groups,
+)
 from freerock.runs.verdict import Level, Reason
 
 FROM_START = "time from the start of the record"
@@ -155,7 +162,18 @@ def write_fits(
     groups = {"/": xr.Dataset(attrs=root_attributes("fits", "models identified", attrs))}
     for number, models in fits.items():
         own = {"reasons": list(reasons[number])} if reasons and reasons.get(number) else {}
-        groups |= _fits(f"run_{number}", models, (energies or {}).get(number, {}), {"run": number, **own})
+        group, curve = f"run_{number}", next(iter(models.values())).curve
+        groups[group] = xr.Dataset(
+            {"theta": ("time", curve.theta)},
+            {"time": ("time", curve.time, SINCE_RELEASE)},
+            {"run": number, **own},
+        )
+        for model, fit in models.items():
+            if not np.array_equal(fit.curve.time, curve.time):
+                raise ValueError(f"{group}: the fits must share their time axis")
+            groups[f"{group}/{model}"] = _fit(model, fit, (energies or {}).get(number, {}).get(model))
+            if fit.uncertainty.contributions.inputs:
+                groups[f"{group}/{model}/{INPUTS_GROUP}"] = _inputs(fit)
         for law, paper in (papers or {}).get(number, {}).items():
             groups[f"run_{number}/{PAPER_GROUP.format(law)}"] = _paper(paper)
         if choice:
@@ -227,21 +245,6 @@ def _numbered(n: int) -> dict[str, Any]:
     return {"impact": np.arange(1, n + 1, dtype=np.int32)}
 
 
-def _fits(
-    group: str, models: Mapping[str, "Fit"], energies: "Mapping[str, ImpactEnergy]", attrs: Attrs
-) -> dict[str, xr.Dataset]:
-    """Datasets of a run and of its models, each with its own coordinates."""
-    first = next(iter(models.values())).curve
-    groups = {group: xr.Dataset({"theta": ("time", first.theta)}, _since(first.time), attrs)}
-    for model, fit in models.items():
-        if not np.array_equal(fit.curve.time, first.time):
-            raise ValueError(f"{group}: the fits must share their time axis")
-        groups[f"{group}/{model}"] = _fit(model, fit, energies.get(model))
-        if fit.uncertainty.contributions.inputs:
-            groups[f"{group}/{model}/{INPUTS_GROUP}"] = _inputs(fit)
-    return groups
-
-
 def _fit(model: str, fit: "Fit", energies: "ImpactEnergy | None") -> xr.Dataset:
     """The dataset of one fit."""
     names, known, scatter = list(fit.values), fit.uncertainty, fit.scatter.of_record
@@ -283,7 +286,9 @@ def _fit(model: str, fit: "Fit", energies: "ImpactEnergy | None") -> xr.Dataset:
         **{name: getattr(fit.evidence, name) for name in OF_EVIDENCE},
         "nfev": int(fit.result.nfev),
     }
-    return xr.Dataset(arrays, {"parameter": names, **_since(fit.curve.time), **_numbered(n)}, told)
+    return xr.Dataset(
+        arrays, {"parameter": names, "time": ("time", fit.curve.time, SINCE_RELEASE), **_numbered(n)}, told
+    )
 
 
 def _paper(fit: "PaperFit") -> xr.Dataset:
@@ -297,7 +302,7 @@ def _paper(fit: "PaperFit") -> xr.Dataset:
         "residual": ("time", fit.curve.residual),
         "epsilon_theta": ((), fit.epsilon_theta),
     }
-    coordinates = {"parameter": names, **_since(fit.curve.time)}
+    coordinates = {"parameter": names, "time": ("time", fit.curve.time, SINCE_RELEASE)}
     if fit.impacts is not None:
         own = _impacts(fit.impacts)
         arrays |= {name: own[name] for name in ("impact_time", "peak_before", "restitution")}
@@ -350,10 +355,6 @@ def _choice(choice: "Choice") -> xr.Dataset:
     }
     told = {name: getattr(choice, name) for name in ("selected", "level", "criterion", "reason")}
     return xr.Dataset(arrays, {"candidate": [each.model for each in choice.judged]}, told)
-
-
-def _since(time_s: Floats) -> dict[str, Any]:
-    return {"time": ("time", time_s, SINCE_RELEASE)}
 
 
 def _dims(variable: xr.DataArray) -> list[str]:

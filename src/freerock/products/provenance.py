@@ -4,7 +4,6 @@ import json
 import platform
 import subprocess
 from collections.abc import Iterable, Mapping
-from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -33,7 +32,7 @@ def provenance(inputs: Iterable[str | Path], config: Mapping[str, Any]) -> dict[
     return {
         "inputs": {Path(path).as_posix(): sha256(path) for path in inputs},
         "config": dict(config),
-        "software": _software(),
+        "software": {"python": platform.python_version()} | {name: version(name) for name in SOFTWARE},
     }
 
 
@@ -74,11 +73,6 @@ def made_by(path: str | Path) -> dict[str, Any]:
     """
     found: dict[str, Any] = json.loads(root_text(path, "provenance", "{}"))
     return found
-
-
-@cache
-def _software() -> dict[str, str]:
-    return {"python": platform.python_version()} | {name: version(name) for name in SOFTWARE}
 
 
 def git_state() -> str:

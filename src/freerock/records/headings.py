@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import compress
 
 from freerock.errors import FreerockError
+from freerock.records.cells import HEADINGS, HERTZ, SECOND_UNITS
 from freerock.records.channels import Even, differ, is_possible
-from freerock.records.words import HEADINGS, HERTZ, SECOND_UNITS
 from freerock.units import quantity_of_other, understood
 
 Values = Mapping[str, object]  # by name

@@ -12,11 +12,10 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.records import channels
-from freerock.records.cells import OVERLOAD
+from freerock.records.cells import OVERLOAD, SECOND_UNITS, by_word
 from freerock.records.channels import COPY_AGAIN, Contents, Even, Named, Stamps
 from freerock.records.headings import seconds_in
 from freerock.records.timebase import Grid, on_grid, regular_grid, typical_step
-from freerock.records.words import SECOND_UNITS, by_word
 
 if TYPE_CHECKING:
     import xarray as xr

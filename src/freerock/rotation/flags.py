@@ -18,7 +18,6 @@ from freerock.units import BASE
 if TYPE_CHECKING:
     import xarray as xr
 
-
 FLAGS = {"error_level": 1, "out_of_range": 2, "saturated": 4, "target_lost": 8, "dropout": 16, "spike": 32}
 BY_HAND = {"left_out": 64}  # by a person, not by the signal
 

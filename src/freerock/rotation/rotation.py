@@ -37,7 +37,6 @@ from freerock.units import BASE
 if TYPE_CHECKING:
     import xarray as xr
 
-
 # Attributes in which a reader says what it found out.
 READERS_NOTES = ("reading", "above", "time_base", "start_time")
 
