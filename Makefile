@@ -57,7 +57,7 @@ $(BYTES): $(READY)
 
 # What a job asks of compiled code is compiled once here, before two jobs do so at the same time.
 $(KERNEL): $(wildcard src/freerock/models/*.py src/freerock/models/*.csv) \
-		src/freerock/rotation/beam.py src/freerock/runs/impact_kernel.py \
+		src/freerock/rotation/beam_kernel.py src/freerock/runs/impact_kernel.py \
 		src/freerock/compile.py $(READY)
 	python -m freerock.compile
 	touch $@

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.populations.means import Mean, Shifts, over_records, over_runs
-from freerock.rotation.u_total import OF_LAW
+from freerock.runs.u_total import OF_LAW
 from freerock_bench.campaigns import COLUMNS, Row
 from freerock_bench.document import in_markdown
 

@@ -17,10 +17,9 @@ from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS
 from freerock.noise.spectrum import white_noise
 from freerock.products import netcdf as datasets
 from freerock.products.runs import runs_in
-from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
-from freerock.runs.measured_total import MeasuredTotal
 from freerock.runs.runs import Measured, Run
+from freerock.runs.u_total import Contributions, MeasuredTotal
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.choice import Choice, Judged
 from freerock.tables.tidy_tables import joined, rows_of

@@ -12,8 +12,8 @@ from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import Impacts, find_impacts
-from freerock.runs.measured_total import measured_contributions, measured_total
 from freerock.runs.runs import measured, on_one_bed
+from freerock.runs.u_total import measured_contributions, measured_total
 from freerock.virtual_lab.virtual_record import VirtualRelease, simulate_record
 
 BLOCK = Block(0.28, 0.07, 5.84)

@@ -35,10 +35,9 @@ from freerock.products.netcdf import (
 from freerock.products.runs import runs_in
 from freerock.products.storage import IMPACT_VARIABLES
 from freerock.rotation.laboratory import Input
-from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
-from freerock.runs.measured_total import MeasuredTotal
 from freerock.runs.runs import Measured, Run
+from freerock.runs.u_total import Contributions, MeasuredTotal
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 from freerock.selection.choice import Choice, Judged
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.records.timebase import on_grid, regular_grid
+from freerock.records.read import on_grid, regular_grid
 
 RATE = 2000
 TIME = np.arange(4000) / RATE

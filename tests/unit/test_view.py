@@ -12,7 +12,7 @@ from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import static_depth
 from freerock.models.laws import Foundation
 from freerock.rotation.beam import displaced, rotation_from_displacement
-from freerock.rotation.sensor import Laser, moments
+from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View, view_of
 from freerock.runs.motion import Motion
 
@@ -87,7 +87,7 @@ def test_the_held_angle_is_the_one_that_is_seen(name, sign):
 
 def test_an_averaged_sine_is_smaller():
     rate, time_s, response_s = 2 * math.pi * 40.0, np.linspace(0, 0.1, 50), 4e-3
-    beside, weights = moments(response_s)
+    beside, weights = View(BLOCK, Laser(units="rad", response_ms=1e3 * response_s)).moments
     found = weights @ np.sin(rate * (time_s + beside[:, None]))
     exact = np.sin(rate * time_s) * np.sinc(rate * response_s / 2 / math.pi)
     assert_allclose(found, exact, rtol=0, atol=2e-6)

@@ -11,7 +11,7 @@ from freerock.identification.fit import fit_run
 from freerock.records.read import read_record
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
-from freerock.runs.motion import motion_of
+from freerock.runs.motion import motions_of
 from freerock.runs.runs import find_runs
 
 ROOT = Path(__file__).parents[2]
@@ -36,7 +36,7 @@ def fitted(name, model):
     found = find_rotation(time, channel.values, Laser(units="deg"), block, "deg")
     theta, sigma = found["theta"].values, found["sigma_theta"].values
     (run,) = find_runs(time, theta, sigma, found["flags"].values, block)
-    fit = fit_run(model, block, motion_of(run, time, theta))
+    fit = fit_run(model, block, motions_of([run], {"time": time, "theta": theta})[run.number])
     assert fit.success
     return fit
 

@@ -14,8 +14,8 @@ from freerock.identification.scatter import Scatter
 from freerock.models.free_parameters import unit_of
 from freerock.models.given import legal
 from freerock.models.laws import law_of
-from freerock.rotation.u_total import Contributions
 from freerock.runs.impacts import Impacts
+from freerock.runs.u_total import Contributions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,7 +15,7 @@ from freerock.identification.scatter import Told, told_by
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import law_of
 from freerock.noise.spectrum import Noise
-from freerock.rotation.u_total import Contributions
+from freerock.runs.u_total import Contributions
 
 WORN_M = (
     3e-4  # prior standard uncertainty of a contact width that is freed [m]: that of one measured by a rule

@@ -17,8 +17,8 @@ from freerock.rotation.flags import listed_faults
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.rotation import READERS_NOTES, rotation_of
 from freerock.runs.by_hand import ByHand
-from freerock.runs.measured_total import measured_total
 from freerock.runs.runs import Run, measured
+from freerock.runs.u_total import measured_total
 from freerock.runs.verdict import Reason
 
 log = logging.getLogger("freerock")

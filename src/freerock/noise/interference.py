@@ -84,7 +84,12 @@ def fit_mains(
     nominal = 2 * np.pi * mains_hz * t  # sines are a fifth of the work of a complex exponential
     beat = (y * np.cos(nominal)).mean(axis=1) - 1j * (y * np.sin(nominal)).mean(axis=1)
     centre = t.mean(axis=1)
-    found_hz = _highest(mains_hz, centre, beat, t[-1, -1] - t[0, 0])
+    per_s = PER_BIN * (t[-1, -1] - t[0, 0])  # frequencies tried in one Hz
+    reach = int(np.ceil(per_s * BAND_HZ))
+    offsets = np.arange(-reach - 1, reach + 2) / per_s
+    power = np.abs(np.exp(-2j * np.pi * np.outer(offsets, centre)) @ beat) ** 2
+    top = 1 + int(np.argmax(power[1:-1]))
+    found_hz = float(mains_hz + offsets[top] + _vertex(power[top - 1 : top + 2]) / per_s)
     steady = beat * np.exp(-2j * np.pi * (found_hz - mains_hz) * centre)
     if _wanders(centre, steady):
         return None
@@ -94,15 +99,6 @@ def fit_mains(
     weights = parts[: m.size] - 1j * parts[m.size :]
     of_amplitude = math.sqrt(2 * max(float(np.var(steady, ddof=2)), white**2 / block) / beat.size)
     return Mains(found_hz, float(abs(weights[0])), weights, math.sqrt(2 * m.size / t.size), of_amplitude)
-
-
-def _highest(mains_hz: float, centre: Floats, beat: Complexes, span: float) -> float:
-    """Frequency [Hz] of the highest power of a beat with the mains, within `BAND_HZ` of theirs."""
-    reach = int(np.ceil(PER_BIN * span * BAND_HZ))
-    offsets = np.arange(-reach - 1, reach + 2) / (PER_BIN * span)
-    power = np.abs(np.exp(-2j * np.pi * np.outer(offsets, centre)) @ beat) ** 2
-    top = 1 + int(np.argmax(power[1:-1]))
-    return float(mains_hz + offsets[top] + _vertex(power[top - 1 : top + 2]) / (PER_BIN * span))
 
 
 def _vertex(power: Floats) -> float:

@@ -331,7 +331,7 @@ def covariance_of_sums(noise: Noise, weights: Floats) -> Floats:
     """
     n = weights.shape[-1]
     size = next_fast_len(2 * n, real=True)
-    around = round_a_circle(_lags(noise, n) / noise.averaged, size)
+    around = round_a_circle(autocovariance(noise, -(-n // LAGS) * LAGS)[:n] / noise.averaged, size)
     through = irfft(around * rfft(weights, size), size)[..., :n]
     return np.asarray(through @ np.swapaxes(weights, -1, -2))
 
@@ -345,7 +345,7 @@ def covariance_of_means(noise: Noise, together: float, n: int) -> Floats:
         np.put_along_axis(weights, parts, 1 / parts.shape[1], axis=1)
         return covariance_of_sums(noise, weights)
     lags = np.arange(n) * size
-    known = _lags(noise, n + 1)
+    known = autocovariance(noise, -(-(n + 1) // LAGS) * LAGS)[: n + 1]
     found = np.interp(lags, np.arange(n + 1), known) / noise.averaged
     found[0] += noise.white * (1 / together - 1 / noise.averaged)
     return np.asarray(found[np.abs(np.subtract.outer(np.arange(n), np.arange(n)))])
@@ -375,8 +375,3 @@ def unsure_of_sum(noise: Noise, weights: Floats) -> float:
     parts = np.bincount(noise.band(frequency), power, len(noise.dof))
     spread = float(np.sum(parts**2 / np.maximum(noise.dof, 1.0)))
     return unsure(float(parts.sum()) ** 2 / spread) if spread > 0 else 1.0
-
-
-def _lags(noise: Noise, n: int) -> Floats:
-    """`autocovariance` at n lags, of lengths that are remembered."""
-    return autocovariance(noise, -(-n // LAGS) * LAGS)[:n]

@@ -5,7 +5,6 @@ to the start of the rest phase that follows). Works on volts, displacement or θ
 """
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -96,59 +95,43 @@ def stationary_phases(
     per_block = max(1, round(window_s / BLOCKS_PER_WINDOW / step))
     if time_s.size // per_block < BLOCKS_PER_WINDOW:
         return []
-    blocks = _blocks(signal, per_block)
-    if not blocks.filled.any():
+    blocks = signal[: signal.size // per_block * per_block].reshape(-1, per_block)
+    valid = np.isfinite(blocks)
+    count = valid.sum(axis=1)
+    if not count.any():
         return []
-    noise = np.percentile(blocks.scatter[blocks.filled], 5)
-    limit = float(max(noise, floor_fraction * np.ptp(blocks.means[blocks.filled])))
+    centre = float(blocks[valid][0])  # what is centred loses no digits
+    blocks = np.where(valid, blocks - centre, 0.0)
+    total, filled = blocks.sum(axis=1), count > 0
+    means = total / np.maximum(count, 1)
+    square = np.einsum("ij,ij->i", blocks, blocks) / np.maximum(count, 1)
+    noise = np.percentile(np.sqrt(np.maximum(square - means**2, 0.0))[filled], 5)
+    limit = float(max(noise, floor_fraction * np.ptp(means[filled])))
     shortest = max(BLOCKS_PER_WINDOW + 3, LONGER * window_s / (per_block * step))
-    spans = [(i, j) for i, j in _still_spans(blocks, limit) if j - i + 1 >= shortest]
+    still = _still_spans(np.where(filled, means, np.nan), limit)
+    spans = [(i, j) for i, j in still if j - i + 1 >= shortest]
     phases = []
     for first, last in spans:
         start, end = time_s[first * per_block], time_s[(last + 1) * per_block - 1]
         core = slice(first + BLOCKS_PER_WINDOW // 2, last + 1 - BLOCKS_PER_WINDOW // 2)  # away from the ends
-        level = float(blocks.centre + blocks.total[core].sum() / blocks.valid[core].sum())
-        means = blocks.means[core][blocks.valid[core] > 0]
-        stderr = float(np.std(means, ddof=1) / np.sqrt(means.size))
+        level = float(centre + total[core].sum() / count[core].sum())
+        known = means[core][filled[core]]
+        stderr = float(np.std(known, ddof=1) / np.sqrt(known.size))
         phases.append(Phase(float(start), float(end), level, stderr))
     samples = [(i * per_block, (j + 1) * per_block) for i, j in spans]
     return _classify(phases, samples, signal, max(1, round(0.002 / step)), limit) if phases else []
 
 
-class _Blocks(NamedTuple):
-    """A signal in blocks of equal length: number of valid samples, sums, means less `centre`, scatter."""
+def _still_spans(means: Floats, limit: float) -> list[tuple[int, int]]:
+    """First and last block of each still stretch, by the means of blocks, NaN where a block has no sample.
 
-    centre: float
-    valid: Floats
-    total: Floats
-    means: Floats
-    scatter: Floats
-
-    @property
-    def filled(self) -> Mask:
-        """Whether a block has a valid sample."""
-        return self.valid > 0
-
-
-def _blocks(signal: Floats, per_block: int) -> _Blocks:
-    """The blocks of a signal, centred first to lose no digits."""
-    blocks = signal[: signal.size // per_block * per_block].reshape(-1, per_block)
-    valid = np.isfinite(blocks)
-    centre = float(blocks[valid][0]) if valid.any() else 0.0
-    blocks = np.where(valid, blocks - centre, 0.0)
-    count, total = valid.sum(axis=1), blocks.sum(axis=1)
-    means = total / np.maximum(count, 1)
-    square = np.einsum("ij,ij->i", blocks, blocks) / np.maximum(count, 1)
-    return _Blocks(centre, count, total, means, np.sqrt(np.maximum(square - means**2, 0.0)))
-
-
-def _still_spans(blocks: _Blocks, limit: float) -> list[tuple[int, int]]:
-    """First and last block of each still stretch; two that touch or overlap at one level are one."""
-    windows = sliding_window_view(np.where(blocks.filled, blocks.means, np.nan), BLOCKS_PER_WINDOW)
+    Two that touch or overlap at one level are one.
+    """
+    windows = sliding_window_view(means, BLOCKS_PER_WINDOW)
     spans: list[tuple[int, int, float]] = []
     for first, last in stretches(np.std(windows, axis=1) <= limit):
         last += BLOCKS_PER_WINDOW - 1
-        level = float(np.median(blocks.means[first : last + 1]))
+        level = float(np.median(means[first : last + 1]))
         if (
             spans
             and first - spans[-1][1] <= BLOCKS_PER_WINDOW

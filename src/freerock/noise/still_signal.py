@@ -139,19 +139,6 @@ def lattice_step(recorded: Floats) -> float:
     return float(np.mean(gaps[few] / whole[few])) if (whole[few] > 0).all() else 0.0
 
 
-def converter_step(recorded: Floats, theta: Floats) -> float:
-    """Step of the converter [rad], as `lattice_step`.
-
-    Parameters
-    ----------
-    recorded, theta : ndarray, shape (n_time,)
-        The signal as recorded, in any unit, and the rotation [rad] from it.
-    """
-    valid = np.isfinite(theta) & np.isfinite(recorded)
-    step = lattice_step(recorded[valid])
-    return step and step * float(np.ptp(theta[valid]) / np.ptp(recorded[valid]))
-
-
 def scatter(x: Floats | Sequence[Floats], step: float = 0.0) -> float:
     """Standard deviation of one sample's error, robust against outliers; NaN samples are left out.
 

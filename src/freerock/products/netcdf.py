@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from freerock.identification.paper_fit import PaperFit
     from freerock.populations.impact_energy import ImpactEnergy
     from freerock.runs.impacts import Impacts
-    from freerock.runs.measured_total import MeasuredTotal
     from freerock.runs.runs import Measured, Run
+    from freerock.runs.u_total import MeasuredTotal
     from freerock.selection.choice import Choice
 
 
@@ -82,7 +82,7 @@ def write_record(
             | _impacts(impacts)
             | {"theta0_u": ((), total.theta0)}
             | {f"{name}_u": ("impact", getattr(total, name)) for name in WITH_TOTAL},
-            _numbered(len(impacts.time_s)),
+            {"impact": np.arange(1, len(impacts.time_s) + 1, dtype=np.int32)},
             {
                 "run": run.number,
                 "verdict": run.verdict.level,
@@ -240,11 +240,6 @@ def _impacts(impacts: "Impacts") -> dict[str, Any]:
     }
 
 
-def _numbered(n: int) -> dict[str, Any]:
-    """The coordinate of impacts: their numbers, from 1."""
-    return {"impact": np.arange(1, n + 1, dtype=np.int32)}
-
-
 def _fit(model: str, fit: "Fit", energies: "ImpactEnergy | None") -> xr.Dataset:
     """The dataset of one fit."""
     names, known, scatter = list(fit.values), fit.uncertainty, fit.scatter.of_record
@@ -286,9 +281,9 @@ def _fit(model: str, fit: "Fit", energies: "ImpactEnergy | None") -> xr.Dataset:
         **{name: getattr(fit.evidence, name) for name in OF_EVIDENCE},
         "nfev": int(fit.result.nfev),
     }
-    return xr.Dataset(
-        arrays, {"parameter": names, "time": ("time", fit.curve.time, SINCE_RELEASE), **_numbered(n)}, told
-    )
+    coordinates: dict[str, Any] = {"parameter": names, "time": ("time", fit.curve.time, SINCE_RELEASE)}
+    coordinates["impact"] = np.arange(1, n + 1, dtype=np.int32)
+    return xr.Dataset(arrays, coordinates, told)
 
 
 def _paper(fit: "PaperFit") -> xr.Dataset:
@@ -302,11 +297,11 @@ def _paper(fit: "PaperFit") -> xr.Dataset:
         "residual": ("time", fit.curve.residual),
         "epsilon_theta": ((), fit.epsilon_theta),
     }
-    coordinates = {"parameter": names, "time": ("time", fit.curve.time, SINCE_RELEASE)}
+    coordinates: dict[str, Any] = {"parameter": names, "time": ("time", fit.curve.time, SINCE_RELEASE)}
     if fit.impacts is not None:
         own = _impacts(fit.impacts)
         arrays |= {name: own[name] for name in ("impact_time", "peak_before", "restitution")}
-        coordinates |= _numbered(len(fit.impacts.time_s))
+        coordinates["impact"] = np.arange(1, len(fit.impacts.time_s) + 1, dtype=np.int32)
     told = {"law": fit.model, "success": np.int8(fit.success), "message": fit.message}
     told |= {"final_time_s": float(fit.curve.time[-1]), "nfev": int(fit.result.nfev)}
     return xr.Dataset(arrays, coordinates, told)

@@ -63,12 +63,12 @@ SINGLE_PRECISION = {"sigma_theta", *(f"{name}{n}" for name in ("voltage", "curre
 def long_name_of(name: str) -> str:
     """What a variable is."""
     error = "standard error of the " if name.endswith("_stderr") else ""
-    return error + _row(name)["long_name"]
+    return error + VARIABLES[name.removesuffix("_stderr").removesuffix("_2")]["long_name"]
 
 
 def describe(name: str, present: Container[object], named: bool = True) -> dict[str, Any]:
     """CF attributes of a variable among those present beside it, with its long name if `named` or drawn."""
-    row = _row(name)
+    row = VARIABLES[name.removesuffix("_stderr").removesuffix("_2")]
     attrs: dict[str, Any] = {"long_name": long_name_of(name)} if named or name in DRAWN else {}
     if row["unit"] not in ("", "1"):
         attrs["units"] = row["unit"]
@@ -78,10 +78,6 @@ def describe(name: str, present: Container[object], named: bool = True) -> dict[
     if row["flag_meanings"]:
         attrs |= {"flag_values": np.array([0, 1], np.int8), "flag_meanings": row["flag_meanings"]}
     return attrs | (SAMPLE_FLAGS if name == "flags" else {})
-
-
-def _row(name: str) -> dict[str, str]:
-    return VARIABLES[name.removesuffix("_stderr").removesuffix("_2")]
 
 
 def root_attributes(product: str, done: str, attrs: Mapping[Any, Any]) -> dict[str, Any]:

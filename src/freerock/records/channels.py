@@ -2,12 +2,12 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, Indices
 from freerock.errors import FreerockError
 
 COPY_AGAIN = "copy it again from the acquisition computer"
@@ -48,6 +48,29 @@ class Stamps:
     load: Load
     unit: str
     default: str = ""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Uniform grid of a column of stamps.
+
+    Parameters
+    ----------
+    start_s, step_s : float
+        First instant and sampling interval [s].
+    size : int
+        Number of instants.
+    places : ndarray of int, shape (n_stamps,), or None
+        Instant of each stamp; None when the n-th stamp is the n-th instant.
+    faults : tuple of str
+        What was found and how it was handled.
+    """
+
+    start_s: float
+    step_s: float
+    size: int
+    places: Indices | None = field(default=None, compare=False)
+    faults: tuple[str, ...] = field(default=(), compare=False)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from freerock.arrays import Flags, Floats
 from freerock.noise.still import between_breaks
-from freerock.noise.still_signal import converter_step
+from freerock.noise.still_signal import lattice_step
 from freerock.units import BASE
 
 if TYPE_CHECKING:
@@ -203,8 +203,10 @@ class SignalQuality:
 
 def signal_quality(record: "xr.Dataset") -> SignalQuality:
     """The quality of the signal of a dataset of `rotation.find_rotation`."""
-    recorded = next(record[name].values for name in BASE if name in record)
-    step = converter_step(recorded, record["theta"].values)
+    recorded, theta = next(record[name].values for name in BASE if name in record), record["theta"].values
+    valid = np.isfinite(theta) & np.isfinite(recorded)
+    step = lattice_step(recorded[valid])
+    step = step and step * float(np.ptp(theta[valid]) / np.ptp(recorded[valid]))
     return SignalQuality(record.attrs["zero_stderr_rad"], tuple(listed_faults(record)), step)
 
 

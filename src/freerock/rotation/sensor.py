@@ -1,8 +1,4 @@
-"""The sensor: where its beam meets the block, what its output means, and the time that it takes.
-
-Its output is the mean over a preceding time T: a delay by T/2, and a blur about it. The blur of a motion is
-its mean over a few moments, by the rule of Gauss and Legendre: exact for polynomials of fifth degree in time.
-"""
+"""The sensor: where its beam meets the block, what its output means, and the time that it takes."""
 
 import csv
 from collections.abc import Mapping, Sequence
@@ -20,8 +16,6 @@ from freerock.config.mistakes import refuse, validate
 from freerock.errors import FreerockError, of_kind
 from freerock.rotation.flags import Limits
 from freerock.units import CHANNEL_UNITS, understood
-
-AT, WEIGHT = np.polynomial.legendre.leggauss(3)  # moments of a blur, and their weights
 
 
 @dataclass(frozen=True)
@@ -244,10 +238,3 @@ def lasers_of(given: Laser | Sequence[Laser]) -> tuple[Laser, ...]:
     for each in lasers:
         of_kind("laser", each, Laser, "give freerock.Laser(...), or two of them")
     return tuple(lasers)
-
-
-def moments(response_s: float) -> tuple[Floats, Floats]:
-    """Instants [s] beside the one that a sample belongs to, its delay taken off, and their weights."""
-    if response_s == 0:
-        return np.zeros(1), np.ones(1)
-    return AT * response_s / 2, WEIGHT / 2

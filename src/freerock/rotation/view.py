@@ -18,8 +18,9 @@ from freerock.models.laws import GEOMETRIC, LAWS, Foundation, Rules
 from freerock.models.simulate import NO_PASSAGES, SOLVER, Solver, simulate_fitted
 from freerock.rotation import beam_kernel
 from freerock.rotation.beam import beam_of, mirrored
-from freerock.rotation.sensor import Laser, lasers_of, moments
+from freerock.rotation.sensor import Laser, lasers_of
 
+AT, WEIGHT = np.polynomial.legendre.leggauss(3)  # moments of a blur, and their weights
 KEYS = ("beam", "position_m", "face", "release_side", "response_ms")
 
 
@@ -41,8 +42,15 @@ class View:
 
     @cached_property
     def moments(self) -> tuple[Floats, Floats]:
-        """Instants beside that of a sample [s] and their weights: the sensor gives their mean."""
-        return moments(self.laser.response_ms / 1e3)
+        """Instants beside that of a sample [s], its delay taken off, and their weights.
+
+        The sensor gives their mean over a preceding time T: a delay by T/2, and a blur about it. The blur of
+        a motion is its mean over a few moments, by the rule of Gauss and Legendre: exact for polynomials of
+        fifth degree in time.
+        """
+        if self.laser.response_ms == 0:
+            return np.zeros(1), np.ones(1)
+        return AT * (self.laser.response_ms / 1e3) / 2, WEIGHT / 2
 
     def is_plain(self, block: Block, foundation: Foundation | None) -> bool:
         """Whether the rotation of such a block is seen as it is."""

@@ -115,7 +115,12 @@ def find_stop(signal: Signal, hold: Phase, end_s: float) -> Stop | None:
     whole, spectrum = max(1, round(size / signal.relative_noise.averaged)), signal.relative_noise
     rate = covariance_of_sums(spectrum, np.repeat([[-1.0, 1.0]], whole, axis=1) / whole)[0, 0]
     stderr = float(np.sqrt(rate * whole * spectrum.averaged / size))  # of the difference of two means, over σ
-    shakes, shaken = _tremor(signal, hold, size)
+    # a hand that trembles moves the block up and down before it leaves, which is no stop
+    hand = signal.theta[signal.during(max(hold.mid_s, hold.end_s - HAND_S), hold.end_s)]
+    hand = hand[: hand.size // size * size].reshape(-1, size).mean(axis=1)
+    rates, hand = (each[np.isfinite(each)] for each in (np.diff(hand), hand))
+    seen = rates.size >= FEWEST_RATES
+    shakes, shaken = (float(np.sqrt(np.mean(rates**2))), float(np.std(hand))) if seen else (0.0, 0.0)
     noise = max(float(np.nanmedian(signal.sigma[during][: n * size])) * stderr, shakes)
     falls = -np.sign(hold.level) * np.diff(means)
     fastest = np.fmax.accumulate(np.nan_to_num(falls))
@@ -127,20 +132,6 @@ def find_stop(signal: Signal, hold: Phase, end_s: float) -> Stop | None:
     stop = _stop(t, means, falls, size, first, last, STANDS * fastest[first] + SURE / 2 * noise)
     fallen_by = abs(stop.fallen - hold.level)
     return stop._replace(fallen=fallen_by) if fallen_by > SURE * shaken else None
-
-
-def _tremor(signal: Signal, hold: Phase, size: int) -> tuple[float, float]:
-    """How a hand trembles: root mean square of the difference of neighbouring means of so many samples [rad],
-    and standard deviation of these means [rad].
-
-    A hand that trembles moves the block up and down before it leaves, which is no stop.
-    """
-    theta = signal.theta[signal.during(max(hold.mid_s, hold.end_s - HAND_S), hold.end_s)]
-    means = theta[: theta.size // size * size].reshape(-1, size).mean(axis=1)
-    rates, means = (each[np.isfinite(each)] for each in (np.diff(means), means))
-    if rates.size < FEWEST_RATES:
-        return 0.0, 0.0
-    return float(np.sqrt(np.mean(rates**2))), float(np.std(means))
 
 
 def _stop(t: Floats, means: Floats, falls: Floats, size: int, first: int, last: int, slow: float) -> Stop:

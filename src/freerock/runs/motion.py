@@ -98,34 +98,26 @@ def motions_of(
     noise : Noise, optional
         Of the sensor at rest; a run may be louder (`in_motion`).
     """
-    motions = {run.number: motion_of(run, samples["time"], samples["theta"], view) for run in runs}
-    if noise is None:
-        return motions
-    sigma_theta = samples["sigma_theta"].astype("float32")  # as datasets of records hold it
-    relative = relative_noise(sigma_theta, usual_of(sigma_theta))
+    time_s, motions, relative = samples["time"], dict[int, Motion](), np.ones(0)
+    if noise is not None:
+        sigma_theta = samples["sigma_theta"].astype("float32")  # as datasets of records hold it
+        relative = relative_noise(sigma_theta, usual_of(sigma_theta))
     for run in runs:
-        louder = float(np.median(relative[_during(run, samples["time"])]))
-        at_rest, motion = noise.scaled(louder), motions[run.number]
-        swings = swings_of(motion.theta, HIGH_SWING * math.sqrt(at_rest.variance))
-        own = in_motion(at_rest, motion.theta, np.ones(len(motion.theta)), swings)
-        motions[run.number] = replace(motion, noise=own)
+        during = slice(np.searchsorted(time_s, run.release_s), np.searchsorted(time_s, run.end_s, "right"))
+        motion = Motion(
+            time_s[during] - run.release_s,
+            samples["theta"][during].copy(),  # the record is let go
+            sigma_theta=run.sigma_theta,
+            theta0=run.theta0,
+            theta0_stderr=run.theta0_stderr,
+            t0_stderr=run.release_stderr_s,
+            fit_start_s=run.fit_start_s - run.release_s,
+            view=view,
+        )
+        if noise is not None:
+            at_rest = noise.scaled(float(np.median(relative[during])))
+            swings = swings_of(motion.theta, HIGH_SWING * math.sqrt(at_rest.variance))
+            own = in_motion(at_rest, motion.theta, np.ones(len(motion.theta)), swings)
+            motion = replace(motion, noise=own)
+        motions[run.number] = motion
     return motions
-
-
-def motion_of(run: Run, time_s: Floats, theta: Floats, view: View | None = None) -> Motion:
-    """What a fit takes of a run, its noise white; arguments as of `motions_of`."""
-    during = _during(run, time_s)
-    return Motion(
-        time_s[during] - run.release_s,
-        theta[during].copy(),  # the record is let go
-        sigma_theta=run.sigma_theta,
-        theta0=run.theta0,
-        theta0_stderr=run.theta0_stderr,
-        t0_stderr=run.release_stderr_s,
-        fit_start_s=run.fit_start_s - run.release_s,
-        view=view,
-    )
-
-
-def _during(run: Run, time_s: Floats) -> slice:
-    return slice(np.searchsorted(time_s, run.release_s), np.searchsorted(time_s, run.end_s, "right"))

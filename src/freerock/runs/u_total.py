@@ -1,21 +1,78 @@
-"""Total uncertainty of what is measured of a run: release angle, peaks, restitution of each impact.
+"""u_total: standard uncertainty of a number by noise, law and every input of the laboratory.
 
-A moved input changes the angle that a reading means, and so the restitution, which follows from two angles by
-the energies of a rigid block. Instants do not matter. The rotation assumes a corner that does not sink. The
-effect of a sinking corner counts as a standard uncertainty if the run's tail shows the stiffness of the bed.
+A fit has `Fit.u_total` (`identification.fitted`), by `Contributions.total` of this module; r and θ₀ of a run
+`measured_total`; r by energy `populations.impact_energy`; means `populations.random_effects`; plans
+`planning.bound`.
+
+Of what is measured of a run a moved input changes the angle that a reading means, and so the restitution,
+which follows from two angles by the energies of a rigid block. Instants do not matter. The rotation assumes a
+corner that does not sink. The effect of a sinking corner counts as a standard uncertainty if the run's tail
+shows the stiffness of the bed.
 """
 
 import math
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
+from scipy.special import ndtr
 
 from freerock.arrays import Floats
 from freerock.models.laws import Foundation
-from freerock.rotation.laboratory import Laboratory
-from freerock.rotation.u_total import Contributions
+from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts, energy_of_peaks
+
+OF_LAW = "law"  # label of the model discrepancy in the budget: all fits of one law share it
+
+
+@dataclass(frozen=True)
+class Contributions:
+    """What the inputs of a laboratory contribute to the uncertainty of some numbers.
+
+    Parameters
+    ----------
+    inputs : tuple of Input
+    values : ndarray, shape (n_numbers, n_inputs)
+        Shift of each number for one standard uncertainty of the stated value of each input, in the unit of
+        the number; NaN where it is not known.
+    moved : ndarray, shape (n_inputs,)
+        By how many of its standard uncertainties a fit moves each input; 0 of a fit that holds them.
+    remaining : ndarray, shape (n_inputs,)
+        Standard uncertainty of each input after the fit over that before it; 1 of a fit that holds them.
+    pulls : ndarray, shape (n_inputs,)
+        (ν̂ - ν⁰) over its standard deviation, √(u² - û²) where the noise is white: standard normal where law
+        and uncertainties are right (Demortier and Lyons 2002, CDF note 5776). NaN where the run does not see
+        the input.
+    impacts : ndarray, shape (n_numbers, n_inputs)
+        Shift of each number where an input is held one remaining standard uncertainty above where the fit
+        has it, and all else is fitted again (Conway 2011, arXiv:1103.0354), in the unit of the number.
+    """
+
+    inputs: tuple[Input, ...]
+    values: Floats
+    moved: Floats
+    remaining: Floats
+    pulls: Floats
+    impacts: Floats
+
+    @classmethod
+    def held(cls, inputs: tuple[Input, ...], values: Floats) -> Self:
+        """Of a fit that holds the inputs at their stated values."""
+        n = len(inputs)
+        return cls(inputs, values, np.zeros(n), np.ones(n), np.full(n, np.nan), np.array(values))
+
+    @property
+    def p_of_pulls(self) -> float:
+        """Chance of so large a pull of any input, were all uncertainties right (Bonferroni); at most 1."""
+        seen = np.abs(self.pulls[~np.isnan(self.pulls)])
+        return min(1.0, 2 * len(seen) * float(ndtr(-seen.max(initial=0.0)))) if len(seen) else 1.0
+
+    def total(self, *others: Floats) -> Floats:
+        """Combined standard uncertainty with those of noise and law, each of shape (n_numbers,)."""
+        squares = [each**2 for each in others]
+        return np.asarray(np.sqrt(np.sum(squares, axis=0) + np.sum(self.values**2, axis=1)))
+
 
 SHARE = 0.1  # of its uncertainty, by which an input is moved to either side
 
@@ -74,7 +131,7 @@ def sunk(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Floats:
     The bed is that of `Impacts.theta_uplift` (F26). 0 where one beam does not see its corner or the tail does
     not show it; of what is not known of an impact as well.
     """
-    angles, block = _angles(theta0, impacts), laboratory.block
+    angles, block = np.hstack([theta0, impacts.peak_before_rad, impacts.peak_after_rad]), laboratory.block
     view = view_of(list(laboratory.lasers.values()), block) if laboratory.lasers else None
     if view is None or view.laser.beam is None or not impacts.theta_uplift > 0:
         return np.zeros(len(angles) + len(impacts.time_s))
@@ -106,7 +163,7 @@ def measured_contributions(theta0: float, impacts: Impacts, laboratory: Laborato
     Contributions
         Numbers: θ0 [rad], the peaks before [rad], the peaks after [rad] and the restitutions of all impacts.
     """
-    angles, columns = _angles(theta0, impacts), []
+    angles, columns = np.hstack([theta0, impacts.peak_before_rad, impacts.peak_after_rad]), []
     for source in laboratory.inputs:
         others = (laboratory.moved(source, by) for by in (SHARE, -SHARE))
         with np.errstate(invalid="ignore", divide="ignore"):  # a peak may be unknown, or overturned there
@@ -114,10 +171,6 @@ def measured_contributions(theta0: float, impacts: Impacts, laboratory: Laborato
         columns.append((high - low) / (2 * SHARE))
     n_numbers = 1 + 3 * len(impacts.time_s)
     return Contributions.held(laboratory.inputs, np.reshape(columns, (-1, n_numbers)).T)
-
-
-def _angles(theta0: float, impacts: Impacts) -> Floats:
-    return np.concatenate([[theta0], impacts.peak_before_rad, impacts.peak_after_rad])
 
 
 def _with_restitution(angles: Floats, laboratory: Laboratory) -> Floats:
