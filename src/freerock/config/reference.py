@@ -96,9 +96,9 @@ def _default(field: Json) -> str:
 
 def json_schema(model: type[Section]) -> Json:
     """JSON schema of a YAML file that holds a section, for editors."""
-    dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     schema: Json = _plain_schema(model.model_json_schema())
-    return dialect | schema
+    source = "Generated. A key stands with its default in src/freerock/config, in the module of its group."
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "$comment": source} | schema
 
 
 def _plain_schema(schema: Any) -> Any:

@@ -1,4 +1,7 @@
-"""Checksum of the code that a step runs, a parameter of its rule: an edit reruns the steps that import it."""
+"""What makes a step rerun: the checksum of the code that it imports, a parameter of its rule.
+
+Its other parameters are the settings that it takes (`config.step_settings`). A changed input reruns it too.
+"""
 
 import ast
 import atexit

@@ -1,4 +1,7 @@
-"""The candidates that a campaign allows, in the order of their numbers; `identify` tries them in tiers."""
+"""The candidates that a campaign allows, in the order of their numbers; `identify` tries them in tiers.
+
+All that there are is `models.laws.CANDIDATES`: each law with its kinematics, with or without a free width.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
