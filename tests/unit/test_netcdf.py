@@ -23,7 +23,6 @@ from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS
 from freerock.noise.spectrum import white_noise
 from freerock.populations.impact_energy import ImpactEnergy
 from freerock.products.estimates import parameters_in
-from freerock.products.groups import reasons_in
 from freerock.products.netcdf import (
     open_fits,
     open_record,
@@ -33,7 +32,7 @@ from freerock.products.netcdf import (
     write_record,
 )
 from freerock.products.runs import runs_in
-from freerock.products.storage import IMPACT_VARIABLES
+from freerock.products.storage import IMPACT_VARIABLES, reasons_in
 from freerock.rotation.laboratory import Input
 from freerock.runs.impacts import Impacts
 from freerock.runs.runs import Measured, Run

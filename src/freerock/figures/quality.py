@@ -20,11 +20,11 @@ from freerock.products.groups import (
     Attrs,
     impacts_of,
     named_in,
-    reasons_in,
     release_angle_of,
     runs_of,
     verdict_of_run,
 )
+from freerock.products.storage import reasons_in
 from freerock.rotation.flags import listed_faults
 from freerock.runs.verdict import in_one_line
 from freerock.tables.number_text import number_of, quantity, value_text

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from freerock.models.laws import MODELS, PAPER_MODELS
+from freerock.products.storage import reasons_in
 from freerock.runs.verdict import Level, Reason, Verdict
 
 Attrs = Mapping[Any, Any]  # names of attributes are texts; xarray says hashable
@@ -23,11 +24,6 @@ class NotFitted(NamedTuple):
 
     run: int | None
     text: str
-
-
-def reasons_in(attrs: Attrs) -> tuple[Reason, ...]:
-    """The reasons of a verdict among the attributes of a record, of its fits or of a run."""
-    return tuple(Reason(*each) for each in json.loads(attrs["reasons"]))
 
 
 def runs_of(tree: xr.DataTree) -> dict[int, xr.DataTree]:

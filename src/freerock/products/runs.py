@@ -8,8 +8,7 @@ import xarray as xr
 from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.noise.spectrum import noise_told
-from freerock.products.groups import reasons_in
-from freerock.products.storage import RUN_VARIABLES
+from freerock.products.storage import RUN_VARIABLES, reasons_in
 from freerock.rotation.view import view_in
 from freerock.runs.motion import Motion, motions_of
 from freerock.runs.runs import Run

@@ -20,6 +20,7 @@ import xarray as xr
 from freerock.errors import FreerockError
 from freerock.files import atomic
 from freerock.rotation.flags import FLAGS
+from freerock.runs.verdict import Reason
 
 if TYPE_CHECKING:
     import h5py
@@ -248,3 +249,8 @@ def open_product(
     if tree.attrs.get("freerock_product") != product:
         raise FreerockError(path, f"is not the {product} dataset of a record", DAMAGED)
     return tree
+
+
+def reasons_in(attrs: Mapping[Any, Any]) -> tuple[Reason, ...]:
+    """The reasons of a verdict among the attributes of a record, of its fits or of a run."""
+    return tuple(Reason(*each) for each in json.loads(attrs["reasons"]))

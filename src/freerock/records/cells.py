@@ -1,13 +1,8 @@
-"""What a cell of a table says: a number, a mark of a missing sample, a time, a date, or text.
-
-The words that loggers write in headings, cells and dates are in `words.toml` beside this file.
-"""
+"""What a cell of a table says: a number, a mark of a missing sample, a time, a date, or text."""
 
 import re
-import tomllib
 from collections.abc import Callable, Sequence
 from datetime import date, timedelta
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,22 +10,7 @@ import pandas as pd
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-
-WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
-HEADINGS = {name: frozenset(words.split()) for name, words in WORDS["headings"].items()}
-MONTHS = {
-    name: n for n, names in enumerate(WORDS["dates"]["months"].split(), start=1) for name in names.split("|")
-}
-
-
-def by_word(part: str) -> dict[str, str]:
-    """The key of each word in a part of the file."""
-    return {word: key for key, words in WORDS[part].items() for word in words.split()}
-
-
-SECOND_UNITS = {unit: float(size) for unit, size in by_word("seconds").items()}
-HERTZ = {"": 1.0} | {unit: float(size) for unit, size in by_word("hertz").items()}
-
+from freerock.records.headings import MONTHS, SECOND_UNITS, WORDS
 
 NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
 THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:([.,'’ \N{NO-BREAK SPACE}\u202f])\d{3})(?:\1\d{3})*(?:[.,]\d+)?")

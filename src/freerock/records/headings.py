@@ -1,14 +1,34 @@
-"""Names, units, time and sampling rate as people write them in headings."""
+"""Names, units, time and sampling rate as people write them in headings.
+
+The words that loggers write in headings, cells and dates are in `words.toml` beside this file.
+"""
 
 import re
 import string
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import compress
+from pathlib import Path
 
 from freerock.errors import FreerockError
-from freerock.records.cells import HEADINGS, HERTZ, SECOND_UNITS
 from freerock.records.channels import Even, differ, is_possible
 from freerock.units import quantity_of_other, understood
+
+WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
+HEADINGS = {name: frozenset(words.split()) for name, words in WORDS["headings"].items()}
+MONTHS = {
+    name: n for n, names in enumerate(WORDS["dates"]["months"].split(), start=1) for name in names.split("|")
+}
+
+
+def by_word(part: str) -> dict[str, str]:
+    """The key of each word in a part of the file."""
+    return {word: key for key, words in WORDS[part].items() for word in words.split()}
+
+
+SECOND_UNITS = {unit: float(size) for unit, size in by_word("seconds").items()}
+HERTZ = {"": 1.0} | {unit: float(size) for unit, size in by_word("hertz").items()}
+
 
 Values = Mapping[str, object]  # by name
 

@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike
 from freerock.arrays import Floats, Indices
 from freerock.errors import FreerockError
 from freerock.records import channels
-from freerock.records.cells import OVERLOAD, SECOND_UNITS, by_word
+from freerock.records.cells import OVERLOAD
 from freerock.records.channels import COPY_AGAIN, Contents, Even, Grid, Named, Stamps
-from freerock.records.headings import seconds_in
+from freerock.records.headings import SECOND_UNITS, by_word, seconds_in
 
 if TYPE_CHECKING:
     import xarray as xr

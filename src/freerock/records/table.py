@@ -14,8 +14,9 @@ import pandas as pd
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.records import headings
-from freerock.records.cells import HEADINGS, SECOND_UNITS, Samples, kind_of, numbers, seconds, why_no_number
+from freerock.records.cells import Samples, kind_of, numbers, seconds, why_no_number
 from freerock.records.channels import Channel, Even, Stamps, unfit
+from freerock.records.headings import HEADINGS, SECOND_UNITS
 
 ROWS_ALIKE = 3  # rows of numbers in a row that begin the table
 ROWS_COUNTED = 100  # in which a column must count to be a counter

@@ -21,11 +21,11 @@ from freerock.products.groups import (
     n_restitutions,
     named_in,
     paper_fits_of,
-    reasons_in,
     runs_of,
     selected_fit,
     verdict_of_run,
 )
+from freerock.products.storage import reasons_in
 from freerock.runs.u_total import OF_LAW
 from freerock.runs.verdict import Reason, in_one_line, known_reasons
 from freerock.tables.choices import POSSIBLE
