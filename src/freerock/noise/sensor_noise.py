@@ -170,19 +170,19 @@ def noise_at_rest(stretches: Iterable[Floats], rate_hz: float, step: float = 0.0
     variance = squares / max(1, n)
     if not still:
         return None
-    still = [each for each in still if _mean_square([each]) > (STANDS * step) ** 2] or still
-    longest = max(map(len, still))
+    loud = [each for each in still if float(each @ each) / len(each) > (STANDS * step) ** 2]
+    longest = max(map(len, loud or still))
     n_bands = max(1, math.ceil(math.log2(longest / RESOLVED)) - 1)
     coarse = step > COARSE * math.sqrt(variance)
     alone = replace(white_noise(step / math.sqrt(12), rate_hz, n_bands, COARSELY), step=step)
-    if _mean_square(still) <= (STANDS * step) ** 2:
+    if not loud:
         return alone
-    where = [frequencies(len(each))[1:] for each in still]  # the lowest goes with the level
-    power = [tapered_power(each)[1:] for each in still]
+    where = [frequencies(len(each))[1:] for each in loud]  # the lowest goes with the level
+    power = [tapered_power(each)[1:] for each in loud]
     white, slow, corner = fit_law(np.concatenate(where), np.concatenate(power), longest, LINE, m)
     law = replace(alone, white=white, slow=slow, corner=corner)
     total, count, dof = np.zeros((3, n_bands))
-    for each, frequency, own in zip(still, where, power, strict=True):
+    for each, frequency, own in zip(loud, where, power, strict=True):
         band = law.band(frequency)
         total += np.bincount(band, own / expected_power(law, len(each))[1:], n_bands)
         count += np.bincount(band, minlength=n_bands)
@@ -191,10 +191,6 @@ def noise_at_rest(stretches: Iterable[Floats], rate_hz: float, step: float = 0.0
     if coarse:
         law = replace(law, white=law.white + step**2 / 12, dof=np.minimum(dof, COARSELY))
     return law
-
-
-def _mean_square(values: Sequence[Floats]) -> float:
-    return sum((float(each @ each) for each in values), 0.0) / max(1, sum(map(len, values)))
 
 
 SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])

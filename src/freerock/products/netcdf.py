@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from freerock.identification.paper_fit import PaperFit
     from freerock.populations.impact_energy import ImpactEnergy
     from freerock.runs.impacts import Impacts
-    from freerock.runs.runs import Measured, Run
+    from freerock.runs.runs import Measured
     from freerock.runs.u_total import MeasuredTotal
     from freerock.selection.choice import Choice
 
@@ -49,6 +49,8 @@ def write_record(
     attrs: Attrs,
 ) -> None:
     """Write what was measured: θ(t) of the whole record and a group per run with its impacts.
+
+    The record is ok when every run is, fail when none can be used, else warn; it has the reasons of all runs.
 
     Parameters
     ----------
@@ -70,7 +72,16 @@ def write_record(
     FreerockError
         The file can't be written.
     """
-    root = _root(record, "volts to rotation, runs and impacts", attrs, *_record_verdict(found.runs))
+    reasons = [
+        reason._replace(text=f"run {run.number}: {reason.text}")
+        for run in found.runs
+        for reason in run.verdict.reasons
+    ]
+    verdict: Level = "ok" if all(run.verdict.level == "ok" for run in found.runs) else "warn"
+    kept = [run for run in found.runs if not run.excluded]
+    if kept and all(run.verdict.level == "fail" for run in kept):
+        verdict = "fail"
+    root = _root(record, "volts to rotation, runs and impacts", attrs, verdict, reasons)
     if found.noise:
         frequency, density = found.noise.spectrum()
         spectrum: dict[str, Any] = {"frequency": frequency, "noise_density": ("frequency", density)}
@@ -217,20 +228,6 @@ def open_fits(path: str | Path, samples: bool = True, only: Collection[str] = ()
     6.9e+06
     """
     return open_product(path, "fits", samples, only)
-
-
-def _record_verdict(runs: Sequence["Run"]) -> tuple[Level, list[Reason]]:
-    """ok when every run is, fail when none can be used, else warn; with the reasons of all runs."""
-    kept = [run for run in runs if not run.excluded]
-    usable = [run for run in kept if run.verdict.level != "fail"]
-    reasons = [
-        reason._replace(text=f"run {run.number}: {reason.text}")
-        for run in runs
-        for reason in run.verdict.reasons
-    ]
-    if kept and not usable:
-        return "fail", reasons
-    return ("ok" if all(run.verdict.level == "ok" for run in runs) else "warn"), reasons
 
 
 def _impacts(impacts: "Impacts") -> dict[str, Any]:

@@ -22,7 +22,6 @@ from freerock.noise.interference import (
     significant_mains,
     slow_line,
 )
-from freerock.noise.still import Phase
 from freerock.noise.still_signal import COARSE_STEP, StillSignal, lattice_step
 from freerock.rotation.beam import sensitivity
 from freerock.rotation.flags import FLAGS, Fault, flag_samples, flagged_faults, shares
@@ -208,8 +207,16 @@ def moved_rests(signal: StillSignal, unit: str, per_output: float) -> list[Fault
 
     per_output is the rotation per unit of the signal [rad].
     """
-    rests = signal.rests
-    faults, slopes = [], [_slope(signal, phase) for phase in rests]
+    rests, faults, slopes = signal.rests, list[Fault](), list[tuple[float, float]]()
+    for phase in rests:  # slope within it and its standard error, per second
+        part = phase.core(signal.time_s, 0.2)
+        valid = np.isfinite(signal.values[part])
+        y, t = signal.values[part][valid], signal.time_s[part][valid] - phase.mid_s
+        if t.size < 10:
+            slopes.append((0.0, math.inf))
+            continue
+        t -= t.mean()
+        slopes.append((float(t @ y) / float(t @ t), signal.noise / math.sqrt(t @ t)))
     for (one, (slope, error)), (two, (slope_2, error_2)) in pairwise(zip(rests, slopes, strict=True)):
         moved, span = two.level - one.level, two.mid_s - one.mid_s
         if abs(moved) < max(SURE * math.hypot(one.level_stderr, two.level_stderr), signal.noise):
@@ -221,14 +228,3 @@ def moved_rests(signal: StillSignal, unit: str, per_output: float) -> list[Fault
         note = f"{moved:+.3g} {unit}"
         faults.append(Fault(name, one.end_s, two.start_s, note, moved * per_output))
     return faults
-
-
-def _slope(signal: StillSignal, phase: Phase) -> tuple[float, float]:
-    """Slope of the signal within a phase and its standard error, per second."""
-    part = phase.core(signal.time_s, 0.2)
-    valid = np.isfinite(signal.values[part])
-    y, t = signal.values[part][valid], signal.time_s[part][valid] - phase.mid_s
-    if t.size < 10:
-        return 0.0, math.inf
-    t -= t.mean()
-    return float(t @ y) / float(t @ t), signal.noise / math.sqrt(t @ t)
