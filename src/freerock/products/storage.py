@@ -58,7 +58,12 @@ BESIDE = {
     "value": ("stderr", "u_law", "u_total", "unit"),
 }
 DRAWN = {"time", "theta", "theta_model", "residual"}  # along an axis of a plot that xarray labels
-SINGLE_PRECISION = {"sigma_theta", *(f"{name}{n}" for name in ("voltage", "current") for n in ("", "_2"))}
+SINGLE_PRECISION = {
+    "sigma_theta",
+    "theta_model",
+    "residual",
+    *(f"{name}{n}" for name in ("voltage", "current") for n in ("", "_2")),
+}
 
 
 def long_name_of(name: str) -> str:
