@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from freerock.populations.random_effects import common_spread, population
+from freerock.populations.random_effects import common_spread, likely_spreads, population
 
 
 def test_runs_that_scatter_far_beyond_their_noise_give_the_intervals_of_a_sample():
@@ -91,3 +91,16 @@ def test_the_spread_of_several_populations_lies_in_its_interval(tau):
         found += middle**2 / runs
     assert held / runs > 0.92
     assert found == pytest.approx(tau**2, abs=2e-4)
+
+
+@pytest.mark.parametrize("tau", [0.0, 1.0, 5.0])
+def test_two_values_foretell_a_third_as_often_as_they_say(tau):
+    """Also where the two agree by chance: a spread that is drawn from what they make likely allows for it."""
+    draw, held = np.random.default_rng(6), []
+    for _ in range(300):
+        values, third = draw.normal(0.0, math.hypot(1.0, tau), 2), draw.normal(0.0, tau)
+        chances, squares = likely_spreads([(values, np.ones(2))])
+        spread = np.sqrt(draw.choice(squares, 400, p=chances) * 1.5 + 0.5)
+        low, high = np.percentile(values.mean() + spread * draw.standard_normal(400), [2.5, 97.5])
+        held.append(low <= third <= high)
+    assert np.mean(held) > 0.88

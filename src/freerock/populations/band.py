@@ -1,7 +1,7 @@
 """The next run of a record as a band: of peaks and impacts of motions whose impacts and law scatter."""
 
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 from operator import attrgetter
@@ -15,12 +15,14 @@ from freerock.config.fit_settings import FitSettings
 from freerock.identification.run_model import Point, RunModel
 from freerock.models.block import Block
 from freerock.populations.estimate import Estimate
+from freerock.populations.random_effects import likely_spreads
 from freerock.runs.motion import Motion
 
 DRAWS = 200  # motions of a band
 MOST_PEAKS = 12  # of a run that are foretold
 RATE_HZ = 250.0  # of a motion, at which a peak is off by less than 1e-4 of itself
 ENOUGH = 1.5  # times the last impact that was seen: until then a motion is computed first
+LEAST_NOISE = 1e-5  # relative standard error of a parameter
 MOST_R = 0.9999  # of a rigid block that still comes to rest
 INSIDE = (2.5, 50.0, 97.5)  # per cent
 
@@ -34,9 +36,9 @@ def bands(
 ) -> pd.DataFrame:
     """Where the peaks and impacts of a run should lie, by the other runs of its record.
 
-    The parameters are drawn about the mean of the other runs, with the spread between them and their own
-    uncertainty; the rate after each impact is multiplied by 1 + δ with δ drawn from σ_r; the release is that
-    of the run, with its standard errors.
+    The parameters are drawn about the mean of the other runs, with its noise and with spreads between runs as
+    they are likely; the rate after each impact is multiplied by 1 + δ with δ drawn from σ_r; the release is
+    that of the run, with its standard errors.
 
     Parameters
     ----------
@@ -70,7 +72,7 @@ def bands(
             seen = np.stack(known_of)[:, :MOST_PEAKS]
             if not others or own.run not in measured or not seen.size:
                 continue
-            drawn = _drawn(others, *_spread(of_law), np.random.default_rng(_seed(own)))
+            drawn = _drawn(others, of_law, np.random.default_rng(_seed(own)))
             low, middle, high = foretold(own, drawn, measured[own.run], blocks[own.block], debonding, seen)
             names = own.campaign, own.test, own.run, own.block, own.foundation, own.model, len(others)
             inside = (low <= seen) & (seen <= high)
@@ -135,34 +137,50 @@ def swings_of(time_s: Floats, theta: Floats) -> Floats:
 
 
 def _drawn(
-    others: list[Estimate], spread: Floats, freedom: int, rng: np.random.Generator
+    others: list[Estimate], known: Sequence[Estimate], rng: np.random.Generator
 ) -> Iterator[tuple[dict[str, float], float]]:
-    """Parameters of a run like the others, and σ_r of its impacts; Student's t where few are known."""
+    """Parameters of a run like the others, and σ_r of its impacts.
+
+    `known`: runs whose differences within their records tell the spread between runs.
+    """
     names, n = list(others[0].parameters), len(others)
-    mean = np.mean([np.log(list(each.parameters.values())) for each in others], axis=0)
+    mean = np.mean([_logarithms(each) for each in others], axis=0)
+    noise = np.mean([_noise(each) for each in others], axis=0)
     sigma_r = float(np.mean([each.sigma_r for each in others]))
-    shifts = rng.multivariate_normal(0 * mean, (1 + 1 / n) * spread, DRAWS, method="eigh")
-    tails = np.sqrt(freedom / rng.chisquare(freedom, DRAWS)) if freedom else np.ones(DRAWS)
-    for shift in shifts * tails[:, None]:
+    shifts = rng.multivariate_normal(0 * mean, noise / n, DRAWS, method="eigh")
+    shifts += np.sqrt(1 + 1 / n) * _spreads(known, rng) * rng.standard_normal(shifts.shape)
+    for shift in shifts:
         law = dict(zip(names, np.exp(mean + shift).tolist(), strict=True))
         yield law | ({"r": min(law["r"], MOST_R)} if "r" in law else {}), sigma_r
 
 
-def _spread(known: Iterable[Estimate]) -> tuple[Floats, int]:
-    """Covariance of ln p between the runs of a record, over all records, and its degrees of freedom.
+def _spreads(known: Sequence[Estimate], rng: np.random.Generator) -> Floats | float:
+    """Spreads of ln p between the runs of a record, drawn from what is likely, shape (n_draws, n_parameters).
 
-    Where no record has two runs, that of the fits.
+    0 where no record has two runs.
     """
-    logs: dict[str, list[Floats]] = {}
-    fitted = []
-    for each in known:
-        values = np.array(list(each.parameters.values()))
-        logs.setdefault(each.test, []).append(np.log(values))
-        fitted.append(each.covariance[: len(values), : len(values)] / np.outer(values, values))
-    apart = [np.array(own) - np.mean(own, axis=0) for own in logs.values()]
-    freedom = sum(len(own) - 1 for own in apart)
-    own = np.mean(fitted, axis=0)
-    if not freedom:
-        return own, 0
-    between = sum(each.T @ each for each in apart) / freedom
-    return (between, freedom) if np.trace(between) > np.trace(own) else (own, 0)
+    records = [list(own) for _, own in groupby(known, attrgetter("test"))]
+    records = [own for own in records if len(own) > 1]
+    if not records:
+        return 0.0
+    found = []
+    for j in range(len(known[0].parameters)):
+        samples = [
+            (np.array([_logarithms(each)[j] for each in own]), np.array([_noise(each)[j, j] for each in own]))
+            for own in records
+        ]
+        chances, squares = likely_spreads(samples)
+        found.append(np.sqrt(rng.choice(squares, DRAWS, p=chances)))
+    return np.column_stack(found)
+
+
+def _logarithms(own: Estimate) -> Floats:
+    return np.log(list(own.parameters.values()))
+
+
+def _noise(own: Estimate) -> Floats:
+    """Covariance of ln p without the errors of inputs, which the runs of a record share."""
+    values = np.array(list(own.parameters.values()))
+    shifts = np.array([*own.shifts.values()]).reshape(-1, values.size)
+    noise = own.covariance[: values.size, : values.size] / np.outer(values, values) - shifts.T @ shifts
+    return np.asarray(noise + np.diag(np.maximum(LEAST_NOISE**2 - np.diag(noise), 0.0)))

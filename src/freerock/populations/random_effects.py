@@ -260,6 +260,20 @@ def common_spread(samples: Sequence[tuple[Floats, Floats]]) -> tuple[float, floa
     return spread(dof), spread(low), spread(high)
 
 
+def likely_spreads(samples: Sequence[tuple[Floats, Floats]], prior: Prior = RUNS) -> tuple[Floats, Floats]:
+    """Probabilities of spreads that several populations have in common, and the squares of these spreads.
+
+    Parameters
+    ----------
+    samples : sequence of (ndarray, ndarray), shape (n,) each
+        Values of each population and the variances of their noise; two values at least.
+    prior : Prior
+    """
+    squares, variances = np.hstack([contrasts(*each) for each in samples])
+    noise = np.hstack([variance for _, variance in samples])
+    return _likely(squares, variances, prior, 1 / float(np.mean(1 / noise)))
+
+
 def _likely(squares: Floats, variances: Floats, prior: Prior, scale2: float) -> tuple[Floats, Floats]:
     """Probabilities of spreads by restricted likelihood and prior, and the squares of these spreads."""
     scale = math.sqrt(scale2)
