@@ -87,15 +87,15 @@ lint: setup $(DEVELOPMENT)
 	snakefmt --check Snakefile workflow
 	snakemake --lint
 
-quick: lint
-	$(TESTS) -m "not slow"
-
 # mypy keeps one core busy for half a minute: the tests begin beside it.
+quick: setup $(DEVELOPMENT)
+	@$(MAKE) --no-print-directory --jobs 2 lint tests WHICH='-m "not slow"'
+
 test: setup $(DEVELOPMENT)
 	@$(MAKE) --no-print-directory --jobs 2 lint tests
 
 tests: setup $(DEVELOPMENT)
-	$(TESTS)
+	$(TESTS) $(WHICH)
 
 evidence: setup peers $(DEVELOPMENT)
 	python -m freerock_bench.evidence

@@ -16,7 +16,7 @@ settings.load_profile("same every time")
 
 gc.disable()  # until all is collected: nothing of it is garbage, and looking takes a quarter of the time
 
-SLOW = ("workflow", "browser", "docs", "cluster")  # folders whose tests run Snakemake, browsers, commands
+SLOW = ("workflow", "browser", "docs", "bench", "cluster")  # folders: Snakemake, browsers, commands, studies
 
 
 def pytest_itemcollected(item):

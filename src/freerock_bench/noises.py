@@ -64,7 +64,7 @@ def make(folder: Path, case: tuple[str, int]) -> Path:
     if not path.exists():
         draw = np.random.default_rng([SEED, 35, number, i])
         truth = Truth.drawn(i, 0.0, "exact", draw)
-        runs = runs_of(truth, draw)[:1]
+        runs = runs_of(truth, draw, moved=1)
         volts, begins = volts_of(truth, runs, draw, NOISES.get(name, _white), sigma_v, bits)
         known = runs[0].parameters | scattered.impacts_in_volts(runs[0].motion, begins[0], truth.clock)
         more: dict[str, Any] = {"noise": name} | {f"run0_{key}": value for key, value in known.items()}

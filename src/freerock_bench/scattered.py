@@ -121,17 +121,17 @@ class Run:
 
 
 def runs_of(
-    truth: Truth, draw: np.random.Generator, fades_s: tuple[float, float] = FADES_S, least: float = 0.6
+    truth: Truth, draw: np.random.Generator, fades_s: tuple[float, float] = FADES_S, moved: int = RUNS
 ) -> list[Run]:
-    """The runs of a record, whose hands leave over times between two, from a share of the paper's angle."""
-    angle, sign = RELEASE_ANGLES[truth.block_name] * draw.uniform(least, 1.0), draw.choice([-1.0, 1.0])
-    found = []
-    for _ in range(RUNS):
+    """The runs of a record, so many of them moved, whose hands leave over times between two."""
+    angle, sign = RELEASE_ANGLES[truth.block_name] * draw.uniform(0.6, 1.0), draw.choice([-1.0, 1.0])
+    found = list[Run]()
+    for i in range(RUNS):
         law, deltas = truth.of_run(draw), truth.sigma_r * draw.standard_normal(400)
         theta0 = float(sign * (angle + np.radians(draw.uniform(-0.3, 0.3))))
-        impacts = np.column_stack([1 + deltas, np.ones((400, 2))])
-        given = truth.block, law, truth.kinematics == "pivoting", theta0, draw.uniform(*fades_s)
-        found.append(Run(law, deltas, Motion(Scene(*given, impacts=impacts), RATE_HZ / truth.clock)))
+        fade_s, impacts = draw.uniform(*fades_s), np.column_stack([1 + deltas, np.ones((400, 2))])
+        scene = Scene(truth.block, law, truth.kinematics == "pivoting", theta0, fade_s, impacts=impacts)
+        found += [Run(law, deltas, Motion(scene, RATE_HZ / truth.clock))] if i < moved else []
     return found
 
 

@@ -55,6 +55,7 @@ def code_lines(path: Path) -> int:
     return len(lines_of_code(path))
 
 
+@cache
 def lines_of_code(path: Path) -> set[int]:
     """Numbers of the lines of a file that hold code."""
     texts = set[int]()
@@ -75,7 +76,6 @@ def longest_function(path: Path) -> int:
     return max(((node.end_lineno or 0) - node.lineno + 1 for node in functions), default=0)
 
 
-@cache
 def _tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 

@@ -113,20 +113,27 @@ def test_the_campaign_that_is_written_is_read(records, tmp_path, monkeypatch):
     assert (tmp_path / f"raw/bench/{test}.csv").stat().st_mtime_ns == before
 
 
+@pytest.fixture(scope="module")
+def of_kind(tmp_path_factory):
+    """The record of a kind whose impacts do not scatter, made once."""
+    folder = tmp_path_factory.mktemp("kinds")
+    return lambda name: np.load(kinds.make(folder, (name, 0.0)))
+
+
 @pytest.mark.parametrize(
     "name", ["clean, rigid", "three samples lost", "clock 0.2 % fast", "card of 12 bits"]
 )
-def test_a_record_of_a_kind_is_that_of_its_seed(name, tmp_path):
-    one, other = (np.load(kinds.make(tmp_path / folder, (name, 0.0))) for folder in "ab")
+def test_a_record_of_a_kind_is_that_of_its_seed(name, of_kind, tmp_path):
+    one, other = of_kind(name), np.load(kinds.make(tmp_path, (name, 0.0)))
     np.testing.assert_array_equal(one["volts"], other["volts"])
     assert np.isfinite(one["volts"]).all() and np.std(one["volts"][:1000]) < 6e-3
     assert str(one["kind"]) == name and bool(one["clean"]) is kinds.KINDS[name].is_clean
 
 
-def test_what_a_kind_states_is_in_its_record(tmp_path):
-    plain, fast = (np.load(kinds.make(tmp_path, (name, 0.0))) for name in ("slow noise", "clock 0.2 % fast"))
+def test_what_a_kind_states_is_in_its_record(of_kind):
+    plain, fast = of_kind("slow noise"), of_kind("clock 0.2 % fast")
     assert abs(float(fast["true_clock"]) - 1 / 1.002) < 3e-4 > abs(float(plain["true_clock"]) - 1)
-    coarse = np.load(kinds.make(tmp_path, ("card of 12 bits", 0.0)))["volts"]
+    coarse = of_kind("card of 12 bits")["volts"]
     assert len(np.unique(coarse)) < 4096 and np.diff(np.unique(coarse)).min() == pytest.approx(20 / 2**12)
 
 

@@ -73,7 +73,6 @@ def test_every_table_of_the_documentation_is_that_of_its_study():
         )
 
 
-@pytest.mark.slow
 def test_studies_in_their_small_size(tmp_path, monkeypatch):
     """Of each way of making a table one, from records to rows."""
     monkeypatch.chdir(tmp_path)

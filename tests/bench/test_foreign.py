@@ -3,12 +3,9 @@
 import subprocess
 import sys
 
-import pytest
 from small_campaign import ROOT
 
 from freerock_bench import foreign
-
-pytestmark = pytest.mark.slow
 
 
 def test_foreign_records_are_analysed_without_their_truths(tmp_path):

@@ -34,7 +34,6 @@ def test_every_scene_is_quoted_and_the_methods_agree(golden):
     assert rows["end_s"].min() > 1.0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", SMALL)
 def test_an_independent_method_still_makes_what_is_quoted(name, golden):
     made = dop853.solve(SMALL[name], 0.4)
@@ -42,7 +41,6 @@ def test_an_independent_method_still_makes_what_is_quoted(name, golden):
     assert np.abs(np.array(made.theta_rad) - golden[name].theta_rad[:41]).max() < 1e-11
 
 
-@pytest.mark.slow
 def test_freerock_has_eleven_digits(golden):
     """At rtol 1e-12 of all scenes but two, one that chatters and one that bounces; these need 1e-13."""
     solved = {name: ours.solve(scene, 1e-12, golden[name].time_s[-1]) for name, scene in SCENES.items()}
@@ -124,14 +122,12 @@ def digits(name, trajectory, golden):
     return float(score({name: trajectory}, golden, "test")["digits"].iloc[0])
 
 
-@pytest.mark.slow
 def test_the_printed_sign_of_1b_is_told(golden):
     name = "config2_marble_hunt_crossley_geometric_guided_shaken"
     assert digits(name, by_rates(SCENES[name], right), golden) > 5
     assert digits(name, by_rates(SCENES[name], printed_sign), golden) < 1.5
 
 
-@pytest.mark.slow
 def test_uplift_without_its_gate_is_told(golden, monkeypatch):
     name = "config2_marble_hunt_crossley_geometric_guided_dropped"
     # the block is thrown up and would be out of sight soon
@@ -141,7 +137,6 @@ def test_uplift_without_its_gate_is_told(golden, monkeypatch):
     assert digits(name, by_rates(SCENES[name], right, 0.02), begun) < 3
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("law", ["winkler", "hunt_crossley"])
 @pytest.mark.parametrize("block", ["config2", "config3"])
 def test_the_other_rule_of_debonding_is_told(law, block, golden):
@@ -150,7 +145,6 @@ def test_the_other_rule_of_debonding_is_told(law, block, golden):
     assert digits(name, other, golden) < 2.5
 
 
-@pytest.mark.slow
 def test_the_other_kinematics_is_told(golden):
     name = "config1_marble_hunt_crossley_geometric_guided_free"
     assert digits(name, ours.solve(SCENES[name.replace("guided", "pivoting")], 1e-12), golden) < 2.5

@@ -22,9 +22,10 @@ BLOCK, ANGLE = BLOCKS["config2"], RELEASE_ANGLES["config2"]
 MARBLE = TABLE_2["marble"]
 
 
-def rock(block, law, angle, deltas=(), pivoting=True):
+def rock(block, law, angle, deltas=(), pivoting=True, longest_s=60.0):
     impacts = np.column_stack([1 + np.array([*deltas], float), *np.ones((2, len(deltas)))])
-    return Motion(Scene(block, dict(law), pivoting, angle, AT_ONCE_S, impacts=impacts), RATE_HZ)
+    scene = Scene(block, dict(law), pivoting, angle, AT_ONCE_S, impacts=impacts)
+    return Motion(scene, RATE_HZ, longest_s)
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +64,8 @@ def test_each_impact_of_a_rigid_block_has_its_own_restitution():
 
 
 def test_an_impact_on_a_bed_changes_the_energy_that_is_left():
-    plain, kicked = (rock(BLOCK, MARBLE["hunt_crossley"], ANGLE, each, False) for each in ((), (0.0, 0.02)))
+    law, longest_s = MARBLE["hunt_crossley"], 2.0
+    plain, kicked = (rock(BLOCK, law, ANGLE, each, False, longest_s) for each in ((), (0.0, 0.02)))
     before = int(plain.passages_s[1] * RATE_HZ)
     assert (kicked.theta[:before] == plain.theta[:before]).all()
     one, other = restitution_of(plain)[1], restitution_of(kicked)[1]
@@ -77,8 +79,8 @@ def test_a_base_that_stays_in_contact_has_no_impacts():
 
 
 def test_a_hand_that_leaves_slowly_is_a_release_at_half_its_time():
-    at_once = rock(BLOCK, MARBLE["winkler"], ANGLE)
-    slowly = Motion(replace(at_once.scene, fade_s=0.01), RATE_HZ)
+    at_once = rock(BLOCK, MARBLE["winkler"], ANGLE, longest_s=1.0)
+    slowly = Motion(replace(at_once.scene, fade_s=0.01), RATE_HZ, 1.0)
     assert slowly.passages_s[0] - at_once.passages_s[0] == pytest.approx(0.005, abs=2e-4)
 
 
@@ -101,7 +103,6 @@ def test_a_record_is_what_it_says(tmp_path):
     assert deltas.std() == pytest.approx(0.01, rel=0.3)
 
 
-@pytest.mark.slow
 def test_a_realistic_record_has_its_truth(tmp_path):
     record = np.load(realistic.make(tmp_path, 4))
     laser = Laser("horizontal", float(record["stated_position_m"]), 0.1)

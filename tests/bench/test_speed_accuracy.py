@@ -12,8 +12,6 @@ from freerock_bench.methods.by_name import METHODS, freerock
 from freerock_bench.methods.housner import housner_eventless
 from freerock_bench.speed_accuracy import Scale, markdown, problem_of
 
-pytestmark = pytest.mark.slow
-
 TIME = np.arange(0, 0.605, 0.01)
 DRIVER = """
 from driver import answer, places, steps, substeps

@@ -14,8 +14,6 @@ from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock.virtual_lab.published import TABLE_2
 from freerock_bench.springs import Motion, Scene, energy
 
-pytestmark = pytest.mark.slow
-
 BLOCK, ANGLE, LASER = CONFIGURATIONS["config2"]
 SOIL = TABLE_2["aerstop"]["hunt_crossley"]
 RATE_HZ, N = 1000.0, 1500

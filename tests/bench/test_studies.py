@@ -15,8 +15,6 @@ from freerock_bench.methods.problem import Solution
 from freerock_bench.stability import COLUMNS, STATES, judge
 from freerock_bench.timing import interleaved
 
-pytestmark = pytest.mark.slow
-
 for name in figures.__all__:
     import_module(f"freerock_bench.figures.{name}")
 

@@ -4,10 +4,8 @@ import zipfile
 from importlib.util import find_spec
 from pathlib import Path
 
-import pytest
 from installed import ROOT, wheel_from_sdist
 
-pytestmark = pytest.mark.slow
 WORKFLOW = ("Snakefile", "workflow", "profiles", "requirements.lock")
 
 

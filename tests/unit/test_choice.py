@@ -34,6 +34,7 @@ def found():
     return identify_record(BLOCK, runs("hunt_crossley", 0.01), LAWS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("candidate", ["winkler", "housner", "hunt_crossley_pivoting"])
 @pytest.mark.parametrize("sigma_r", [0.0, 0.01])
 def test_the_true_law_is_chosen_whether_impacts_scatter_or_not(candidate, sigma_r):

@@ -128,6 +128,7 @@ def test_what_is_given_of_parameters_reaches_the_product_and_table_2(job, caplog
     assert "[[Variables]]" in caplog.text and "(fixed)" in caplog.text
 
 
+@pytest.mark.slow
 def test_a_correction_gives_what_the_jobs_write(desk, tmp_path):
     seen = desk.record("tall", 1)["picture"]
     own = correction(overrides=moved(1, seen["release"] + 0.02, seen["end"]), reason="late")
@@ -159,6 +160,7 @@ def test_a_correction_gives_what_the_jobs_write(desk, tmp_path):
     assert whole["cells"] == {"override": corrected_cells(own, line)["override"], "reason": "late"}
 
 
+@pytest.mark.slow
 def test_an_excluded_run_leaves_the_mean(desk):
     before = desk.refit("tall", correction(), 1, None, whole=True)
     after = desk.refit("tall", correction(exclude=[2], reason="knocked"), 1, None, whole=True)
@@ -167,6 +169,7 @@ def test_an_excluded_run_leaves_the_mean(desk):
     assert parameters(after["picture"], "means") != parameters(before["picture"], "means")
 
 
+@pytest.mark.slow
 def test_what_stands_in_a_stretch_left_out_reaches_no_number(desk, lab, tmp_path):
     """The jobs' fits are the same bits whether the laser was hit within the stretch or not."""
     run = desk.record("tall", 1)["picture"]

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import butter, sosfiltfilt
 
@@ -50,6 +51,7 @@ def one_run(draw, block):
     return parts, TILT_S + n / RATE_HZ, fade_s + top_s, top
 
 
+@pytest.mark.slow
 def test_no_run_of_a_hand_is_lost_and_its_release_is_known_as_well_as_it_says():
     blocks, off = list(BLOCKS.values()), []
     for seed in range(16):

@@ -29,6 +29,7 @@ def test_an_input_of_each_member_is_in_the_scatter_already():
     assert found.weights * 0.1 == pytest.approx([0.1 / 3] * 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("own", "shared"), [(0.0, 1.0), (1.0, 0.0), (1.0, 1.0), (3.0, 1.0)])
 @pytest.mark.parametrize("n", [2, 3, 6])
 def test_intervals_hold_the_truth(n, own, shared):
@@ -69,6 +70,7 @@ def test_weights_are_those_of_generalised_least_squares_where_none_is_negative()
     assert positive > 20 and negative > 20
 
 
+@pytest.mark.slow
 def test_intervals_of_drawn_campaigns():
     """Mean and next record; the study in docs/validation.md draws more of each kind."""
     frame = means.run("small", Path(), 1)

@@ -65,6 +65,7 @@ def test_the_bound_is_what_a_fit_reports(model, block, parameters, angle, free):
         assert 0.995 * predicted[name] < stderr < 1.08 * predicted[name], name
 
 
+@pytest.mark.slow
 def test_the_bound_is_the_scatter_of_fits():
     """Squared deviations of 40 fits over the predicted variance, within 99.9 % of their distribution."""
     runs, time_s = 40, TIME[:2000:2]

@@ -54,6 +54,7 @@ def test_values_without_noise_are_refused(stderrs):
         population([1.0, 2.0], stderrs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("n", "tau", "sigma"),
     [(3, 0.03, 1e-4), (3, 0.03, 0.03), (3, 0.03, 0.01), (3, 0.0, 1e-3), (10, 0.03, 1e-3)],

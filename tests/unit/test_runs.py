@@ -187,6 +187,7 @@ def test_a_braked_block_rocks_freely_from_its_first_peak_on(flagged_s):
     assert run.theta0 < 0 and run.theta0 == pytest.approx(np.mean(arguments[1][near]), rel=2e-3)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10**6), st.floats(4, 12), st.floats(0.6, 0.98), st.floats(0, 0.05))
 @settings(max_examples=40, deadline=None)
 def test_a_free_block_never_stops(seed, theta0_deg, r, creep_deg):

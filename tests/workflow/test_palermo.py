@@ -5,6 +5,7 @@ import inspect
 import json
 import re
 
+import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
@@ -100,6 +101,22 @@ def test_the_report_says_simulated_and_loads_nothing(palermo):
     assert '<p class="simulated">' in page
     assert "default-src 'none'" in page
     assert (palermo / "report.html").stat().st_size < 6e6
+
+
+def test_a_record_in_one_call_has_the_numbers_of_the_workflow_to_the_last_digit(palermo):
+    block = freerock.Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
+    laser = freerock.Laser(beam="horizontal", position_m=0.20, range_m=0.1)
+    record = freerock.load(ROOT / "raw/palermo_virtual/config2_marble.tdms", block, laser)
+    results = freerock.open_results(palermo)
+    dataset, fits = results.records["config2_marble"], results.fits["config2_marble"]
+    np.testing.assert_array_equal(record.theta, dataset["theta"])
+    for run in record.runs:
+        group = f"run_{run.found.number}"
+        np.testing.assert_array_equal(run.impacts.restitution, dataset[group]["restitution"])
+        for law in ("housner", "winkler", "hunt_crossley"):
+            fit, told = run.fit(law), fits[f"{group}/{law}"]
+            np.testing.assert_array_equal(fit.value, told["value"])
+            np.testing.assert_array_equal(fit.u_total, told["u_total"])
 
 
 @pytest.mark.parametrize("name", ["open_fits", "open_record", "open_results", "parameters_in"])
