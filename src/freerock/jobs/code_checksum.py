@@ -57,11 +57,12 @@ def code_files(script: Path, *modules: str) -> dict[str, str]:
 
 @cache
 def _files_of(name: str) -> frozenset[str]:
-    """The files that importing a dotted name runs or lays beside a module, as far as they are ours."""
+    """The files that importing one of our dotted names runs or lays beside a module."""
     folder, found = str(SOURCES), set[str]()
-    for n, part in enumerate(name.split(".") if name.startswith("freerock") else ()):
+    for n, part in enumerate(name.split(".")):
         if f"{part}.py" in _files_in(folder):
             found |= {f"{folder}/{each}" for each in _files_in(folder) if each.startswith(f"{part}.")}
+            break
         folder = f"{folder}/{part}"
         if "__init__.py" in _files_in(folder):
             data = {each for each in _files_in(folder) if n and not each.endswith((".py", ".md"))}
@@ -87,7 +88,7 @@ def _short(path: str) -> str:
 
 @cache
 def _known(path: str) -> tuple[str, list[str]]:
-    """Checksum of a file's code and the dotted names that it imports; noted for the next start."""
+    """Checksum of a file's code and our dotted names that it imports; noted for the next start."""
     seen, notes = os.stat(path), _notes()
     name, look = _short(path), [seen.st_mtime_ns, seen.st_size]
     if notes.get(name, [None])[0] != look:
@@ -107,7 +108,8 @@ def _read(path: str) -> tuple[str, list[str]]:
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node):
             del node.body[0]
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), names
+    ours = [name for name in names if name.startswith("freerock")]
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), ours
 
 
 def _imports(tree: ast.AST) -> Iterator[str]:
