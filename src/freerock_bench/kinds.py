@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from ruamel.yaml import YAML
+import yaml
 
 from freerock.arrays import Floats
+from freerock.config.yaml_lines import Yaml12
 from freerock.models.block import GRAVITY, Block
 from freerock.virtual_lab.added_noise import Disturbance
 from freerock.virtual_lab.published import BLOCKS, RELEASE_ANGLES, TABLE_2
@@ -71,7 +72,7 @@ class Kind:
         return not self.differs or set(self.differs) <= {"damping", "bits"}
 
 
-STATED = YAML(typ="safe", pure=True).load(Path(__file__).with_suffix(".yaml"))
+STATED = yaml.load(Path(__file__).with_suffix(".yaml").read_bytes(), Yaml12)
 KINDS = {name: Kind.of(stated) for name, stated in STATED["kinds"].items()}
 
 

@@ -18,7 +18,7 @@ from contextlib import redirect_stdout, suppress
 from pathlib import Path
 from unittest.mock import patch
 
-from ruamel.yaml import YAML
+import yaml
 from sphinx.cmd.build import build_main
 
 import freerock
@@ -31,7 +31,7 @@ from freerock_bench.evidence import CITED
 from freerock_bench.gallery import program
 
 ROOT = Path(__file__).parents[2]
-PAGES = YAML(typ="safe", pure=True).load(Path(__file__).with_suffix(".yaml"))
+PAGES = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_bytes())
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 FENCE = re.compile(r"(^ *```.*?^ *```$)", re.M | re.S)
 SHOWN = (".md", ".png", ".svg")  # of docs/; other files stand in the repository alone

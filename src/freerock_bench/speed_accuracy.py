@@ -16,9 +16,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from ruamel.yaml import YAML
+import yaml
 
 from freerock.arrays import Floats
+from freerock.config.yaml_lines import Yaml12
 from freerock.errors import FreerockError
 from freerock.models.laws import LAWS, MODEL_LABELS, MODELS, Rules
 from freerock.models.simulate import Solver, simulate_fitted
@@ -42,7 +43,7 @@ UNITS = ((3600.0, "h"), (60.0, "min"), (1.0, "s"), (1e-3, "ms"))
 Row = dict[str, Any]
 
 
-STATED = YAML(typ="safe", pure=True).load(Path(__file__).with_name("engines.yaml"))
+STATED = yaml.load(Path(__file__).with_name("engines.yaml").read_bytes(), Yaml12)
 TOOLS = METHODS | {"Runge–Kutta without events": housner_eventless}
 
 

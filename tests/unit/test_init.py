@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from ruamel.yaml import YAML
+import yaml
 
 from freerock.cli import subcommands as cli
 from freerock.cli.init_command import WRITTEN, init
@@ -25,7 +25,7 @@ def test_everything_is_written_and_told(folder, capsys):
     out = capsys.readouterr().out
     assert all(name in out for name in there)
     assert "next:    freerock new-campaign NAME --from FOLDER" in out
-    profile = YAML().load(Path("profiles/default/config.yaml"))
+    profile = yaml.safe_load(Path("profiles/default/config.yaml").read_bytes())
     assert profile["cores"] == "all"
 
 

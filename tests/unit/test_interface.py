@@ -3,13 +3,13 @@
 from importlib.metadata import version
 from pathlib import Path
 
-from ruamel.yaml import YAML
+import yaml
 
 ROOT = Path(__file__).parents[2]
 
 
 def test_metadata_agree():
-    cited = YAML(typ="safe").load(ROOT / "CITATION.cff")
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_bytes())
     conda = (ROOT / "conda/meta.yaml").read_text(encoding="utf-8")
     built = f'{{% set version = "{version("freerock")}" %}}'
     assert cited["version"] == version("freerock") and built in conda

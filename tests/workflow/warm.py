@@ -45,7 +45,7 @@ COMMANDS = {"python": [], "snakemake": ["-m", "snakemake"], "freerock": ["-m", "
 LIBRARIES = (  # of Snakemake and of its jobs, also those that they import late
     *("snakemake.cli", "snakemake.script", "snakemake.report.html_reporter", "snakemake.notebook"),
     *("snakemake.benchmark", "snakemake.storage", "docutils.core", "jsonschema", "nbformat", "smart_open"),
-    *("h5py", "jinja2", "lmfit", "netCDF4", "nptdms", "pandas", "pydantic", "ruamel.yaml", "xarray", "yte"),
+    *("h5py", "jinja2", "lmfit", "netCDF4", "nptdms", "pandas", "pydantic", "xarray", "yaml", "yte"),
     *("matplotlib.backends.backend_agg", "matplotlib.backends.backend_pdf", "matplotlib.style"),
     *("scipy.fft", "scipy.integrate", "scipy.ndimage", "scipy.optimize", "scipy.signal", "scipy.stats"),
     "tornado.httpserver",

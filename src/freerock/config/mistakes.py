@@ -8,8 +8,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from freerock.config import values
-from freerock.config.values import NAME_PATTERN, Invalid, Section
-from freerock.config.yaml_lines import Key
+from freerock.config.values import NAME_PATTERN, Invalid, Key, Section
 from freerock.errors import FreerockError
 
 FILL_IN = "FILL_IN"  # what `freerock new-campaign` writes where only the user knows

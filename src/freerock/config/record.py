@@ -10,8 +10,8 @@ from pydantic import ValidationInfo, field_validator
 
 from freerock.config.hand_corrections import EXCLUDED, WHOLE_RECORD, read_exclusions, read_overrides
 from freerock.config.mistakes import FILL_IN, validate
-from freerock.config.values import Inside, Invalid, Name, Section, Text, closest, did_you_mean, key
-from freerock.config.yaml_lines import Key, read_text, text_of
+from freerock.config.values import Inside, Invalid, Key, Name, Section, Text, closest, did_you_mean, key
+from freerock.config.yaml_lines import read_text, text_of
 from freerock.errors import FreerockError, attempt
 
 

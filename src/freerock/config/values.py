@@ -20,6 +20,7 @@ from freerock.units import CHANNEL_UNITS
 
 LEAST_SI, MOST_SI = 1e-12, 1e15  # of numbers except 0
 LONGEST_NAME = 100  # characters: it becomes part of a file name
+Key = tuple[str, ...]  # where a value stands: the keys and list positions on the way to it
 NAME_PATTERN = rf"^[A-Za-z0-9_]{{1,{LONGEST_NAME}}}$"
 
 

@@ -3,23 +3,47 @@
 YAML is read as its version 1.2, in which numbers are what they look like: 017 is 17, and 1:30 is a text.
 """
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from ruamel.yaml.tag import Tag
+from yaml import MappingNode, MarkedYAMLError, Node, SafeLoader, ScalarNode, SequenceNode, YAMLError
 
+from freerock.config.values import Key
 from freerock.errors import FreerockError
 from freerock.files import read_bytes
 
-Key = tuple[str, ...]  # where a value stands: the keys and list positions on the way to it
 Lines = dict[Key, int]  # line of each key of a YAML file
 
 TAG = "tag:yaml.org,2002:"
+LOOKS = {  # of what is no text, without quotes
+    "null": "~|null|Null|NULL|",
+    "bool": "true|True|TRUE|false|False|FALSE",
+    "int": "[-+]?([0-9][0-9_]*|0b[01_]+|0o[0-7_]+|0x[0-9a-fA-F_]+)",
+    "float": r"[-+]?([0-9][0-9_]*(\.[0-9_]*|(?=[eE]))|\.[0-9_]+)([eE][-+]?[0-9]+)?"
+    r"|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)",
+    "merge": "<<",
+}
 CORRECT = "correct the YAML; indent with spaces, not tabs"
+
+
+class Yaml12(SafeLoader):  # type: ignore[misc]
+    """Loader of PyYAML, whose own read version 1.1."""
+
+    def resolve(self, kind: type[Node], value: str, implicit: Any) -> Any:
+        """Tag of a node."""
+        if kind is not ScalarNode or not implicit[0]:
+            return super().resolve(kind, value, implicit)
+        return TAG + next((name for name, looks in LOOKS.items() if re.fullmatch(looks, value)), "str")
+
+    def whole(self, node: ScalarNode) -> int:
+        """A whole number."""
+        return int(node.value.replace("_", ""), 0 if re.search("[box]", node.value) else 10)
+
+
+Yaml12.add_constructor(f"{TAG}int", Yaml12.whole)
+Yaml12.add_constructor(f"{TAG}timestamp", SafeLoader.construct_yaml_str)
 
 
 def read_text(path: Path) -> str:
@@ -38,18 +62,17 @@ def text_of(content: bytes, path: Path) -> str:
 
 def read_yaml(path: Path) -> tuple[dict[str, Any] | None, Lines, list[FreerockError]]:
     """Keys and values (None when unreadable), the line of each key, and the problems met."""
-    reader = YAML(typ="safe", pure=True)
-    reader.allow_duplicate_keys = True  # reported here, with both lines
     lines: Lines = {}
     problems: list[FreerockError] = []
     try:
-        root = reader.compose(read_text(path))
+        reader = Yaml12(read_text(path))
+        root = reader.get_single_node()
         for loc, line in _locate_keys(root):
             if loc in lines:
                 where, first = f"{path}:{line}: {'.'.join(loc)}", lines[loc]
                 problems.append(FreerockError(where, f"is given twice, first on line {first}", "keep one"))
             lines[loc] = line
-        data = reader.constructor.construct_document(root) if root else None
+        data = reader.construct_document(root) if root else None
     except FreerockError as error:
         return None, {}, [error]
     except YAMLError as error:
@@ -63,16 +86,14 @@ def read_yaml(path: Path) -> tuple[dict[str, Any] | None, Lines, list[FreerockEr
 
 
 def _locate_keys(node: Node | None, loc: Key = ()) -> Iterator[tuple[Key, int]]:
-    """Location and line of every key and list item below a YAML node; keys and dates become texts."""
+    """Location and line of every key and list item below a YAML node; keys become texts."""
     children: list[tuple[str, Node, Node]] = []
-    if isinstance(node, ScalarNode) and node.tag == f"{TAG}timestamp":
-        node.ctag = Tag(suffix=f"{TAG}str")
-    elif isinstance(node, MappingNode):
+    if isinstance(node, MappingNode):
         for key, value in node.value:
             if not isinstance(key, ScalarNode):
                 raise MarkedYAMLError(problem="a key is no word", problem_mark=key.start_mark)
             if key.tag != f"{TAG}merge":
-                key.ctag = Tag(suffix=f"{TAG}str")
+                key.tag = f"{TAG}str"
                 children.append((key.value, key, value))
     elif isinstance(node, SequenceNode):
         children = [(str(i), item, item) for i, item in enumerate(node.value)]
