@@ -276,12 +276,8 @@ def _lowest(
     model: RunModel, points: list[Point], shape: tuple[int, ...], samples: Samples, most: int
 ) -> list[tuple[float, Point]]:
     """Lowest local minima of the mean square error on a grid of so many points each way."""
-    errors = np.array(
-        [
-            np.mean((model.curve(point, samples.time_s, 10 * RTOL_SCREENING) - samples.theta) ** 2)
-            for point in points
-        ]
-    )
+    curves = (model.at_once(point, samples, 10 * RTOL_SCREENING) for point in points)
+    errors = np.array([np.mean((curve - samples.theta) ** 2) for curve in curves])
     cells = errors.reshape(shape)
     beside = np.lib.stride_tricks.sliding_window_view(np.pad(cells, 1, mode="edge"), (3,) * cells.ndim)
     minima = np.flatnonzero(cells == beside.min(axis=tuple(range(cells.ndim, 2 * cells.ndim))))
