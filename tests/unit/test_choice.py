@@ -11,12 +11,13 @@ from freerock.errors import FreerockError
 from freerock.identification.fit import Followers, fit_record
 from freerock.identification.run_model import Point, RunModel
 from freerock.identification.scatter import Scatter
+from freerock.models import laws
 from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import Solver, simulate_fitted
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
-from freerock.selection.candidates import BY_DEFAULT, Allowed, contains, n_numbers
+from freerock.selection.candidates import Allowed, contains, n_numbers
 from freerock.selection.choice import choose
 from freerock.selection.identify import identify_record
 from freerock.selection.prediction import compared, errors_of_swings
@@ -71,7 +72,7 @@ def test_a_candidate_whose_fit_fails_takes_no_other_with_it(stage, monkeypatch):
 
 
 def test_candidates_are_at_most_fourteen_few_numbers_first():
-    names = BY_DEFAULT.candidates
+    names = Allowed(tuple(laws.LAWS), ("guided", "pivoting")).candidates
     assert len(names) == 14 and [*map(n_numbers, names)] == sorted(map(n_numbers, names))
     assert names[0] == "housner" and n_numbers("winkler_width") == 3 and n_numbers("general") == 3
     assert Allowed(("winkler",), ()).candidates == ("winkler",)

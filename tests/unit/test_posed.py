@@ -48,7 +48,7 @@ def test_derivatives_are_quotients_to_a_part_in_ten_thousand():
     """What the run tells is the difference of columns that are thousands of times as long."""
     motion, at = motion_of(1, 0.02)
     at, posed = replace(at, impacts=at.impacts[:8]), posed_of(motion, 0.02)
-    _, rows = posed.derived(at)
+    rows = posed.by_impacts(posed.jacobian(at, posed.by_inputs(at))[1])
     for i, column in enumerate(rows.T):
         step = 0.1 / np.linalg.norm(column)
         ends = [posed.residual(moved(posed, at, i, by)) for by in (step, -step)]

@@ -192,11 +192,6 @@ class Posed:
         found[:, :n] -= found[:, n:] @ of_delta[:, :n]
         return found
 
-    def derived(self, at: Point) -> tuple[Floats, Floats]:
-        """The curve [rad], and derivatives of `residual` by all numbers, inputs and impacts."""
-        theta, rows = self.jacobian(at, self.by_inputs(at))
-        return theta, self.by_impacts(rows)
-
     def by_inputs(self, at: Point) -> Floats:
         """Of the model, on these samples."""
         return self.model.by_inputs(at, self.samples, self.rtol)
@@ -225,7 +220,7 @@ class Ended:
 
     @cached_property
     def derived(self) -> tuple[Floats, Floats]:
-        """Of `Posed.derived`."""
+        """The curve [rad], and derivatives of the residual by all numbers, inputs and impacts."""
         return self.linear[0], self.posed.by_impacts(self.linear[1])
 
     @property
@@ -258,7 +253,7 @@ class _Objective:
 
     def refer(self, held: Point) -> None:
         """Count rates from those before the impacts of a point; there the parameters are δ."""
-        self.before = (held.rates if held.rates is not None else 0.0) / (1 + held.impacts)
+        self.before = held.passages[:, 4] / (1 + held.impacts)
         self.last = dict[bytes, tuple[Floats, Floats]]()
 
     def point(self, moved: lmfit.Parameters) -> Point:

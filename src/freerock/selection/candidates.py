@@ -80,6 +80,3 @@ def contains(larger: str, smaller: str) -> bool:
         and one.kinematics == other.kinematics
         and one.width >= other.width
     )
-
-
-BY_DEFAULT = Allowed(tuple(LAWS), ("guided", "pivoting"))

@@ -31,12 +31,10 @@ class Compared:
         Geometric mean of the error of the first over that of the second.
     p : float
         Chance of so large a difference of equally good laws, by Student's paired test of the logarithms.
-    n_swings : int
     """
 
     ratio: float
     p: float
-    n_swings: int
 
 
 def errors_of_swings(fits: Mapping[int, Fit]) -> dict[int, Floats]:
@@ -66,12 +64,12 @@ def compared(one: Mapping[int, Floats], other: Mapping[int, Floats]) -> Compared
     apart = np.concatenate(pairs) if pairs else np.zeros(0)
     n = len(apart)
     if n < LEAST_SWINGS:
-        return Compared(math.nan, 1.0, n)
+        return Compared(math.nan, 1.0)
     mean, error = float(np.mean(apart)), float(np.std(apart, ddof=1) / math.sqrt(_independent(apart)))
     if not mean:
-        return Compared(1.0, 1.0, n)
+        return Compared(1.0, 1.0)
     p = 2 * float(stdtr(max(_independent(apart) - 1, 1), -abs(mean) / error)) if error > 0 else 0.0
-    return Compared(math.exp(mean), min(p, 1.0), n)
+    return Compared(math.exp(mean), min(p, 1.0))
 
 
 def _independent(values: Floats) -> float:
