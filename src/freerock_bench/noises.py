@@ -74,7 +74,7 @@ def make(folder: Path, case: tuple[str, int]) -> Path:
 
 def run(size: str, folder: Path, cores: int) -> pd.DataFrame:
     """The long table."""
-    names = [*NOISES, *CONVERTERS] if size == "full" else ["white", "12 bits, 2 mV"]
+    names = [*NOISES, *CONVERTERS] if size == "full" else ["12 bits, 2 mV"]
     cases = [(name, i) for i in range(RECORDS[size]) for name in names]
     return campaigns.study(folder, make, cases, lambda truth: str(truth["noise"]), cores)
 

@@ -59,7 +59,7 @@ def code_lines(path: Path) -> int:
 def lines_of_code(path: Path) -> set[int]:
     """Numbers of the lines of a file that hold code."""
     texts = set[int]()
-    for node in ast.walk(_tree(path)):
+    for node in ast.walk(ast.parse(path.read_bytes())):
         if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
             texts.update(range(node.body[0].lineno, (node.body[0].end_lineno or 0) + 1))
     lines = set[int]()
@@ -72,12 +72,8 @@ def lines_of_code(path: Path) -> set[int]:
 
 def longest_function(path: Path) -> int:
     """Lines of a file's longest function, with its docstring; 0 without any."""
-    functions = (node for node in ast.walk(_tree(path)) if isinstance(node, DOCUMENTED[1:3]))
+    functions = (node for node in ast.walk(ast.parse(path.read_bytes())) if isinstance(node, DOCUMENTED[1:3]))
     return max(((node.end_lineno or 0) - node.lineno + 1 for node in functions), default=0)
-
-
-def _tree(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 if __name__ == "__main__":
