@@ -1,6 +1,5 @@
 """Types of values of keys (numbers, names, choices), and `Section`, a group of keys."""
 
-import difflib
 import re
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import PurePosixPath
@@ -105,6 +104,8 @@ def section_in(annotation: Any) -> type[Section] | None:
 
 def closest(word: object, words: Iterable[object]) -> list[str]:
     """The one of some words that a misspelt word may mean, or none."""
+    import difflib  # only mistakes have need of it
+
     return difflib.get_close_matches(str(word), map(str, words), n=1)
 
 
