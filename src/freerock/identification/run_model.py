@@ -136,8 +136,9 @@ class Point:
 
 
 def _key(at: Point, rtol: float) -> bytes:
-    parts = np.fromiter((rtol, *at.values.values()), float), at.inputs, at.impacts, at.passages[:, 4]
-    return b"".join(part.tobytes() for part in parts)
+    rates = b"" if at.rates is None else at.rates.tobytes()
+    numbers = np.fromiter((rtol, *at.values.values()), float).tobytes()
+    return numbers + at.inputs.tobytes() + at.impacts.tobytes() + rates
 
 
 def _with(at: Point, name: str, value: float) -> Point:
