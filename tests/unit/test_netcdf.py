@@ -220,8 +220,8 @@ def test_fits_come_back(folder):
                 ("u_law", fit.uncertainty.u_law),
                 ("u_total", fit.u_total),
                 ("covariance", fit.uncertainty.covariance),
-                ("theta_model", fit.curve.theta_model),
-                ("residual", fit.curve.residual),
+                ("theta_model", np.float32(fit.curve.theta_model)),
+                ("residual", np.float32(fit.curve.residual)),
                 ("delta", [0.01, -0.02, 0.005, np.nan, np.nan]),
                 ("impact_time", made_up_impacts().time_s),
             ):
@@ -261,7 +261,7 @@ def test_plain_xarray_selects_by_time_and_impact_in_every_group(folder):
     run = xr.load_dataset(folder / "record_a.nc", group="run_1")
     assert run["restitution"].sel(impact=2).item() == made_up_impacts().restitution[1]
     fit = xr.load_dataset(folder / "fits_a.nc", group="run_1/winkler")
-    assert fit["residual"].sel(time=0.5, method="nearest").item() == -0.1 * np.cos(3.5)
+    assert fit["residual"].sel(time=0.5, method="nearest").item() == np.float32(-0.1 * np.cos(3.5))
     assert fit["value"].sel(parameter="c").item() == 2.0 and len(fit.data_vars) <= 20
     inputs = xr.load_dataset(folder / "fits_a.nc", group="run_1/winkler/inputs")
     assert inputs["contribution"].sel(parameter="k", input="width_m").item() == 0.2
