@@ -16,7 +16,7 @@ from freerock.config.fit_settings import FitSettings
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fitted import Curve
 from freerock.identification.posed import Ended, Posed, minimised
-from freerock.identification.run_model import RTOL, RTOL_SEARCH, Point, RunModel
+from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel
 from freerock.identification.start import scan_whole
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
@@ -103,7 +103,7 @@ def paper_fit(
     for each in near:
         values = {**each, "theta0": motion.theta0, "t0": 0.0}
         starts.append(Point({name: values[name] for name in model.names}, np.zeros(0), np.zeros(0)))
-    quick = Posed(model, few, 0.0, level, RTOL_SEARCH, walls=RELEASE_WALLS)
+    quick = Posed(model, few, 0.0, level, RTOL_SCREENING / 10, walls=RELEASE_WALLS)
     starts = sorted(starts, key=lambda at: float(np.sum(quick.residual(at) ** 2)))[:STARTS]
     best = minimised(quick, starts[0], *SEARCH, "trf")
     for start in starts[1:]:

@@ -27,7 +27,6 @@ from freerock.runs.motion import Motion
 
 RTOL = 1e-8  # of the integrator: its error is below 1 % of the noise
 RTOL_SCREENING = 1e-5
-RTOL_SEARCH = 1e-6  # of a whole run: no rate depends on the error before the impact
 # Of difference quotients, as a share of a positive number; absolute of δ and of an angle [rad]. A number of
 # the law is nearly a sum of impacts: quotients must be exact to 1e-5, or they tell what the samples do not.
 STEP = 3e-7

@@ -137,7 +137,8 @@ def population(
     weights = least_variance(covariance)
     mean, whole = float(weights @ y), float(weights @ covariance @ weights)
     together = float(np.sum(of_all(known) ** 2))
-    chances, spreads = _likely(squares, variances, prior, 1 / float(np.mean(1 / (np.diag(none) - together))))
+    apart = np.maximum(np.diag(none) - together, np.finfo(float).eps * np.diag(none))
+    chances, spreads = _likely(squares, variances, prior, 1 / float(np.mean(1 / apart)))
     # variance of the mean at each spread, without what all share
     each = np.maximum(whole - together + (spreads - tau**2) * float(weights @ weights), np.min(own) / n**2)
     scatter = float(weights**2 @ own)
