@@ -105,3 +105,9 @@ def test_two_values_foretell_a_third_as_often_as_they_say(tau):
         low, high = np.percentile(values.mean() + spread * draw.standard_normal(400), [2.5, 97.5])
         held.append(low <= third <= high)
     assert np.mean(held) > 0.88
+
+
+def test_members_whose_noise_is_below_rounding_beside_what_they_share():
+    shared = np.array([[0.001], [0.0010000000000000002], [0.001]])
+    found = population([21.274, 21.274 + 2e-10, 21.274], [2.6e-15, 4.5e-13, 3e-14], shared)
+    assert found.mean == pytest.approx(21.274) and found.u == pytest.approx(0.001, rel=1e-3)
