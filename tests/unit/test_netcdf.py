@@ -257,6 +257,8 @@ def test_plain_xarray_selects_by_time_and_impact_in_every_group(folder):
     np.testing.assert_allclose(record["theta"].interp(time=0.5), 0.17 * np.cos(3.5), rtol=1e-3)
     assert record["theta"].sel(time=slice(0.2, 0.9)).sizes["time"] == 281
     np.testing.assert_allclose(record["noise_density"], 2 * 1e-8 / 400)
+    told, noise = json.loads(record.attrs["noise"]), white_noise(1e-4, 400.0)
+    assert told == {name: np.array(each).tolist() for name, each in vars(noise).items()}  # to the last digit
     assert record["frequency"][0] > 0 and record["frequency"][-1] < 200
     run = xr.load_dataset(folder / "record_a.nc", group="run_1")
     assert run["restitution"].sel(impact=2).item() == made_up_impacts().restitution[1]

@@ -99,6 +99,9 @@ class LaserSection(Section):
     @field_validator("beam", "position_m")
     @classmethod
     def _beam_is_placed(cls, value: Any, info: ValidationInfo) -> Any:
+        height = value if info.field_name == "position_m" and info.data.get("beam") == "horizontal" else None
+        if height is not None and height <= 0:
+            raise Invalid(f"{height:g} is not above the base", "give the height of the beam in metres")
         if "units" not in info.data:  # refused: whether there is a beam is not known
             return value
         units = info.data["units"]
@@ -112,25 +115,15 @@ class LaserSection(Section):
             )
         return value
 
-    @field_validator("calibration")
-    @classmethod
-    def _table_is_inside(cls, calibration: Any) -> Any:
-        return check_inside(calibration) if calibration else None
-
     @field_validator("calibration", "sensitivity_per_mm")
     @classmethod
     def _scaled_once(cls, value: Any, info: ValidationInfo) -> Any:
+        if info.field_name == "calibration":
+            value = check_inside(value) if value else None
         given = [way for way in ("range_m", "sensitivity_per_mm") if info.data.get(way) is not None]
         if value is not None and given:
             raise Invalid(f"{given[0]} scales the output already", "keep one of the two")
         return value
-
-    @field_validator("position_m")
-    @classmethod
-    def _above_the_base(cls, position: Any, info: ValidationInfo) -> Any:
-        if position is not None and info.data.get("beam") == "horizontal" and position <= 0:
-            raise Invalid(f"{position:g} is not above the base", "give the height of the beam in metres")
-        return position
 
     @field_validator("volts_at_end", "milliamps_at_end")
     @classmethod

@@ -58,10 +58,12 @@ def make_fits(
         What is identified of the runs of the record: one that remembers spares the work on runs that have not
         changed.
     """
-    motions, attrs = _read(record_file)
+    record = open_record(record_file, samples=False)
+    usable = {run.number for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
+    seen = motions_in(record, samples_in(record_file, OVER_TIME))
     block, laboratory = Block(**settings["block"]), Laboratory.of(settings["laboratory"])
     allowed = Allowed(*(settings[key] for key in ("models", "kinematics", "free", "options")))
-    motions = {number: replace(each, laboratory=laboratory) for number, each in motions.items()}
+    motions = {n: replace(each, laboratory=laboratory) for n, each in seen.items() if n in usable}
     found = identify(block, motions, allowed)
     choice, limits = found.choice, ImpactLimits(**settings["impacts"])
     fits = {
@@ -74,10 +76,12 @@ def make_fits(
         for number, motion in motions.items()
     }
     _report(fits, choice, reasons)
-    attributes = settings["attributes"] | {key: attrs[key] for key in ("verdict", "reasons")}
-    attributes |= {key: each for key, each in attrs.items() if str(key).startswith("sensor_")}
-    if missed := _not_fitted(found, allowed):
-        attributes["not_fitted"] = missed
+    attributes = settings["attributes"] | {key: record.attrs[key] for key in ("verdict", "reasons")}
+    attributes |= {key: each for key, each in record.attrs.items() if str(key).startswith("sensor_")}
+    if missed := [name for name in allowed.always if name in found.missing]:
+        attributes["not_fitted"] = [
+            NotFitted(None, f"{name} not fitted: {found.missing[name]}") for name in missed
+        ]
     attributes["provenance"] = provenance([record_file], settings)
     energies = energies_of_record(
         fits, motions, block, limits, allowed.settings(allowed.candidates[0]).debonding
@@ -87,20 +91,6 @@ def make_fits(
         for number, own in found.paper.items()
     }
     write_fits(output, fits, attributes, choice, papers, reasons, energies)
-
-
-def _read(record_file: str | Path) -> tuple[dict[int, Motion], Mapping[Any, Any]]:
-    """The motions of usable runs, and the record's attributes; its samples are let go."""
-    record = open_record(record_file, samples=False)
-    usable = {run.number for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
-    motions = motions_in(record, samples_in(record_file, OVER_TIME))
-    return {number: each for number, each in motions.items() if number in usable}, record.attrs
-
-
-def _not_fitted(found: Identified, allowed: Allowed) -> list[NotFitted]:
-    """The laws of the campaign to which the data allow no fit."""
-    missed = [name for name in allowed.always if name in found.missing]
-    return [NotFitted(None, f"{name} not fitted: {found.missing[name]}") for name in missed]
 
 
 def _report(

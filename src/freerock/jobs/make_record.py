@@ -52,8 +52,10 @@ def make_record(
     """
     path, record = Path(settings["raw"], settings["file"]), None
     attributes = settings["attributes"] | {"provenance": provenance([], settings)}
+    tables = [each["calibration"] for each in settings["lasers"] if each["calibration"]]
+    files = [Path(settings["raw"], file) for file in [settings["file"], *tables]]
     try:
-        attributes["provenance"] = provenance([file for file in _files(settings) if file.exists()], settings)
+        attributes["provenance"] = provenance([file for file in files if file.exists()], settings)
         if settings["excluded"]:
             excluded = Reason.of("excluded", f"excluded: {settings['excluded']}")
             write_failure(output, excluded, attributes)
@@ -89,9 +91,3 @@ def _log(record: xr.Dataset, runs: Sequence[Run]) -> None:
     for run in runs:
         verdict = ": ".join([run.verdict.level, *run.verdict.texts])
         log.info("run %d, released at %.3f s: %s", run.number, run.release_s, verdict)
-
-
-def _files(settings: Settings) -> list[Path]:
-    """The record file and the calibration tables of its lasers."""
-    tables = [each["calibration"] for each in settings["lasers"] if each["calibration"]]
-    return [Path(settings["raw"], file) for file in [settings["file"], *tables]]

@@ -9,7 +9,6 @@ Power is measured by sine tapers (Riedel and Sidorenko 1995, doi:10.1109/78.3652
 the fourth power of the frequency, so that slow noise does not spill into fast.
 """
 
-import json
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -132,22 +131,10 @@ class Noise:
         apart = np.abs(np.subtract.outer(place, place))
         return np.asarray(slow * kept**apart + white * np.eye(place.size)) / self.averaged
 
-    @property
-    def told(self) -> str:
-        """All of it as JSON, which `noise_told` reads."""
-        return json.dumps(vars(self), default=np.ndarray.tolist)
-
     def scaled(self, factor: float) -> "Noise":
         """The same noise with its standard deviation times a factor."""
         white, slow = factor**2 * self.white, factor**2 * self.slow
         return replace(self, white=white, slow=slow, step=factor * self.step)
-
-
-def noise_told(text: str) -> Noise:
-    """The noise of `Noise.told`, to the last digit."""
-    values = json.loads(text)
-    arrays = {name: np.array(each) for name, each in values.items() if isinstance(each, list)}
-    return Noise(**values | arrays)
 
 
 def unsure(dof: float) -> float:

@@ -45,11 +45,6 @@ class StillSignal:
         return stationary_phases(self.time_s, self.values, window_s=self.window_s)
 
     @cached_property
-    def rests(self) -> list[Phase]:
-        """The phases in which θ is zero."""
-        return [phase for phase in self.phases if phase.kind == "rest"]
-
-    @cached_property
     def inside(self) -> tuple[Floats, Floats]:
         """Instants of the valid samples within the phases, and their deviations from a phase's level."""
         margin, times, deviations = self.window_s / 2, [np.empty(0)], [np.empty(0)]

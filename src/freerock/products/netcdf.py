@@ -1,5 +1,6 @@
 """Datasets of a record and of its fits: netCDF in and out, with CF-1.11 and ACDD-1.3 attributes."""
 
+import json
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -85,7 +86,8 @@ def write_record(
     if found.noise:
         frequency, density = found.noise.spectrum()
         spectrum: dict[str, Any] = {"frequency": frequency, "noise_density": ("frequency", density)}
-        root = root.assign(spectrum).assign_attrs(noise=found.noise.told)
+        told = json.dumps(vars(found.noise), default=np.ndarray.tolist)
+        root = root.assign(spectrum).assign_attrs(noise=told)
     groups = {"/": root}
     for run, impacts, total in zip(found.runs, found.impacts, totals, strict=True):
         groups[f"run_{run.number}"] = xr.Dataset(
@@ -99,7 +101,7 @@ def write_record(
                 "verdict": run.verdict.level,
                 "reasons": run.verdict.reasons,
                 "excluded": run.excluded,
-                "overridden": run.overridden,
+                "overridden": "overridden" in run.verdict.names,
             },
         )
     write_groups(path, groups)

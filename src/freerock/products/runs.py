@@ -1,13 +1,16 @@
 """Runs, impacts and motions of a record dataset, as the objects the analysis works with."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import fields
+from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.noise.spectrum import noise_told
+from freerock.noise.spectrum import Noise
 from freerock.products.storage import RUN_VARIABLES, reasons_in
 from freerock.rotation.view import view_in
 from freerock.runs.motion import Motion, motions_of
@@ -38,8 +41,11 @@ def motions_in(record: xr.DataTree, samples: Mapping[str, Floats]) -> dict[int, 
     runs = runs_in(record)
     if not runs:
         return {}
-    heard = "sigma_theta" in samples and "noise" in record.attrs
-    noise = noise_told(record.attrs["noise"]) if heard else None
+    noise = None
+    if "sigma_theta" in samples and "noise" in record.attrs:
+        told: dict[str, Any] = json.loads(record.attrs["noise"])
+        arrays: dict[str, Any] = {key: np.array(each) for key, each in told.items() if isinstance(each, list)}
+        noise = Noise(**told | arrays)
     view, attrs = None, record.attrs
     if any(str(key).startswith("sensor_") for key in attrs):
         known = (each.name for each in fields(Block) if f"block_{each.name}" in attrs)

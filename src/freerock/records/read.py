@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-# Suffix: module of this room with contents(path), which yields `channels.Contents`.
-READERS = by_word("readers")
+# By suffix: the module of this room with contents(path), which yields `channels.Contents`; other programs.
+READERS, NOT_READ = by_word("readers"), by_word("not_read")
 LABVIEW = b"LabVIEW Measurement"
 STATE_RATE = "head the time as Time [s], state the rate in the file as fs in Hz, or give sampling_rate_hz"
 Clocks = tuple[Even | Stamps, tuple[Even | Stamps, ...], int]  # of a channel, others, its length
@@ -131,7 +131,7 @@ def _opened(path: Path) -> Iterator[Contents]:
     if not path.is_file():
         raise FreerockError(path, "no such file", "put it there, or correct its name")
     suffix = path.suffix.lower()
-    if program := by_word("not_read").get(suffix):
+    if program := NOT_READ.get(suffix):
         raise FreerockError(path, f"{suffix} files of {program} are not read", "export it there as CSV")
     if suffix not in READERS:
         raise FreerockError(path, f"unknown format {path.suffix!r}", f"use one of {', '.join(READERS)}")

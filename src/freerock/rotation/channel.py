@@ -1,6 +1,7 @@
 """From a channel to the displacement of its target, with faults and noise of the signal."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -22,6 +23,7 @@ from freerock.noise.interference import (
     significant_mains,
     slow_line,
 )
+from freerock.noise.still import Phase
 from freerock.noise.still_signal import COARSE_STEP, StillSignal, lattice_step
 from freerock.rotation.beam import sensitivity
 from freerock.rotation.flags import FLAGS, Fault, flag_samples, flagged_faults, shares
@@ -97,7 +99,7 @@ def read_channel(
     mains_stderr = mains.stderr * signal.noise if mains else 0.0
     if mains:
         signal = replace(signal, values=signal.values - mains.over(time_s))
-    rests = signal.rests
+    rests = [phase for phase in signal.phases if phase.kind == "rest"]
     if not rests:
         remedy = "record the block at rest before the first or after the last release"
         raise FreerockError("laser signal", "the block never stands still, so θ = 0 is unknown", remedy)
@@ -114,7 +116,7 @@ def read_channel(
     per_output = float(np.mean(slope_m)) / per_angle
     faults = flagged_faults(time_s, flags) + mains_faults
     faults += _interference(signal, mains, lines_of_hz, unit, per_output)
-    faults += moved_rests(signal, unit, per_output)
+    faults += moved_rests(signal, rests, unit, per_output)
     return Reading(
         displacement=displacement,
         sigma=math.hypot(signal.noise, mains_stderr) * slope,
@@ -202,12 +204,12 @@ def _interference(
     return faults
 
 
-def moved_rests(signal: StillSignal, unit: str, per_output: float) -> list[Fault]:
+def moved_rests(signal: StillSignal, rests: Sequence[Phase], unit: str, per_output: float) -> list[Fault]:
     """Rest levels that differ from the one before: by drift if the slopes at rest predict it, else shifted.
 
     per_output is the rotation per unit of the signal [rad].
     """
-    rests, faults, slopes = signal.rests, list[Fault](), list[tuple[float, float]]()
+    faults, slopes = list[Fault](), list[tuple[float, float]]()
     for phase in rests:  # slope within it and its standard error, per second
         part = phase.core(signal.time_s, 0.2)
         valid = np.isfinite(signal.values[part])

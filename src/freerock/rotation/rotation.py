@@ -94,7 +94,16 @@ def rotation_in(
     path: Path, names: Sequence[str], lasers: Sequence[Laser], block: Block, options: RotationOptions
 ) -> "xr.Dataset":
     """As `rotation_of`, of a file whose channels have these names, "" where it has one channel alone."""
-    channels = [_channel(path, name, options) for name in names]
+    channels: list[xr.DataArray] = []
+    for name in names:
+        read = read_record(path, name or None, time_unit=options.time_unit, rate_hz=options.sampling_rate_hz)
+        if len(read.data_vars) > 1:
+            several = f"has the channels {', '.join(map(str, read.data_vars))}"
+            raise FreerockError(path, several, "name one in the channel column of the campaign's CSV")
+        (signal,) = read.data_vars.values()
+        signal = signal.copy(data=np.array(signal.values))  # a reader may give one that can't be written to
+        signal.values[signal.attrs.pop("out_of_range", [])] = np.inf  # counted as such
+        channels.append(signal.assign_attrs(read.attrs))
     time_s = channels[0]["time"].values
     begun = {channel.attrs.get("start_time") for channel in channels}
     if len(begun) > 1 or not all(np.array_equal(channel["time"].values, time_s) for channel in channels):
@@ -103,21 +112,6 @@ def rotation_in(
     record = find_rotation(time_s, signals, lasers, block, units, options)
     found_out = channels[0].attrs
     return record.assign_attrs({key: found_out[key] for key in READERS_NOTES if key in found_out})
-
-
-def _channel(path: Path, name: str, options: RotationOptions) -> "xr.DataArray":
-    """A channel by its name, "" for the only one, with the attributes of its file.
-
-    Samples out of range are infinite here, so that they are counted as such.
-    """
-    read = read_record(path, name or None, time_unit=options.time_unit, rate_hz=options.sampling_rate_hz)
-    if len(read.data_vars) > 1:
-        several = f"has the channels {', '.join(map(str, read.data_vars))}"
-        raise FreerockError(path, several, "name one in the channel column of the campaign's CSV")
-    (signal,) = read.data_vars.values()
-    signal = signal.copy(data=np.array(signal.values))  # a reader may give an array that can't be written to
-    signal.values[signal.attrs.pop("out_of_range", [])] = np.inf
-    return signal.assign_attrs(read.attrs)
 
 
 LATE = 1.5  # times the interval between the swings before: one was missed

@@ -1,6 +1,6 @@
-"""Reasons why a run is `warn` or `fail` as measured, before any fit: each check a small function.
+"""Reasons why a run is `warn` or `fail` as measured, before any fit: a function for each part of the run.
 
-A new check is one function, and its line in `CHECKS`; the reasons stand in the order of that list. `verdict`
+A new check stands in one of `CHECKS`, in whose order the reasons stand. `verdict`
 says where other reasons are made.
 """
 
@@ -82,23 +82,15 @@ def verdict_on(run: Facts) -> Verdict:
     return Verdict((*by_hand, *run.beginning.reasons, *found, *left_out))
 
 
-def release_timed(run: Facts) -> Iterator[Reason]:
-    """The early motion gives the instant of release."""
+def let_go(run: Facts) -> Iterator[Reason]:
+    """The early motion gives the instant of release; it begins at the held angle, below the critical one."""
     if not run.beginning.release.timed:
         yield Reason.of("release_not_timed", "the release can't be timed from the early motion")
-
-
-def pushed(run: Facts) -> Iterator[Reason]:
-    """The motion begins at the held angle."""
     push = run.beginning.release.push
     if abs(push) > run.limits.max_push_fraction:
         how = "pushed" if push > 0 else "held back"
         text = f"{how}: it moves as if released from an angle {push:+.1%} off θ0"
         yield Reason.beyond(run.limits, how.replace(" ", "_"), text, push)
-
-
-def critical_angle(run: Facts) -> Iterator[Reason]:
-    """The block is held below its critical angle."""
     if run.block is not None and abs(run.beginning.held.theta0) >= run.block.theta_cr:
         held, critical = math.degrees(run.beginning.held.theta0), math.degrees(run.block.theta_cr)
         remedy = "check the settings of the laser and the block's size"
@@ -106,8 +98,8 @@ def critical_angle(run: Facts) -> Iterator[Reason]:
         yield Reason.of("beyond_critical_angle", text, None, held, critical, "degree")
 
 
-def few_impacts(run: Facts) -> Iterator[Reason]:
-    """There are enough impacts."""
+def recorded(run: Facts) -> Iterator[Reason]:
+    """There are enough impacts, and the samples are valid."""
     fewest = run.limits.min_impacts
     if run.n_impacts < fewest:
         lost = invalid_in(run.signal, run.limits.max_flagged_fraction)
@@ -115,10 +107,6 @@ def few_impacts(run: Facts) -> Iterator[Reason]:
         told = f"; in its record, {lost}" if lost else f": {longer}release at a larger angle"
         text = f"{run.n_impacts} impacts, fewer than {fewest}{told}"
         yield Reason.beyond(run.limits, "few_impacts", text, run.n_impacts)
-
-
-def invalid_samples(run: Facts) -> Iterator[Reason]:
-    """The samples are valid."""
     watched = run.signal.during(run.beginning.release.watched_s, run.end_s)
     theta, flags = run.signal.theta[watched], run.signal.flags[watched]
     left_out = flags.astype(np.uint8) & BY_HAND["left_out"] > 0
@@ -129,34 +117,27 @@ def invalid_samples(run: Facts) -> Iterator[Reason]:
         yield Reason.beyond(run.limits, "invalid_samples", text, share, level)
 
 
-def bounced(run: Facts) -> Iterator[Reason]:
-    """After an impact the block rocks over the other corner; one that bounces comes back over the same."""
-    if peak := peak_on_the_same_side(run):
+def rocks_freely(run: Facts) -> Iterator[Reason]:
+    """After an impact the block rocks over the other corner, and its swings get lower and shorter."""
+    peak = peak_on_the_same_side(run)
+    if peak:
         before, after = (f"{math.degrees(height):.2f}°" for height in peak)
         text = f"after {before} its next peak is {after}, on the same side: it bounces"
         yield Reason.of("bounced", text)
-
-
-def touched(run: Facts) -> Iterator[Reason]:
-    """Swings of a free block get lower and shorter."""
     found, more, limit = _not_free(run)
-    if found and not peak_on_the_same_side(run):
+    if found and not peak:
         bounces = run.block is not None and run.block.theta_cr > SQUAT
         text = f"swing {found} than before: the block was touched" + ", or it bounces" * bounces
         key = "processing.runs.max_growth_fraction" * (limit == run.limits.max_growth_fraction)
         yield Reason("warn" if bounces else "fail", "touched", text, more, limit, "1", key)
 
 
-def hold_wanders(run: Facts) -> Iterator[Reason]:
-    """The held angle stands still."""
+def stands_still(run: Facts) -> Iterator[Reason]:
+    """The held angle stands still, and the motion ends at rest, where it was at rest before."""
     wander = math.degrees(run.beginning.held.wander)
     if wander > run.limits.max_hold_drift_deg:
         text = f"the held angle wanders by {wander:.3f}°"
         yield Reason.beyond(run.limits, "hold_wanders", text, wander)
-
-
-def ends_at_rest(run: Facts) -> Iterator[Reason]:
-    """The motion ends at rest, where it was at rest before."""
     if run.rest is None and any(each.name == "overridden" for each in run.by_hand):
         return
     if run.rest is None:
@@ -192,18 +173,7 @@ def faults_met(run: Facts) -> Iterator[Reason]:
             yield Reason.of(fault.name, text)
 
 
-CHECKS: tuple[Check, ...] = (
-    release_timed,
-    pushed,
-    critical_angle,
-    few_impacts,
-    invalid_samples,
-    bounced,
-    touched,
-    hold_wanders,
-    ends_at_rest,
-    faults_met,
-)
+CHECKS: tuple[Check, ...] = (let_go, recorded, rocks_freely, stands_still, faults_met)
 
 
 def peak_on_the_same_side(run: Facts) -> tuple[float, float] | None:
@@ -222,17 +192,6 @@ def peak_on_the_same_side(run: Facts) -> tuple[float, float] | None:
     theta = np.maximum(low, np.minimum(high, theta[2:]))
     highest = float(np.abs(theta).max())
     least = max(SWING * run.sigma_theta, TURN * highest)
-    turns = turning_points(theta, least)
-    for one, between, other in zip(turns, turns[1:], turns[2:], strict=False):
-        side = math.copysign(1.0, one)
-        back = side * other > max(least, REBOUND * highest) and abs(between) < NEAR_ZERO * abs(one)
-        if back and side * between > -0.5 * side * other:
-            return one, other
-    return None
-
-
-def turning_points(theta: Floats, least: float) -> list[float]:
-    """The first value and those at which θ turns back by more than `least`, in the order of time [rad]."""
     turns, extreme, rising = [float(theta[0])], float(theta[0]), 0
     for value in theta.tolist():
         if rising * (value - extreme) > 0 or (not rising and abs(value - turns[0]) > least):
@@ -241,7 +200,13 @@ def turning_points(theta: Floats, least: float) -> list[float]:
         elif rising and rising * (extreme - value) > least:
             turns.append(extreme)
             extreme, rising = value, -rising
-    return [*turns, extreme]
+    turns.append(extreme)
+    for one, between, other in zip(turns, turns[1:], turns[2:], strict=False):
+        side = math.copysign(1.0, one)
+        back = side * other > max(least, REBOUND * highest) and abs(between) < NEAR_ZERO * abs(one)
+        if back and side * between > -0.5 * side * other:
+            return one, other
+    return None
 
 
 def _not_free(run: Facts) -> tuple[str, float, float]:

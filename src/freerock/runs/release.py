@@ -108,7 +108,12 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
     shows a push. Where no fit succeeds, the instant is a guess good to `finger_s`.
     """
     early, late, latest = _falls(signal, hold, end_s)
-    noise = _in_motion(signal, hold, end_s)
+    noise, during = signal.relative_noise, signal.during(hold.end_s, end_s)
+    theta, sigma = signal.theta[during], signal.sigma[during]
+    known = sigma[np.isfinite(sigma)]
+    lowest = HIGH_SWING * math.sqrt(noise.variance) * float(np.median(known)) if known.size else 0.0
+    if lowest:  # as loud as it is while the block swings
+        noise = in_motion(noise, theta, sigma, swings_of(theta, lowest)[:SWINGS])
     finger_s = limits.finger_s
     release = guess = float(2 * early - late)  # a fall grows as time squared
     late, start = max(late, min(latest, guess + 3 * finger_s)), None
@@ -134,18 +139,6 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
     timed = not math.isnan(found.start_stderr_s)
     stderr = found.start_stderr_s if timed else finger_s
     return Release(release, stderr, push, min(hold.end_s, release), timed, top_off)
-
-
-def _in_motion(signal: Signal, hold: Phase, end_s: float) -> Noise:
-    """Noise over σ, as loud as it is while the block swings."""
-    during = signal.during(hold.end_s, end_s)
-    theta, sigma = signal.theta[during], signal.sigma[during]
-    noise = signal.relative_noise
-    known = sigma[np.isfinite(sigma)]
-    lowest = HIGH_SWING * math.sqrt(noise.variance) * float(np.median(known)) if known.size else 0.0
-    if not lowest:
-        return noise
-    return in_motion(noise, theta, sigma, swings_of(theta, lowest)[:SWINGS])
 
 
 def _falls(signal: Signal, hold: Phase, end_s: float) -> tuple[float, float, float]:

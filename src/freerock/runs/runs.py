@@ -8,7 +8,6 @@ import math
 from bisect import bisect, bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -86,11 +85,6 @@ class Run:
         """Whether it was left out by hand."""
         return "excluded" in self.verdict.names
 
-    @property
-    def overridden(self) -> bool:
-        """Whether its release and end were set by hand."""
-        return "overridden" in self.verdict.names
-
 
 def find_runs(
     time_s: ArrayLike,
@@ -149,7 +143,8 @@ def find_runs(
     signal = signal_of(time_s, theta, sigma_theta, flags, quality.converter_step)
     own = still or at_rest(signal.t, signal.theta, signal.sigma, signal.converter_step, limits.window_s)
     signal = signal._replace(spectrum=over_usual(own.noise, signal.sigma))
-    search = _Search(signal, own.phases, block, quality, by_hand, limits)
+    rests = [each for each in own.phases if each.kind == "rest"]
+    search = _Search(signal, own.phases, rests, block, quality, by_hand, limits)
     holds = find_holds(signal, own.phases, limits.window_s)
     found = search.with_unseen([search.found(hold) for hold in holds])
     record_end_s = float(signal.t[-1])
@@ -179,15 +174,11 @@ class _Search:
 
     signal: Signal
     phases: Sequence[Phase]
+    rests: Sequence[Phase]
     block: Block | None
     quality: SignalQuality
     by_hand: ByHand
     limits: RunLimits
-
-    @cached_property
-    def rests(self) -> list[Phase]:
-        """The rests, in the order of time."""
-        return [each for each in self.phases if each.kind == "rest"]
 
     def found(self, hold: Phase) -> _Motion:
         """The run that begins with a hold."""
