@@ -14,9 +14,6 @@ from freerock.identification.lmfit_models import HousnerModel as HousnerModel
 from freerock.identification.lmfit_models import HuntCrossleyModel as HuntCrossleyModel
 from freerock.identification.lmfit_models import RockingModel as RockingModel
 from freerock.identification.lmfit_models import WinklerModel as WinklerModel
-from freerock.loaded_record import LoadedRecord as LoadedRecord
-from freerock.loaded_record import LoadedRun as LoadedRun
-from freerock.loaded_record import load as load
 from freerock.models.block import Block as Block
 from freerock.models.contact import State as State
 from freerock.models.ground import GroundMotion as GroundMotion
@@ -41,6 +38,9 @@ from freerock.runs.impacts import find_impacts as find_impacts
 from freerock.runs.motion import Motion as Motion
 from freerock.runs.runs import Run as Run
 from freerock.runs.runs import find_runs as find_runs
+from freerock.selection.loaded_record import LoadedRecord as LoadedRecord
+from freerock.selection.loaded_record import LoadedRun as LoadedRun
+from freerock.selection.loaded_record import load as load
 from freerock.tables.results import open_results as open_results
 
 __all__: list[str]

@@ -17,8 +17,6 @@ def printable(text: str) -> str:
     >>> print(printable("laser" + chr(27) + "[31m"))
     laser\\x1b[31m
     """
-    if text.isprintable():
-        return text
     return "".join(
         char.encode("unicode_escape").decode()
         if unicodedata.category(char) in ("Cc", "Cf", "Cs") and char != "\n"

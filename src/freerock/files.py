@@ -10,7 +10,7 @@ import json
 import os
 import stat
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from secrets import token_hex
@@ -20,7 +20,6 @@ from freerock.errors import FreerockError, exit_code
 
 MANIFEST = "manifest.csv"
 CHECKSUM_COLUMNS = ["file", "sha256", "bytes"]
-ROOM_REMEDY = "free some space or allow writing to the folder"
 
 
 def read_bytes(path: str | Path) -> bytes:
@@ -49,7 +48,8 @@ def atomic(path: str | Path) -> Iterator[Path]:
             os.fsync(written.fileno())  # a power cut after the renaming leaves no empty file
         os.replace(partial, path)
     except OSError as error:
-        raise FreerockError(path, f"cannot be written ({error.strerror or error})", ROOM_REMEDY) from error
+        what, remedy = error.strerror or error, "free some space or allow writing to the folder"
+        raise FreerockError(path, f"cannot be written ({what})", remedy) from error
     finally:
         with suppress(OSError):
             partial.unlink()
@@ -111,9 +111,7 @@ def listed_checksums(folder: str | Path) -> dict[str, str]:
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise FreerockError(manifest, f"can't be read ({error})", "save it as CSV in UTF-8") from error
     if not {"file", "sha256"} <= set(columns):
-        raise FreerockError(
-            manifest, "has no columns file and sha256", f"write {','.join(CHECKSUM_COLUMNS)} first"
-        )
+        raise FreerockError(manifest, "has no columns file and sha256", "write the manifest again")
     for row in listed:
         if not row["sha256"]:
             raise FreerockError(manifest, f"lists no sha256 of {row['file']}", "write the manifest again")
@@ -142,18 +140,8 @@ def check_file(folder: str | Path, file: str, listed: str) -> None:
         raise FreerockError(path, f"is missing but listed in {manifest}", "restore the file")
     found = sha256(path)
     if found != listed.casefold():
-        raise FreerockError(
-            path,
-            f"has the sha256 {found}, {manifest} lists {listed}",
-            f"restore the file; if the change is meant: python -m freerock.files {folder}",
-        )
-
-
-def raw_files(folder: Path) -> list[str]:
-    """Files in a folder and its subfolders, relative to it, without its manifest and hidden ones."""
-    found = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
-    shown = (file.as_posix() for file in found if not any(part.startswith(".") for part in file.parts))
-    return [file for file in shown if file != MANIFEST]
+        remedy = f"restore the file; if the change is meant: python -m freerock.files {folder}"
+        raise FreerockError(path, f"has the sha256 {found}, {manifest} lists {listed}", remedy)
 
 
 def write_manifest(folder: str | Path, files: Iterable[str]) -> Path:
@@ -166,17 +154,14 @@ def write_manifest(folder: str | Path, files: Iterable[str]) -> Path:
     return manifest
 
 
-def renew_manifest(arguments: Sequence[str]) -> int:
-    """Renew the manifest of the folder given on the command line; returns the exit code."""
-
-    def renew() -> None:
-        if len(arguments) != 1 or not Path(arguments[0]).is_dir():
-            raise FreerockError("freerock.files", "no folder given", "name one, as raw/palermo_virtual")
-        folder = Path(arguments[0])
-        print(write_manifest(folder, raw_files(folder)))
-
-    return exit_code(renew)
+def renew_manifest(folder: str = "") -> None:
+    """List the files that are in a folder and its subfolders now, without hidden ones."""
+    if not folder or not Path(folder).is_dir():
+        raise FreerockError("freerock.files", "no folder given", "name one, as raw/palermo_virtual")
+    found = (path.relative_to(folder) for path in Path(folder).rglob("*") if path.is_file())
+    shown = (file.as_posix() for file in found if not any(part.startswith(".") for part in file.parts))
+    print(write_manifest(folder, (file for file in shown if file != MANIFEST)))
 
 
 if __name__ == "__main__":
-    sys.exit(renew_manifest(sys.argv[1:]))
+    sys.exit(exit_code(lambda: renew_manifest(*sys.argv[1:2])))

@@ -77,9 +77,8 @@ def in_base_units(values: "ArrayLike", declared: str, stated: str) -> "tuple[NDA
         raise FreerockError(where, what, "correct the one that is wrong, or name the channel that is meant")
     if not (declared or read):
         what = f"the channel's unit {stated!r} is not known" if stated else "the channel states no unit"
-        remedy = f"declare it as units of the laser: {', '.join(CHANNEL_UNITS)}"
-        if stated:
-            remedy = f"name another channel, or {remedy}"
+        remedy = "name another channel, or " * bool(stated)
+        remedy += f"declare it as units of the laser: {', '.join(CHANNEL_UNITS)}"
         raise FreerockError(where, what, remedy)
     quantity, factor = CHANNEL_UNITS[declared or str(read)]
     return np.asarray(values, float) * factor, quantity

@@ -44,7 +44,7 @@ STUDIES = {  # by the name of its module: what a study judges
     "stability": ("freerock.models.simulate",),
     "minimum": ("freerock.identification.paper_fit",),
     "means": ("freerock.populations.means",),
-    "by_hand": ("freerock.loaded_record",),
+    "by_hand": ("freerock.selection.loaded_record",),
     "scale": WORKFLOW,
     "scatter": WORKFLOW,
     "noises": WORKFLOW,

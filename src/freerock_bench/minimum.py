@@ -16,12 +16,12 @@ from freerock.config.fit_settings import FitSettings
 from freerock.identification.paper_fit import RELEASE_WALLS, paper_fit
 from freerock.identification.posed import release_prior
 from freerock.identification.run_model import Point, RunModel
-from freerock.loaded_record import load
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import LAWS
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
+from freerock.selection.loaded_record import load
 from freerock.virtual_lab.published import BLOCKS, TABLE_2
 from freerock_bench.campaigns import COLUMNS, ROOT, Row
 from freerock_bench.document import in_markdown

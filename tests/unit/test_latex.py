@@ -11,7 +11,8 @@ from reported import tables_of
 
 from freerock.figures.captions import FIGURES, caption_of
 from freerock.models.block import Block
-from freerock.tables.latex import figures_tex, latex, numbers_tex, paper_tex
+from freerock.report.document import figures_tex, paper_tex
+from freerock.tables.latex import latex, numbers_tex
 from freerock.tables.number_text import SIMULATED_NOTE
 from freerock.tables.paper import table1
 from freerock.tables.populations import populations_table

@@ -157,31 +157,6 @@ def test_notes_say_that_records_were_made_with_the_published_values_and_where_la
     assert all(notes(name, "simulated").startswith("One run of each block") for name in ("table2", "table3"))
 
 
-def test_many_blocks_have_a_line_each_and_laws_beside(tables):
-    second, third = (tables[name] for name in ("table2", "table3"))
-    of_b1 = second["block"] == "b1", third["block"] == "b1"
-    many = {
-        name: pd.concat([frame, *(frame[own].assign(block=f"b{i}") for i in range(3, 6))], ignore_index=True)
-        for name, frame, own in zip(("table2", "table3"), (second, third), of_b1, strict=True)
-    }
-    over = many["table2"].query("model == 'hunt_crossley'")
-    over = over[over["block"].isna()].assign(model="hunt_crossley_pivoting")
-    many["table2"] = pd.concat([many["table2"], over], ignore_index=True)
-    of_slender = (many["table2"]["model"] == "housner") & (many["table2"]["block"] == "b1")
-    many["table2"].loc[of_slender, ["rejected", "mean", "u_total"]] = False, 0.95, 0.01
-    printed = printed_tables(tables | many, "simulated", labels=LABELS)
-    laws = ["Housner", "Winkler", "Hunt–Crossley"]
-    assert list(printed["table2"].text)[1:] == laws == list(printed["table3"].text)[1:]
-    lines = printed["table2"].text.iloc[:, 0].tolist()
-    assert lines.count("Paper's procedure") == 1 and "b4, Marble" in lines
-    assert {"Slender, Marble", "All blocks, Marble"} <= {
-        *lines
-    } and "All blocks, Slender, Marble" not in lines
-    assert lines[-1] == "All blocks, pivoting, Soft mat" and "pivoting: " in printed["table2"].notes[0]
-    assert printed["table2"].text["Hunt–Crossley"].iloc[-1].startswith("k = (")
-    assert "each law has a column" in printed["table2"].notes[0]
-
-
 def test_every_run_stands_with_its_verdict_and_reasons(page):
     assert "the block slid & turned <1°" in page.text
     assert "the file is truncated; record it again" in page.text

@@ -13,7 +13,7 @@ from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, styled
 from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.laws import MODEL_LABELS, MODELS
-from freerock.tables.choices import laws_of_foundations, named_by
+from freerock.tables.choices import laws_of_foundations
 from freerock.tables.number_text import number_of, quantity
 
 MOST_RECORDS = 12  # of a foundation: with more, as many of them evenly, without rows of their runs
@@ -76,7 +76,10 @@ def draw(
             _ellipses(line[len(names[base])], own, names[base][:2])
     style.finish(figure, origin)
     chosen = choice[choice["model"] == choice["foundation"].map(laws)]
-    by = {law: named_by(law, chosen[chosen["model"] == law]) for law in set(laws.values())}
+    by = dict[str, str]()
+    for law, own in chosen.groupby("model"):
+        runs, selected = own[["test", "run"]].astype(str).drop_duplicates(), own["status"] == "selected"
+        by[str(law)] = f"{selected.sum()} of {number_of(len(runs), 'run')}"
     return figure, data.assign(named_by=data["model"].map(by))[COLUMNS]
 
 

@@ -8,9 +8,9 @@ from freerock.config.review_log import read_changes
 from freerock.files import sha256, write_json, write_text
 from freerock.products.provenance import git_state, made_by, other_software, provenance
 from freerock.products.storage import root_text
+from freerock.report.document import figures_tex, paper_tex
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv
-from freerock.tables.latex import figures_tex, paper_tex
 
 
 def make_report(

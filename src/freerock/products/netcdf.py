@@ -120,6 +120,8 @@ def _root(
     record: xr.Dataset, done: str, attrs: Attrs, verdict: Level, reasons: Sequence[Reason]
 ) -> xr.Dataset:
     """What stands in the root of a record's file."""
+    if "fault" in record.dims:  # names of faults are no coordinate, for which CF asks numbers
+        record = record.rename_dims(fault="fault_number")
     attrs = {**record.attrs, **attrs}
     start_time = attrs.pop("start_time", None)
     from_start = {"long_name": FROM_START + (" (its date is not known)" if start_time is None else "")}
@@ -127,11 +129,11 @@ def _root(
     own = ("flag_masks", "flag_meanings")  # more of them where samples are left out by hand
     return xr.Dataset(
         {
-            str(name): (_dims(each), each.values, {key: each.attrs[key] for key in own if key in each.attrs})
+            str(name): (each.dims, each.values, {key: each.attrs[key] for key in own if key in each.attrs})
             for name, each in record.data_vars.items()
         },
         {
-            name: (_dims(each), each.values, from_start if name == "time" else {})
+            name: (each.dims, each.values, from_start if name == "time" else {})
             for name, each in record.coords.items()
         },
         root_attributes("record", done, attrs)
@@ -349,8 +351,3 @@ def _choice(choice: "Choice") -> xr.Dataset:
     }
     told = {name: getattr(choice, name) for name in ("selected", "level", "criterion", "reason")}
     return xr.Dataset(arrays, {"candidate": [each.model for each in choice.judged]}, told)
-
-
-def _dims(variable: xr.DataArray) -> list[str]:
-    """Dimensions of a variable; names of faults are no coordinate, for which CF asks numbers."""
-    return ["fault_number" if name == "fault" else str(name) for name in variable.dims]

@@ -1,8 +1,6 @@
-"""What the table of choices says: which fits may be the law of a run, and how many runs name one."""
+"""What the table of choices says: which fits may be the law of a run, and which law a foundation has."""
 
 import pandas as pd
-
-from freerock.tables.number_text import number_of
 
 POSSIBLE = ("selected", "also_possible")
 STATUS_WORDS = {
@@ -11,13 +9,6 @@ STATUS_WORDS = {
     "rejected": "rejected",
     "not_fitted": "not fitted",
 }
-
-
-def named_by(model: str, choice: pd.DataFrame) -> str:
-    """For how many of the runs of the tidy table choice a candidate is selected: "12 of 18 runs"."""
-    n = len(choice[["test", "run"]].astype(str).drop_duplicates())
-    own = choice[(choice["model"] == model) & (choice["status"] == "selected")]
-    return f"{len(own)} of {number_of(n, 'run')}"
 
 
 def laws_of_foundations(choice: pd.DataFrame) -> dict[str, str]:

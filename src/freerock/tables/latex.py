@@ -38,8 +38,6 @@ _NORMAL_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅
 
 COLUMN_PT, SIZE_PT = 229.5, 9.0  # of `article` in two columns: width of one, and size of \\small
 WIDE = 0.56  # width of a character over the size of its font, in Computer Modern, at most on the mean
-OF_PAPER = ("foundation_effect", "comparison")  # figures 2 and 3 of Spanos et al. 2017
-MOST_HIGH = 0.76  # a figure over the text of a page: its caption needs the rest
 GAPS = 2.5, 12.0  # on either side of a column, at least, and of all columns [pt]
 _NUMBER = re.compile(  # with a standard error, a power of ten or both; others are set as they are
     r"\(−?[\d.]+ ± [\d.]+\)·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|(?<![\d.(])−?[\d.]+·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|−?[\d.]+ ± [\d.]+"
@@ -73,7 +71,7 @@ def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: st
     wide = WIDE * SIZE_PT * sum(widths) + 2 * gap * len(widths) > COLUMN_PT
     environment = "table*" if wide else "table"
     rows = [
-        rf"\addlinespace[2pt]\multicolumn{{{len(row)}}}{{@{{}}l}}{{\emph{{{_tex(row[0])}}}}} \\"
+        rf"\addlinespace[2pt]\multicolumn{{{len(row)}}}{{@{{}}l}}{{\emph{{{tex(row[0])}}}}} \\"
         if alone
         else " & ".join(map(_cell, row)) + r" \\"
         for row, alone in zip(cells, across, strict=True)
@@ -82,7 +80,7 @@ def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: st
         rf"\begin{{{environment}}}",
         rf"\centering\small\setlength{{\tabcolsep}}{{{gap}pt}}",
         r"\sisetup{separate-uncertainty=true, exponent-product=\cdot}",
-        rf"\caption{{{_tex(caption)}}}",
+        rf"\caption{{{tex(caption)}}}",
         *([rf"\label{{{label}}}"] if label else []),
         rf"\setbox0=\hbox{{\begin{{tabular}}{{@{{}}{'l' * len(widths)}@{{}}}}",
         r"\toprule",
@@ -105,9 +103,9 @@ def _cell(text: str) -> str:
     found = [*_ITALIC.finditer(text), *_UNIT.finditer(text)]
     found += _NUMBER.finditer(text)
     for match in sorted(found, key=re.Match.start):
-        parts += [_tex(text[end : match.start()]), _set(match)]
+        parts += [tex(text[end : match.start()]), _set(match)]
         end = match.end()
-    return "".join([*parts, _tex(text[end:])])
+    return "".join([*parts, tex(text[end:])])
 
 
 def _set(match: re.Match[str]) -> str:
@@ -145,7 +143,7 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
         name = "fr" + "".join(parts)
         while name in named:  # of tests such as a_1 and a1
             name += "X"
-        named[name] = _tex(text)
+        named[name] = tex(text)
 
     macro(["Records"], runs["test"].nunique())
     macro(["Runs"], runs["run"].notna().sum())
@@ -165,60 +163,6 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     return "\n".join([*notes, *lines, ""])
 
 
-def figures_tex(captions: Mapping[str, tuple[str, str]]) -> str:
-    r"""The figures of a campaign with their captions, for a paper.
-
-    Parameters
-    ----------
-    captions : mapping of str to (str, str)
-        Title and text of each, by the name of its file.
-
-    Returns
-    -------
-    str
-        A figure across both columns for each, labelled `fig:NAME`; the document needs graphicx, and
-        `\graphicspath` where the figures lie elsewhere.
-    """
-    lines = list[str]()
-    for name, (title, text) in captions.items():
-        told = title.removesuffix(".") + " (simulated records)" * (SIMULATED_NOTE in text)
-        lines += [
-            r"\begin{figure*}",
-            r"\centering",
-            rf"\includegraphics[width=\linewidth,height={MOST_HIGH}\textheight,keepaspectratio]{{{name}}}",
-            rf"\caption{{\textbf{{{_tex(told)}.}} {_tex(text.replace(SIMULATED_NOTE, '').rstrip())}}}",
-            rf"\label{{fig:{name}}}",
-            r"\end{figure*}",
-            "",
-        ]
-    return "\n".join(lines)
-
-
-def paper_tex(captions: Mapping[str, tuple[str, str]], n_foundations: int) -> str:
-    r"""A document of tables 1 to 3 and figures 2 and 3, to be typeset beside Spanos et al. 2017.
-
-    Parameters
-    ----------
-    captions : mapping of str to (str, str)
-        Title and text of each figure, by the name of its file in `../figures`.
-    n_foundations : int
-        How many there are: figure 2 compares them.
-    """
-    names = OF_PAPER[n_foundations < 2 :]
-    lines = [
-        r"\documentclass[twocolumn]{article}",
-        r"\usepackage{booktabs,graphicx,siunitx}",
-        r"\graphicspath{{../figures/}}",
-        r"\begin{document}",
-        *(rf"\input{{table{n}}}" for n in (1, 2, 3)),
-        rf"\setcounter{{figure}}{{{3 - len(names)}}}",
-        figures_tex({name: captions[name] for name in names}),
-        r"\end{document}",
-        "",
-    ]
-    return "\n".join(lines)
-
-
 def _letters(name: str) -> str:
     """A name in letters alone, as LaTeX's macros want it: "config2_marble" is ConfigTwoMarble."""
     spelled = re.sub(r"\d", lambda digit: f"_{DIGITS[int(digit[0])]}_", name)
@@ -226,7 +170,9 @@ def _letters(name: str) -> str:
     return "".join(word[0].upper() + word[1:] for word in words)
 
 
-def _tex(text: object) -> str:
+def tex(text: object) -> str:
+    """A text as LaTeX sets it, without what steers it."""
+
     def command(match: re.Match[str]) -> str:
         place = "_" if match[0][0] in "₀₁₂₃₄₅₆₇₈₉ₙ" else "^"
         return TEX.get(match[0]) or f"${place}{{{match[0].translate(_NORMAL_DIGITS)}}}$"

@@ -1,7 +1,7 @@
 """The tables as a reader sees them: text of each cell, caption and notes."""
 
 import math
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import pandas as pd
@@ -109,8 +109,7 @@ def _table2(frame: pd.DataFrame, labels: Labels, doi: str, simulated: bool) -> P
     alone, every = frame.drop(of_foundations.index), (KINDS[1], "" if one else "All blocks")
     cells += _cells(every, alone, _mean, {} if one else labels)
     cells += _cells(every, means, _mean)
-    few = len(blocks) <= MOST_BESIDE
-    text = (_by_law if few else _by_block)("", cells, labels)
+    text = _by_law("", cells, labels)
     units: dict[str, list[str]] = {}
     for row in frame[frame["unit"] != "1"].drop_duplicates(["model", "parameter"]).itertuples():
         units.setdefault(unit_text(row.unit), []).append(_symbol(row))
@@ -122,7 +121,6 @@ def _table2(frame: pd.DataFrame, labels: Labels, doi: str, simulated: bool) -> P
     beside = f"In brackets: published{TRUTH if made else ''}, doi:{doi}."
     seen = " ".join([*text, *text.to_numpy().ravel()])
     told = [note for mark, note in TOLD.items() if mark in seen]
-    told += ["Blocks are many: each law has a column."] * (not few)
     told += [beside] * bool(frame["published"].notna().any())
     caption = f"Identified parameters{': ' * bool(known)}{', '.join(known)}"
     return Printed(text, caption, [" ".join([about, *told])])
@@ -181,7 +179,7 @@ def _table3(frame: pd.DataFrame, labels: Labels) -> Printed:
         (("", labels.get(row.block, row.block)), MODEL_LABELS[row.model], row.foundation, _epsilon(row))
         for row in frame.assign(mark=against.map({True: " §", False: ""})).itertuples()
     ]
-    text = (_by_law if frame["block"].nunique() <= MOST_BESIDE else _by_block)("ε_θ / %", cells, labels)
+    text = _by_law("ε_θ / %", cells, labels)
     caption = "ε_θ between recorded and modelled rotation, by the paper's own procedure"
     told = [f"{_of_runs(frame)}.", *[AGAINST] * bool(against.any())]
     told += ["In brackets: published."] * bool(frame["published"].notna().any())
@@ -199,31 +197,6 @@ def _by_law(first: str, cells: Sequence[Cell], labels: Labels) -> pd.DataFrame:
         for name in dict.fromkeys(law for each, law, *_ in cells if each == part):
             lines.append([name, *(text.get((part, name, base), "–") for base in foundations)])
     return pd.DataFrame(lines, columns=[first, *(labels.get(base, base) for base in foundations)])
-
-
-def _by_block(first: str, cells: Sequence[Cell], labels: Labels) -> pd.DataFrame:
-    """The same cells where blocks are many: a line for each on each foundation, a column per law."""
-    blocks = {part[1] for part, *_ in cells}
-    cells = [_in_column_of_law(*cell, blocks) for cell in cells]
-    laws, bases = list(dict.fromkeys(law for _, law, *_ in cells)), {base for *_, base, _ in cells}
-    text = {cell[:3]: cell[3] for cell in cells}
-    lines: list[list[str]] = []
-    headed = ""
-    for part, base in dict.fromkeys((part, base) for part, _, base, _ in cells):
-        if part[0] != headed:
-            lines.append([(headed := part[0]).capitalize(), *[""] * len(laws)])
-        head = part[1] + f", {labels.get(base, base)}" * (len(bases) > 1)
-        lines.append([head, *(text.get((part, law, base), "–") for law in laws)])
-    where = [labels.get(base, base) for base in bases] * (len(bases) == 1)
-    return pd.DataFrame(lines, columns=[", ".join(filter(None, [first, *where])), *laws])
-
-
-def _in_column_of_law(part: Part, name: str, base: str, text: str, blocks: Container[str]) -> Cell:
-    """A cell in the column of a law of the paper: what else its name says goes to its line."""
-    law, _, more = name.partition(", ")
-    known = more and law in {MODEL_LABELS[each] for each in PAPER_MODELS}
-    line = more if more in blocks else f"{part[1]}, {more}"
-    return ((part[0], line), law, base, text) if known else (part, name, base, text)
 
 
 def _epsilon(row: Any) -> str:
