@@ -54,6 +54,7 @@ def fit_mains(
 
     The frequency is the peak of the periodogram within `BAND_HZ` of the nominal one. With it, amplitudes and
     phases of the fundamental and its harmonics below the Nyquist frequency follow by linear least squares.
+    Whether the phase wanders is seen as by von Neumann (1941, doi:10.1214/aoms/1177731677).
 
     Parameters
     ----------
@@ -91,8 +92,13 @@ def fit_mains(
     top = 1 + int(np.argmax(power[1:-1]))
     found_hz = float(mains_hz + offsets[top] + _vertex(power[top - 1 : top + 2]) / per_s)
     steady = beat * np.exp(-2j * np.pi * (found_hz - mains_hz) * centre)
-    if _wanders(centre, steady):
-        return None
+    near = np.diff(centre) < 2 * AVERAGED_S
+    if near.sum() >= 3:  # a beat wanders that scatters more than its neighbours do (von Neumann 1941)
+        quick = float(np.mean(np.abs(np.diff(steady)[near]) ** 2)) / 2
+        slow = float(np.var(steady, ddof=1)) - quick
+        steadily = MOST_LOST * float(abs(steady.mean())) ** 2
+        if slow > max(steadily, 5 * quick / math.sqrt(float(near.sum()))):
+            return None
     angle = 2 * np.pi * found_hz * np.outer(m, t)
     basis = np.vstack([np.cos(angle), np.sin(angle)])
     parts = np.linalg.lstsq(basis @ basis.T, basis @ y.ravel(), rcond=None)[0]
@@ -106,16 +112,6 @@ def _vertex(power: Floats) -> float:
     below, peak, above = power.tolist()
     curvature = below - 2 * peak + above
     return float(np.clip(0.5 * (below - above) / curvature, -0.5, 0.5)) if curvature < 0 else 0.0
-
-
-def _wanders(centre: Floats, steady: Complexes) -> bool:
-    """Whether a beat scatters more than its neighbours do (von Neumann 1941, doi:10.1214/aoms/1177731677)."""
-    near = np.diff(centre) < 2 * AVERAGED_S
-    if near.sum() < 3:
-        return False
-    quick = float(np.mean(np.abs(np.diff(steady)[near]) ** 2)) / 2
-    slow = float(np.var(steady, ddof=1)) - quick
-    return slow > max(MOST_LOST * float(abs(steady.mean())) ** 2, 5 * quick / math.sqrt(float(near.sum())))
 
 
 def mains_ratio(time_s: ArrayLike, signal: ArrayLike, mains_hz: float) -> tuple[float, float] | None:

@@ -86,11 +86,13 @@ def quiet_stretches(
 class AtRest(NamedTuple):
     """What a record shows while it stands still: its phases, and the noise of the sensor [rad].
 
-    The noise is that where sigma_theta is as usual; None where no phase is long enough.
+    The noise is that where sigma_theta is as usual; None where no phase is long enough. `relative` is the
+    same in units of what sigma_theta usually is; None where there is none.
     """
 
     phases: list[Phase]
     noise: Noise | None
+    relative: Noise | None = None
 
 
 def at_rest(
@@ -110,12 +112,9 @@ def at_rest(
         return AtRest(phases, None)
     rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
     quiet = quiet_stretches(time_s, theta, sigma_theta, phases, window_s)
-    return AtRest(phases, noise_at_rest(quiet, rate_hz, step))
-
-
-def over_usual(noise: Noise | None, sigma_theta: Floats) -> Noise | None:
-    """Noise [rad] in units of what sigma_theta usually is; None where there is none."""
-    return noise.scaled(1 / usual_of(sigma_theta)) if noise and noise.variance > 0 else None
+    noise = noise_at_rest(quiet, rate_hz, step)
+    known = noise and noise.variance > 0
+    return AtRest(phases, noise, noise.scaled(1 / usual_of(sigma_theta)) if noise and known else None)
 
 
 def usual_of(sigma_theta: Floats) -> float:

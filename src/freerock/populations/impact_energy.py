@@ -209,32 +209,26 @@ class _Law:
         law |= {"impacts": delta} if delta.size else {}
         motion = simulate(candidate.law, turning, law, time, theta0=theta0, rules=rules, solver=Solver(RTOL))  # type: ignore[arg-type]
         impacts = motion.impacts[motion.impacts < time[-1]]
-        tops, share = _tops(impacts, time, motion.theta_rate)
+        # the release and the top after each impact: the sample before it, its share of the step from there
+        tops, shares, rate = [0], [0.0], motion.theta_rate
+        for first, end in pairwise(np.searchsorted(time, np.append(impacts, time[-1])).tolist()):
+            turned = np.flatnonzero(rate[first : end - 1] * rate[first + 1 : end] <= 0)
+            if not len(turned):
+                break
+            i = first + int(turned[len(turned) // 2])
+            tops.append(i)
+            shares.append(rate[i] / (rate[i] - rate[i + 1]) if rate[i] != rate[i + 1] else 0.0)
         if len(tops) < 2:
             return _Found(nothing, nothing, np.zeros(self.asked.size, np.intp))
-        at = np.append(tops, tops + 1)
+        at = np.append(tops, np.add(tops, 1))
         states = [each[at] for each in (motion.z_cb, motion.z_cb_rate, motion.theta, motion.theta_rate)]
         stored = energy(turning, foundation, states[0], states[1], states[2], states[3], rules)
         left, right = np.split(np.asarray(stored), 2)
-        at_tops = left + share * (right - left)
+        at_tops = left + np.array(shares) * (right - left)
         restitution = np.full(len(impacts), np.nan)
         restitution[: len(at_tops) - 1] = np.sqrt(at_tops[1:] / at_tops[:-1])
         nearest = np.argmin(np.abs(impacts[:, None] + t0 - self.asked), axis=0)
         return _Found(impacts[nearest] + t0, restitution[nearest], nearest)
-
-
-def _tops(impacts: Floats, time: Floats, rate: Floats) -> tuple[NDArray[np.intp], Floats]:
-    """The release and the top after each impact: the sample before it, its share of the step from there."""
-    tops, shares = [0], [0.0]
-    ends = np.searchsorted(time, np.append(impacts, time[-1]))
-    for first, last in pairwise(ends.tolist()):
-        turned = np.flatnonzero(rate[first : last - 1] * rate[first + 1 : last] <= 0)
-        if not len(turned):
-            break
-        i = first + int(turned[len(turned) // 2])
-        tops.append(i)
-        shares.append(rate[i] / (rate[i] - rate[i + 1]) if rate[i] != rate[i + 1] else 0.0)
-    return np.array(tops), np.array(shares)
 
 
 NEAR = 2  # swings to either side, over which the share of a swing is averaged

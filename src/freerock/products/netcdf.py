@@ -261,10 +261,7 @@ def _fit(model: str, fit: "Fit", energies: "ImpactEnergy | None") -> xr.Dataset:
     if fit.impacts is not None:
         of_impacts |= {"impact_time": fit.impacts.time_s, "peak_before": fit.impacts.peak_before_rad}
     if energies is not None:
-        of_impacts |= {
-            "restitution_energy": energies.restitution,
-            "restitution_energy_u": energies.u_total,
-        }
+        of_impacts |= {"restitution_energy": energies.restitution, "restitution_energy_u": energies.u_total}
     scalars = {"epsilon_theta": fit.evidence.epsilon_theta, "sigma_r": scatter.sigma_r}
     arrays: dict[str, Any] = {name: ("parameter", values) for name, values in of_parameters.items()}
     arrays |= {"covariance": (("parameter", "parameter_b"), known.covariance)}

@@ -26,10 +26,6 @@ if TYPE_CHECKING:
     import h5py
     import netCDF4
 
-ORIGINS = {
-    "simulated": "simulated laser record of a free-rocking test",
-    "measured": "laser record of a free-rocking test",
-}
 
 # Field of Run and of Impacts -> variable of the dataset, whose unit is an attribute.
 OF_RUN = ["hold_start_s", "release_s", "release_stderr_s", "fit_start_s", "end_s", "theta0", "theta0_stderr"]
@@ -58,24 +54,14 @@ BESIDE = {
     "value": ("stderr", "u_law", "u_total", "unit"),
 }
 DRAWN = {"time", "theta", "theta_model", "residual"}  # along an axis of a plot that xarray labels
-SINGLE_PRECISION = {
-    "sigma_theta",
-    "theta_model",
-    "residual",
-    *(f"{name}{n}" for name in ("voltage", "current") for n in ("", "_2")),
-}
+SINGLE_PRECISION = {"sigma_theta", "theta_model", "residual", "voltage", "voltage_2", "current", "current_2"}
 
 
-def long_name_of(name: str) -> str:
-    """What a variable is."""
-    error = "standard error of the " if name.endswith("_stderr") else ""
-    return error + VARIABLES[name.removesuffix("_stderr").removesuffix("_2")]["long_name"]
-
-
-def describe(name: str, present: Container[object], named: bool = True) -> dict[str, Any]:
-    """CF attributes of a variable among those present beside it, with its long name if `named` or drawn."""
+def describe(name: str, present: Container[object] = ()) -> dict[str, Any]:
+    """CF attributes of a variable among those present beside it."""
     row = VARIABLES[name.removesuffix("_stderr").removesuffix("_2")]
-    attrs: dict[str, Any] = {"long_name": long_name_of(name)} if named or name in DRAWN else {}
+    error = "standard error of the " if name.endswith("_stderr") else ""
+    attrs: dict[str, Any] = {"long_name": error + row["long_name"]}
     if row["unit"] not in ("", "1"):
         attrs["units"] = row["unit"]
     beside = [other for other in (f"{name}_stderr", *BESIDE.get(name, ())) if other in present]
@@ -89,15 +75,16 @@ def describe(name: str, present: Container[object], named: bool = True) -> dict[
 def root_attributes(product: str, done: str, attrs: Mapping[Any, Any]) -> dict[str, Any]:
     """Root attributes of a product."""
     of = [attrs[key] for key in ("campaign", "test") if key in attrs]
+    source = "simulated " * (attrs["origin"] == "simulated") + "laser record of a free-rocking test"
     return {
         "Conventions": "CF-1.11, ACDD-1.3",
         "title": ": ".join(of),
         "keywords": "rocking, rigid block, free rocking test, restitution, Housner, Winkler, Hunt-Crossley",
         **attrs,
-        "summary": attrs.get("summary") or f"A {ORIGINS[attrs['origin']]}.",
+        "summary": attrs.get("summary") or f"A {source}.",
         "id": "/".join([*of, product]),
         "freerock_product": product,
-        "source": ORIGINS[attrs["origin"]],
+        "source": source,
         "history": f"freerock {version('freerock')}: {done}",
     }
 
@@ -120,7 +107,7 @@ def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], named: bool
             with netCDF4.Dataset(partial, "w") as file:
                 if not named:
                     known = {str(name) for each in groups.values() for name in each.variables}
-                    told = {name: long_name_of(name) for name in sorted(known - DRAWN)}
+                    told = {name: describe(name)["long_name"] for name in sorted(known - DRAWN)}
                     file.setncatts(_plain({"long_names": told}))
                 defined = [
                     each
@@ -153,7 +140,10 @@ def _define(
         packed: dict[str, Any] = {"compression": "zlib", "complevel": 4} if "time" in variable.dims else {}
         dimensions = [str(each) for each in variable.dims]
         written = group.createVariable(name, dtype, dimensions, fill_value=missing, **packed)
-        attrs = describe(name, dataset, named) | variable.attrs
+        attrs = describe(name, dataset)
+        if not named and name not in DRAWN:
+            del attrs["long_name"]
+        attrs |= variable.attrs
         coordinates = [str(other) for other in beside if beside[other] <= set(variable.dims)]
         if coordinates and name not in dataset.coords:
             attrs["coordinates"] = " ".join(coordinates)

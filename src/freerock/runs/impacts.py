@@ -100,7 +100,7 @@ def find_impacts(
         Without it, or from θ_cr on, that peak and the first restitutions are NaN.
     limits : ImpactLimits, optional
     noise : Noise, optional
-        Of the sensor over sigma_theta (`sensor_noise.over_usual`); else it is taken to be white.
+        Of the sensor over sigma_theta (`sensor_noise.AtRest.relative`); else it is taken to be white.
     zero_stderr : float
         Standard error of the zero of θ, a part of that of theta0 [rad]: it raises the peaks on one side and
         lowers those on the other.

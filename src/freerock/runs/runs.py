@@ -18,7 +18,7 @@ from freerock.arrays import Floats
 from freerock.config.hand_corrections import Override
 from freerock.config.processing import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, RunLimits
 from freerock.models.block import Block
-from freerock.noise.sensor_noise import AtRest, at_rest, over_usual
+from freerock.noise.sensor_noise import AtRest, at_rest
 from freerock.noise.spectrum import Noise, stderr_of_mean
 from freerock.noise.still import Phase
 from freerock.noise.still_signal import scatter
@@ -142,7 +142,7 @@ def find_runs(
     """
     signal = signal_of(time_s, theta, sigma_theta, flags, quality.converter_step)
     own = still or at_rest(signal.t, signal.theta, signal.sigma, signal.converter_step, limits.window_s)
-    signal = signal._replace(spectrum=over_usual(own.noise, signal.sigma))
+    signal = signal._replace(spectrum=own.relative)
     rests = [each for each in own.phases if each.kind == "rest"]
     search = _Search(signal, own.phases, rests, block, quality, by_hand, limits)
     holds = find_holds(signal, own.phases, limits.window_s)
@@ -323,7 +323,7 @@ def measured(
     time_s, theta, sigma, flags = (record[name].values for name in ("time", "theta", "sigma_theta", "flags"))
     quality = signal_quality(record)
     still = at_rest(time_s, theta, sigma, quality.converter_step, of_runs.window_s)
-    noise, found = over_usual(still.noise, sigma), list[tuple[Run, Impacts]]()
+    found = list[tuple[Run, Impacts]]()
     for run in find_runs(time_s, theta, sigma, flags, block, quality, by_hand, of_runs, still):
 
         def part(from_s: float, to_s: float, released: bool, run: Run = run) -> Impacts:
@@ -336,7 +336,7 @@ def measured(
                 theta0=run.theta0 if released else None,
                 theta0_stderr=run.theta0_stderr,
                 limits=of_impacts,
-                noise=noise,
+                noise=still.relative,
                 zero_stderr=run.zero_stderr,
             )
 
