@@ -12,11 +12,11 @@ from reported import tables_of
 from freerock.figures.captions import FIGURES, caption_of
 from freerock.models.block import Block
 from freerock.report.document import figures_tex, paper_tex
+from freerock.report.printed import printed_tables
 from freerock.tables.latex import latex, numbers_tex
 from freerock.tables.number_text import SIMULATED_NOTE
 from freerock.tables.paper import table1
 from freerock.tables.populations import populations_table
-from freerock.tables.printed import printed_tables
 
 
 @pytest.fixture(scope="module")

@@ -5,10 +5,10 @@ from fabricated import campaign
 from reported import tables_of
 
 from freerock.jobs.print_tables import print_tables
+from freerock.report.printed import printed_tables
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.latex import numbers_tex
 from freerock.tables.markdown import markdown
-from freerock.tables.printed import printed_tables
 
 LABELS = {"b1": "Slender", "mat": "Soft mat"}
 

@@ -13,8 +13,8 @@ from freerock.config.review_log import Change
 from freerock.report.found import printed_summary
 from freerock.report.limitations import limits
 from freerock.report.methods import REFERENCES
+from freerock.report.printed import AGAINST, TRUTH, printed_tables
 from freerock.tables.number_text import percent, quantity
-from freerock.tables.printed import AGAINST, TRUTH, printed_tables
 
 HOSTILE = "<script>alert(1)</script>&\"'"
 LABELS = {"b1": "Slender", "b2": "Squat", "marble": "Marble", "mat": "Soft mat"}

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from freerock.files import write_text
+from freerock.report.printed import printed_tables
 from freerock.tables.csvfile import read_csv
 from freerock.tables.latex import latex, numbers_tex
 from freerock.tables.markdown import markdown
-from freerock.tables.printed import printed_tables
 
 
 def print_tables(
@@ -27,7 +27,7 @@ def print_tables(
     folder : path
         Where they are written.
     origin, doi, labels
-        As of `freerock.tables.printed.printed_tables`.
+        As of `freerock.report.printed.printed_tables`.
     """
     tables = {name: read_csv(path) for name, path in files.items()}
     for name, table in printed_tables(tables, origin, doi=doi, labels=labels).items():

@@ -6,8 +6,8 @@ import pandas as pd
 
 from freerock.models.free_parameters import SYMBOLS, unit_of
 from freerock.models.laws import MODEL_LABELS, PAPER_MODELS
+from freerock.report.printed import PROCEDURE, Labels, Printed, identified
 from freerock.tables.number_text import fixed, percent, quantity, unit_text, with_unit
-from freerock.tables.printed import PROCEDURE, Labels, Printed, identified
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
 FORETOLD = "A run foretold by the others"

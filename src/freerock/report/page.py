@@ -18,6 +18,7 @@ from freerock.report.found import printed_records, printed_summary
 from freerock.report.limitations import limits
 from freerock.report.methods import PAGE_FILES, REFERENCES, bib, cited, methods, methods_markdown
 from freerock.report.methods import html as html_of
+from freerock.report.printed import printed_tables
 from freerock.report.runs import (
     by_hand,
     changes_seen,
@@ -29,7 +30,6 @@ from freerock.report.runs import (
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.choices import laws_of_foundations
 from freerock.tables.number_text import SIMULATED_NOTE
-from freerock.tables.printed import printed_tables
 
 # Symbols with an index, in no name, as mat_foam.
 INDEXED = re.compile(r"(?<![A-Za-z0-9_])(ε|t|θ|σ)_(θ|f|th|ex|cr|r)(?![A-Za-z0-9_])")

@@ -7,10 +7,10 @@ import pandas as pd
 
 from freerock.config.review_log import LOOKED_AT, Change, looked_at
 from freerock.models.laws import MODEL_LABELS
+from freerock.report.printed import Labels, Printed
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.choices import STATUS_WORDS
 from freerock.tables.number_text import fixed, quantity
-from freerock.tables.printed import Labels, Printed
 
 NUMBER = r"(?<= leaves )([\d.e+]+)(?= times)"  # in the reason why a candidate was not fitted
 MOST_LISTED = 120  # runs in the page; all stand in the tables

@@ -1,1 +1,1 @@
-"""Tables of a campaign: tidy CSV, the numbers of the paper's tables, and these as printed text and LaTeX."""
+"""Tables of a campaign: tidy CSV, the numbers of the paper's tables; text as Markdown and LaTeX."""
