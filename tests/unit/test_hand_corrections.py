@@ -16,7 +16,6 @@ from freerock.config.hand_corrections import (
     written_overrides,
 )
 from freerock.config.processing import RunLimits
-from freerock.rotation.flags import BY_HAND
 from freerock.runs.beginning import begun_by_hand
 from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import IMPACT_COLUMNS
@@ -171,12 +170,11 @@ def judged(arguments, *stretches):
     """Runs and impacts as the record's job judges them, with stretches left out; θ is garbage there."""
     t, theta, sigma, flags, block = arguments
     without = ByHand(stretches=[(*each, "knocked") for each in stretches])
-    hidden = without.hidden(t)
-    theta, flags = np.where(hidden, np.nan, theta), flags | np.where(hidden, BY_HAND["left_out"], 0)
-    over_time = {"theta": theta, "sigma_theta": np.full(t.size, sigma), "flags": flags.astype(np.uint8)}
+    over_time = {"theta": theta, "sigma_theta": np.full(t.size, sigma), "flags": np.asarray(flags, np.uint8)}
     columns = {name: ("time", each) for name, each in (over_time | {"rotation": theta}).items()}
     columns |= {f"fault{of}": ("fault", np.empty(0)) for of in ("", "_start", "_end", "_note", "_angle")}
-    found = measured(xr.Dataset(columns, {"time": t}, {"zero_stderr_rad": 0.0}), block, without)
+    record = xr.Dataset(columns, {"time": t}, {"zero_stderr_rad": 0.0})
+    found = measured(without.without_hidden(record), block, without)
     return [*zip(found.runs, found.impacts, strict=True)]
 
 

@@ -61,7 +61,9 @@ def make_record(
             write_failure(output, excluded, attributes)
             return
         by_hand = ByHand(settings["overrides"], settings["exclusions"], settings.get("stretches", ()))
-        record = by_hand.without_hidden(rotate(settings))
+        record = rotate(settings)
+        if by_hand.stretches:
+            record = by_hand.without_hidden(record)
         limits = RunLimits(**settings["runs"]), ImpactLimits(**settings["impacts"])
         found = measured(record, Block(**settings["block"]), by_hand, *limits)
         laboratory = Laboratory.of(settings["laboratory"])

@@ -66,10 +66,10 @@ def quiet_stretches(
         Window of the search for stillness [s].
     """
     step = float(time_s[-1] - time_s[0]) / (len(time_s) - 1)
-    block, usual_noise = max(1, round(BLOCK_S / step)), usual_of(sigma_theta)
+    block, relative = max(1, round(BLOCK_S / step)), relative_noise(sigma_theta)[1]
     cores = [each.core(time_s, window_s) for each in phases if each.kind != "paused"]
     cores = [core for core in cores if core.stop - core.start >= PARTS * block]
-    alike = [theta[core] / relative_noise(sigma_theta[core], usual_noise) for core in cores]
+    alike = [theta[core] / relative[core] for core in cores]
     swings = [_mean_squares(np.array_split(own, PARTS), block) for own in alike]
     usual = float(np.median([np.mean(own[-LAST:]) for own in swings])) if swings else 0.0
     for own, swing in zip(alike, swings, strict=True):
@@ -114,22 +114,20 @@ def at_rest(
     quiet = quiet_stretches(time_s, theta, sigma_theta, phases, window_s)
     noise = noise_at_rest(quiet, rate_hz, step)
     known = noise and noise.variance > 0
-    return AtRest(phases, noise, noise.scaled(1 / usual_of(sigma_theta)) if noise and known else None)
+    return AtRest(
+        phases, noise, noise.scaled(1 / relative_noise(sigma_theta)[0]) if noise and known else None
+    )
 
 
-def usual_of(sigma_theta: Floats) -> float:
-    """What the standard deviation of the noise usually is in a record [rad]; 1 where it is not known."""
-    known = sigma_theta[np.isfinite(sigma_theta) & (sigma_theta > 0)]
-    return np.median(known) if known.size else 1.0
+def relative_noise(sigma_theta: Floats) -> tuple[float, Floats]:
+    """Usual standard deviation of the noise of a record [rad], and that of each sample over it.
 
-
-def relative_noise(sigma_theta: Floats, usual: float) -> Floats:
-    """Standard deviation of the noise [rad] over what it usually is; 1 where it is not known.
-
-    A beam sees the same displacement as another angle where the block is tilted.
+    Both are 1 where it is not known. A beam sees the same displacement as another angle where the block is
+    tilted.
     """
     known = np.isfinite(sigma_theta) & (sigma_theta > 0)
-    return np.asarray(np.where(known, sigma_theta, usual) / usual, float)
+    usual = np.median(sigma_theta[known]) if known.any() else 1.0
+    return usual, np.asarray(np.where(known, sigma_theta, usual) / usual, float)
 
 
 def _mean_squares(parts: Sequence[Floats], block: int) -> Floats:

@@ -85,9 +85,8 @@ def write_record(
     root = _root(record, "volts to rotation, runs and impacts", attrs, verdict, reasons)
     if found.noise:
         frequency, density = found.noise.spectrum()
-        spectrum: dict[str, Any] = {"frequency": frequency, "noise_density": ("frequency", density)}
-        told = json.dumps(vars(found.noise), default=np.ndarray.tolist)
-        root = root.assign(spectrum).assign_attrs(noise=told)
+        root = root.assign({"frequency": frequency, "noise_density": ("frequency", density)})
+        root = root.assign_attrs(noise=json.dumps(vars(found.noise), default=np.ndarray.tolist))
     groups = {"/": root}
     for run, impacts, total in zip(found.runs, found.impacts, totals, strict=True):
         groups[f"run_{run.number}"] = xr.Dataset(

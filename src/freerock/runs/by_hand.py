@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from freerock.arrays import Floats, Mask
 from freerock.config.hand_corrections import Override
 from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.runs.verdict import Reason
@@ -58,18 +57,12 @@ class ByHand:
     exclusions: Sequence[tuple[int, str]] = ()
     stretches: Sequence[tuple[float, float, str]] = ()
 
-    def hidden(self, time_s: Floats) -> Mask:
-        """Which samples are not used, shape (n_time,)."""
-        found = np.zeros(len(time_s), bool)
-        for from_s, to_s, _ in self.stretches:
-            found[slice(*np.searchsorted(time_s, (from_s, to_s)))] = True
-        return found
-
     def without_hidden(self, record: "xr.Dataset") -> "xr.Dataset":
         """θ(t) of a record without the samples that are not used; they are flagged."""
-        hidden = self.hidden(record["time"].values)
-        if not hidden.any():
-            return record
+        time_s = record["time"].values
+        hidden = np.zeros(len(time_s), bool)
+        for from_s, to_s, _ in self.stretches:
+            hidden[slice(*np.searchsorted(time_s, (from_s, to_s)))] = True
         flags = record["flags"].values | np.where(hidden, BY_HAND["left_out"], 0).astype(np.uint8)
         known = FLAGS | BY_HAND
         masks = {"flag_masks": np.array([*known.values()], np.uint8), "flag_meanings": " ".join(known)}

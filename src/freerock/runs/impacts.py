@@ -198,13 +198,12 @@ def restitution_covariance(impacts: Impacts, block: Block, least: float = 0.0) -
 
     The standard error of a peak is taken to be no less than `least` [rad].
     """
-
-    def by(peaks: Floats, stderrs: Floats) -> Floats:
-        energy, slope = energy_of_peaks(peaks, block)
-        return np.asarray(impacts.restitution / 2 * slope / energy * np.maximum(stderrs, least))
-
-    before = by(impacts.peak_before_rad, impacts.peak_before_stderr_rad)
-    after = by(impacts.peak_after_rad, impacts.peak_after_stderr_rad)
+    effects = list[Floats]()  # of the peaks before and after
+    peaks = (impacts.peak_before_rad, impacts.peak_before_stderr_rad)
+    for height, stderr in (peaks, (impacts.peak_after_rad, impacts.peak_after_stderr_rad)):
+        energy, slope = energy_of_peaks(height, block)
+        effects.append(impacts.restitution / 2 * slope / energy * np.maximum(stderr, least))
+    before, after = effects
     shared = -after[:-1] * before[1:]
     covariance = np.diag(before**2 + after**2) + np.diag(shared, 1) + np.diag(shared, -1)
     scale = impacts.restitution_stderr / np.sqrt(np.diag(covariance))  # neighbouring peaks share slow noise

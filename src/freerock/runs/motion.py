@@ -9,7 +9,7 @@ import numpy as np
 
 from freerock.arrays import Floats, sampled
 from freerock.errors import FreerockError, of_kind
-from freerock.noise.sensor_noise import HIGH_SWING, in_motion, relative_noise, swings_of, usual_of
+from freerock.noise.sensor_noise import HIGH_SWING, in_motion, relative_noise, swings_of
 from freerock.noise.spectrum import Noise
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
@@ -101,7 +101,7 @@ def motions_of(
     time_s, motions, relative = samples["time"], dict[int, Motion](), np.ones(0)
     if noise is not None:
         sigma_theta = samples["sigma_theta"].astype("float32")  # as datasets of records hold it
-        relative = relative_noise(sigma_theta, usual_of(sigma_theta))
+        relative = relative_noise(sigma_theta)[1]
     for run in runs:
         during = slice(np.searchsorted(time_s, run.release_s), np.searchsorted(time_s, run.end_s, "right"))
         motion = Motion(

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from freerock.arrays import Floats
 from freerock.config.hand_corrections import Override
 from freerock.config.processing import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, RunLimits
 from freerock.models.block import Block
@@ -341,8 +340,15 @@ def measured(
             )
 
         impacts, notes = _with_stretches_left_out(part, run, by_hand)
-        peaks = _of_peaks(time_s, theta, run, quality.converter_step)
-        uneven = reasons_of_unevenness(impacts, block, peaks)
+        # of a peak by the rest after the run; a mean of samples that a converter rounds alike is as rounded
+        peak_stderr = quality.converter_step / math.sqrt(12) * (quality.converter_step > run.sigma_theta)
+        after = theta[slice(*np.searchsorted(time_s, (run.end_s, run.end_s + AFTER_S)))]
+        size = max(1, round(PEAK_S / (time_s[1] - time_s[0])))
+        means = after[: after.size // size * size].reshape(-1, size).mean(axis=1)
+        means = means[np.isfinite(means)]
+        if means.size >= FEWEST:
+            peak_stderr = max(peak_stderr, scatter(means))
+        uneven = reasons_of_unevenness(impacts, block, peak_stderr)
         verdict = _as_of_a_tilt(run.verdict) if any(each.name == TILTS for each in uneven) else run.verdict
         reasons = reasons_of_impacts(impacts, of_impacts) + uneven + notes
         found.append((replace(run, verdict=verdict.adding(reasons)), impacts))
@@ -381,20 +387,6 @@ def _with_stretches_left_out(
         for name in IMPACT_COLUMNS
     }
     return Impacts(**columns, theta_uplift=max(each.theta_uplift for each in known)), notes
-
-
-def _of_peaks(time_s: Floats, theta: Floats, run: Run, converter_step: float) -> float:
-    """Standard deviation of θ over the length of a peak at rest after a run [rad]; 0 where no rest is seen.
-
-    A mean of samples that a converter rounds alike is rounded as they are.
-    """
-    rounded = converter_step / math.sqrt(12) if converter_step > run.sigma_theta else 0.0
-    after = theta[slice(*np.searchsorted(time_s, (run.end_s, run.end_s + AFTER_S)))]
-    size = max(1, round(PEAK_S / (time_s[1] - time_s[0])))
-    n = after.size // size
-    means = after[: n * size].reshape(n, size).mean(axis=1)
-    means = means[np.isfinite(means)]
-    return max(rounded, scatter(means)) if means.size >= FEWEST else rounded
 
 
 def _as_of_a_tilt(verdict: Verdict) -> Verdict:
