@@ -113,10 +113,9 @@ def at_rest(
     rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
     quiet = quiet_stretches(time_s, theta, sigma_theta, phases, window_s)
     noise = noise_at_rest(quiet, rate_hz, step)
-    known = noise and noise.variance > 0
-    return AtRest(
-        phases, noise, noise.scaled(1 / relative_noise(sigma_theta)[0]) if noise and known else None
-    )
+    if noise is None or not noise.variance > 0:
+        return AtRest(phases, noise)
+    return AtRest(phases, noise, noise.scaled(1 / relative_noise(sigma_theta)[0]))
 
 
 def relative_noise(sigma_theta: Floats) -> tuple[float, Floats]:

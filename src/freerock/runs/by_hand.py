@@ -63,6 +63,8 @@ class ByHand:
         hidden = np.zeros(len(time_s), bool)
         for from_s, to_s, _ in self.stretches:
             hidden[slice(*np.searchsorted(time_s, (from_s, to_s)))] = True
+        if not hidden.any():
+            return record
         flags = record["flags"].values | np.where(hidden, BY_HAND["left_out"], 0).astype(np.uint8)
         known = FLAGS | BY_HAND
         masks = {"flag_masks": np.array([*known.values()], np.uint8), "flag_meanings": " ".join(known)}
