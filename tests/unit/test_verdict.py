@@ -15,11 +15,10 @@ LOST = Reason("fail", "few_impacts", "1 impact")
 )
 def test_the_worst_reason_is_the_verdict(reasons, level):
     assert Verdict(reasons).level == level
-    assert Verdict().adding(reasons) == Verdict(reasons)
 
 
 def test_reasons_in_words():
-    verdict = Verdict((NOTED,)).adding([DOUBT])
+    verdict = Verdict((NOTED, DOUBT))
     assert verdict.texts == ("overridden: late; and short", "pushed")
     assert in_one_line(verdict.reasons) == "overridden: late, and short; pushed"
     assert in_one_line([NOTED]) == "overridden: late; and short"

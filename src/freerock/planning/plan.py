@@ -42,7 +42,7 @@ def sigma_theta_of(sensor: SensorSection, theta0: float, block: Block, laser: La
     """
     if sensor.noise_deg is not None:
         return math.radians(sensor.noise_deg), ""
-    if laser.is_rotation:
+    if laser.beam is None:
         raise FreerockError("plan.sensors", "the records hold the rotation itself", "give noise_deg")
     if sensor.range_m is not None:
         laser = replace(laser, range_m=sensor.range_m, sensitivity_per_mm=None, calibration=None)

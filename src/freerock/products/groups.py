@@ -203,13 +203,14 @@ def verdict_of_run(number: int, run: xr.DataTree, fits: xr.DataTree | None) -> V
     verdict = Verdict(reasons_in(run.attrs))
     if fits is None:
         return verdict
+    reasons = [*verdict.reasons]
     group = fits.children.get(f"run_{number}")
     missed = [NotFitted(*each) for each in json.loads(fits.attrs.get("not_fitted", "[]"))]
     if missed and verdict.level != "fail" and not run.attrs["excluded"]:
         lost: Level = "warn" if group is not None else "fail"
         of = {number: "", None: "not fitted: "}
         texts = (of[each.run] + each.text for each in missed if each.run in of)
-        verdict = verdict.adding(Reason.of("not_fitted", text, lost) for text in texts)
-    return (
-        verdict.adding(reasons_in(group.attrs)) if group is not None and "reasons" in group.attrs else verdict
-    )
+        reasons += [Reason.of("not_fitted", text, lost) for text in texts]
+    if group is not None and "reasons" in group.attrs:
+        reasons += reasons_in(group.attrs)
+    return Verdict(tuple(reasons))

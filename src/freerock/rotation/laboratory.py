@@ -126,7 +126,7 @@ class Laboratory:
             The same with other numbers.
         """
         sensors, others = list(self.lasers.values()), list(by.lasers.values())
-        if sensors[0].is_rotation:
+        if sensors[0].beam is None:  # the channel holds the rotation itself
             return theta * by.scales[0] / self.scales[0]
         if (self.block.face, sensors, self.scales) == (by.block.face, others, by.scales):
             return theta

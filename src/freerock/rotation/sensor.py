@@ -135,11 +135,6 @@ class Laser(LaserKeys):
         """`position_m`, 0 where the channel holds the rotation itself [m]."""
         return self.position_m or 0.0
 
-    @property
-    def is_rotation(self) -> bool:
-        """Whether the channel is declared to hold the rotation itself."""
-        return self.units in CHANNEL_UNITS and CHANNEL_UNITS[self.units][0] == "rotation"
-
     def limits(self, quantity: str) -> Limits | None:
         """Valid output and error level of a quantity; None where it has none."""
         suffix = {"voltage": "v", "current": "ma"}.get(quantity)

@@ -322,8 +322,10 @@ def measured(
     time_s, theta, sigma, flags = (record[name].values for name in ("time", "theta", "sigma_theta", "flags"))
     quality = signal_quality(record)
     still = at_rest(time_s, theta, sigma, quality.converter_step, of_runs.window_s)
-    found = list[tuple[Run, Impacts]]()
-    for run in find_runs(time_s, theta, sigma, flags, block, quality, by_hand, of_runs, still):
+    judged, all_impacts = list[Run](), list[Impacts]()
+    runs = find_runs(time_s, theta, sigma, flags, block, quality, by_hand, of_runs, still)
+    vain = by_hand.left_out_in_vain([(run.hold_start_s, run.end_s) for run in runs])
+    for run in runs:
 
         def part(from_s: float, to_s: float, released: bool, run: Run = run) -> Impacts:
             during = slice(np.searchsorted(time_s, from_s), np.searchsorted(time_s, to_s, "right"))
@@ -350,11 +352,10 @@ def measured(
             peak_stderr = max(peak_stderr, scatter(means))
         uneven = reasons_of_unevenness(impacts, block, peak_stderr)
         verdict = _as_of_a_tilt(run.verdict) if any(each.name == TILTS for each in uneven) else run.verdict
-        reasons = reasons_of_impacts(impacts, of_impacts) + uneven + notes
-        found.append((replace(run, verdict=verdict.adding(reasons)), impacts))
-    vain = by_hand.left_out_in_vain([(run.hold_start_s, run.end_s) for run, _ in found])
-    runs = tuple(replace(run, verdict=run.verdict.adding(vain)) for run, _ in found)
-    return Measured(runs, on_one_bed([each for _, each in found]), still.noise)
+        reasons = (*verdict.reasons, *reasons_of_impacts(impacts, of_impacts), *uneven, *notes, *vain)
+        judged.append(replace(run, verdict=Verdict(reasons)))
+        all_impacts.append(impacts)
+    return Measured(tuple(judged), on_one_bed(all_impacts), still.noise)
 
 
 def on_one_bed(impacts: Sequence[Impacts]) -> tuple[Impacts, ...]:

@@ -142,10 +142,6 @@ class Verdict:
         """The names of the reasons."""
         return tuple(reason.name for reason in self.reasons)
 
-    def adding(self, reasons: Iterable[Reason]) -> "Verdict":
-        """The verdict with more reasons."""
-        return Verdict((*self.reasons, *reasons))
-
 
 def in_one_line(reasons: Iterable[Reason]) -> str:
     """Reasons as text for a reader, separated by "; "; within one of several it becomes ", "."""

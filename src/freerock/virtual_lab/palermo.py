@@ -22,9 +22,8 @@ LASERS = {  # one that suits each block
     "config2": Laser("horizontal", 0.20, 0.1),
     "config3": Laser("horizontal", 0.10, 0.1),
 }
-CONFIGURATIONS = {  # block, release angle [rad] and laser
-    name: (block, RELEASE_ANGLES[name], LASERS[name]) for name, block in BLOCKS.items()
-}
+# Block, release angle [rad] and laser.
+CONFIGURATIONS = {name: (block, RELEASE_ANGLES[name], LASERS[name]) for name, block in BLOCKS.items()}
 MOST_IMPACTS = 200  # of a release that scatter
 FOUNDATIONS = {name: models["hunt_crossley"] for name, models in TABLE_2.items()}
 
@@ -74,17 +73,9 @@ def palermo_records() -> Iterator[tuple[str, VirtualRecord]]:
         for foundation, parameters in FOUNDATIONS.items():
             seed += 1
             generator = np.random.RandomState(seed)
-            yield (
-                f"{configuration}_{foundation}",
-                simulate_record(
-                    block,
-                    laser,
-                    "hunt_crossley",
-                    palermo_releases(angle, parameters, generator, sigma_r=0.01),
-                    seed=seed,
-                    recording=Recording(
-                        zero_v=round(generator.uniform(4.8, 5.2), 3),
-                        noise=AddedNoise(mains_hz=round(generator.uniform(49.98, 50.02), 3)),
-                    ),
-                ),
-            )
+            releases = palermo_releases(angle, parameters, generator, sigma_r=0.01)
+            zero_v = round(generator.uniform(4.8, 5.2), 3)
+            noise = AddedNoise(mains_hz=round(generator.uniform(49.98, 50.02), 3))
+            how = Recording(zero_v=zero_v, noise=noise)
+            record = simulate_record(block, laser, "hunt_crossley", releases, seed=seed, recording=how)
+            yield f"{configuration}_{foundation}", record
