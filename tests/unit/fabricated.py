@@ -22,7 +22,7 @@ from freerock.runs.runs import Measured, Run
 from freerock.runs.u_total import Contributions, MeasuredTotal
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.choice import Choice, Judged
-from freerock.tables.tidy_tables import joined, rows_of
+from freerock.tables.campaign_tables import joined, rows_of
 
 VALUES = {"r": 0.957, "width": 0.066, "k": 6.88e6, "c": 2.36e4, "lambda": 1.30e8}
 STDERR = {"r": 0.0012, "width": 1e-4, "k": 1.2e4, "c": 310.0, "lambda": 4.0e5}

@@ -6,7 +6,7 @@ import pytest
 from fabricated import campaign, failed_record, fits, record, tidy_tables
 
 from freerock.runs.verdict import Reason, Verdict, in_one_line
-from freerock.tables import tidy_tables as tables
+from freerock.tables.campaign_tables import joined, rows_of
 from freerock.tables.tidy_tables import (
     epsilon_table,
     parameters_table,
@@ -99,7 +99,7 @@ def test_tables_joined_of_each_record_are_those_of_all_at_once(datasets, odd):
     records = [*odd, *records]
     fitted = [*(fits(tree, failed=["winkler"]) for tree in odd), *fitted]
     whole = tidy_tables(records, fitted)
-    apart = tables.joined([tables.rows_of([one], [its]) for one, its in zip(records, fitted, strict=True)])
+    apart = joined([rows_of([one], [its]) for one, its in zip(records, fitted, strict=True)])
     assert list(apart) == list(whole)
     for name, frame in whole.items():
         pd.testing.assert_frame_equal(apart[name], frame)

@@ -4,24 +4,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-import xarray as xr
-
 from freerock.columns import columns_of
 from freerock.models.block import Block
 from freerock.populations.band import bands
-from freerock.populations.estimate import Estimate
-from freerock.products.estimates import estimates_in
-from freerock.products.netcdf import open_fits, open_record, samples_in
+from freerock.products.netcdf import samples_in
 from freerock.products.runs import motions_in
 from freerock.runs.motion import Motion
+from freerock.tables.campaign_tables import read_campaign
 from freerock.tables.csvfile import write_csv
 from freerock.tables.paper import summary_table, table1, table2, table3
 from freerock.tables.populations import foundations_table
 from freerock.tables.swings import measured_swings
-from freerock.tables.tidy_tables import joined, rows_of
-
-AT_ONCE = 40  # records whose fits are in memory together
 
 
 def make_tables(
@@ -42,7 +35,7 @@ def make_tables(
     folder : path
         Where the tables are written.
     """
-    records, estimates, tables = _read(record_files, fit_files)
+    records, estimates, tables = read_campaign(record_files, fit_files)
     blocks = {name: Block(**block) for name, block in settings["blocks"].items()}
     of_test = {Path(path).stem: each for path, each in zip(record_files, enumerate(records), strict=True)}
 
@@ -68,20 +61,3 @@ def make_tables(
     tables |= {name: frame.assign(origin=origin) for name, frame in printed.items()}
     for name, frame in tables.items():
         write_csv(frame[columns_of(name)], Path(folder, f"{name}.csv"))
-
-
-def _read(
-    record_files: Sequence[str | Path], fit_files: Sequence[str | Path]
-) -> tuple[list[xr.DataTree], list[Estimate], dict[str, pd.DataFrame]]:
-    """Records without samples, usable fits and the tidy tables."""
-    records: list[xr.DataTree] = []
-    estimates: list[Estimate] = []
-    parts = []
-    for start in range(0, max(len(record_files), 1), AT_ONCE):
-        some = slice(start, start + AT_ONCE)
-        measured = [open_record(path, samples=False) for path in record_files[some]]
-        fits = [open_fits(path, samples=False) for path in fit_files[some]]
-        parts.append(rows_of(measured, fits))
-        records += measured
-        estimates += estimates_in(fits)
-    return records, estimates, joined(parts)

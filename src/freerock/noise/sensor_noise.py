@@ -8,7 +8,6 @@ those of twice as many see the octave below. They are taken near the peaks, away
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -223,7 +222,8 @@ def in_motion(noise: Noise, theta: Floats, sigma: Floats, swings: Iterable[slice
         pieces.append(inner[: len(inner) // m * m].reshape(-1, m).mean(axis=1))
     ratio, dof = np.ones(SIZES), np.zeros(SIZES)
     for k in range(SIZES):
-        weights, expected = _difference(noise, k)
+        weights = np.repeat(SIXTH, 2**k) / 2**k  # of a difference of means of 2ᵏ
+        expected = float(covariance_of_sums(noise, weights[None])[0, 0])
         long = [each for each in pieces if len(each) >= len(weights)]
         found = np.array([x for each in long for x in np.convolve(each, weights, "valid")[:: 3 * 2**k]])
         squares = found[np.isfinite(found)] ** 2 / expected
@@ -239,13 +239,6 @@ def in_motion(noise: Noise, theta: Floats, sigma: Floats, swings: Iterable[slice
     octave = np.minimum(np.arange(len(noise.ratio))[::-1], len(excess) - 1)
     known = np.where(louder, dof, CERTAIN)[np.minimum(octave, SIZES - 1)]
     return replace(noise, ratio=noise.ratio * (1 + excess[octave]), dof=np.minimum(noise.dof, known))
-
-
-@lru_cache(32)
-def _difference(noise: Noise, k: int) -> tuple[Floats, float]:
-    """Weights of a difference of means of 2ᵏ, and its variance by the noise."""
-    weights = np.repeat(SIXTH, 2**k) / 2**k
-    return weights, float(covariance_of_sums(noise, weights[None])[0, 0])
 
 
 def swings_of(theta: Floats, lowest: float) -> list[slice]:

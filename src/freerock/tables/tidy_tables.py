@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,7 @@ from freerock.products.storage import reasons_in
 from freerock.runs.u_total import OF_LAW
 from freerock.runs.verdict import Reason, in_one_line, known_reasons
 from freerock.tables.choices import POSSIBLE
-from freerock.tables.populations import INPUT, budget_table, populations_table
+from freerock.tables.populations import INPUT
 
 # Of impacts: columns, and their variables in the datasets, which not all of them have.
 KINDS_OF_R = ("", "_stderr", "_u", "_energy", "_energy_u")
@@ -397,52 +397,6 @@ def _with_energies(measured: xr.Dataset, fit: xr.Dataset | None) -> xr.Dataset:
     return measured.assign(
         {name: ("impact", np.where(own >= 0, values[own], np.nan)) for name, values in known.items()}
     )
-
-
-def rows_of(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict[str, pd.DataFrame]:
-    """What some records of a campaign add to its tidy tables.
-
-    Parameters
-    ----------
-    records, fits : sequence of xarray.DataTree
-        Record and fit datasets.
-
-    Returns
-    -------
-    dict of str to pandas.DataFrame
-        runs, reasons, parameters, contributions, pulls, epsilon, paper, choice and
-        restitution.
-    """
-    return {
-        "runs": runs_table(records, fits),
-        "reasons": reasons_table(records, fits),
-        "parameters": parameters_table(fits),
-        "contributions": contributions_table(fits),
-        "pulls": pulls_table(fits),
-        "epsilon": epsilon_table(fits),
-        "paper": paper_table(fits),
-        "choice": choice_table(fits),
-        "restitution": restitution_table(records, fits),
-    }
-
-
-def joined(parts: Sequence[Mapping[str, pd.DataFrame]]) -> dict[str, pd.DataFrame]:
-    """The tidy tables of a campaign by name, contributions as those of its budget.
-
-    Parameters
-    ----------
-    parts : sequence of mapping of str to pandas.DataFrame
-        At least one, as `rows_of` gives them; a record with its fits is in one of them.
-    """
-    tables = {}
-    for name, first in parts[0].items():
-        filled = [part[name] for part in parts if len(part[name])]
-        tables[name] = pd.concat(filled, ignore_index=True) if filled else first
-    contributions = tables.pop("contributions")
-    parameters = tables["parameters"]
-    tables["populations"] = populations_table(parameters, contributions)
-    tables["budget"] = budget_table(parameters, contributions)
-    return tables
 
 
 def _each_fit(fits: Trees) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:

@@ -1,0 +1,78 @@
+"""The tidy tables of a campaign from the datasets of its records and of their fits."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pandas as pd
+import xarray as xr
+
+from freerock.populations.estimate import Estimate
+from freerock.products.estimates import estimates_in
+from freerock.products.netcdf import open_fits, open_record
+from freerock.tables import tidy_tables as tidy
+from freerock.tables.populations import budget_table, populations_table
+
+AT_ONCE = 40  # records whose fits are in memory together
+
+
+def read_campaign(
+    record_files: Sequence[str | Path], fit_files: Sequence[str | Path]
+) -> tuple[list[xr.DataTree], list[Estimate], dict[str, pd.DataFrame]]:
+    """Records without samples, usable fits and the tidy tables by name."""
+    records: list[xr.DataTree] = []
+    estimates: list[Estimate] = []
+    parts = []
+    for start in range(0, max(len(record_files), 1), AT_ONCE):
+        some = slice(start, start + AT_ONCE)
+        measured = [open_record(path, samples=False) for path in record_files[some]]
+        fits = [open_fits(path, samples=False) for path in fit_files[some]]
+        parts.append(rows_of(measured, fits))
+        records += measured
+        estimates += estimates_in(fits)
+    return records, estimates, joined(parts)
+
+
+def rows_of(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict[str, pd.DataFrame]:
+    """What some records of a campaign add to its tidy tables.
+
+    Parameters
+    ----------
+    records, fits : sequence of xarray.DataTree
+        Record and fit datasets.
+
+    Returns
+    -------
+    dict of str to pandas.DataFrame
+        runs, reasons, parameters, contributions, pulls, epsilon, paper, choice and
+        restitution.
+    """
+    return {
+        "runs": tidy.runs_table(records, fits),
+        "reasons": tidy.reasons_table(records, fits),
+        "parameters": tidy.parameters_table(fits),
+        "contributions": tidy.contributions_table(fits),
+        "pulls": tidy.pulls_table(fits),
+        "epsilon": tidy.epsilon_table(fits),
+        "paper": tidy.paper_table(fits),
+        "choice": tidy.choice_table(fits),
+        "restitution": tidy.restitution_table(records, fits),
+    }
+
+
+def joined(parts: Sequence[Mapping[str, pd.DataFrame]]) -> dict[str, pd.DataFrame]:
+    """The tidy tables of a campaign by name, contributions as those of its budget.
+
+    Parameters
+    ----------
+    parts : sequence of mapping of str to pandas.DataFrame
+        At least one, as `rows_of` gives them; a record with its fits is in one of them.
+    """
+    tables = {}
+    for name, first in parts[0].items():
+        filled = [part[name] for part in parts if len(part[name])]
+        tables[name] = pd.concat(filled, ignore_index=True) if filled else first
+    contributions = tables.pop("contributions")
+    parameters = tables["parameters"]
+    tables["populations"] = populations_table(parameters, contributions)
+    tables["budget"] = budget_table(parameters, contributions)
+    return tables
