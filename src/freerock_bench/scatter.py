@@ -45,7 +45,7 @@ def held_out(folder: Path, frame: pd.DataFrame) -> pd.DataFrame:
     swings = measured_swings(results.tables["restitution"])
     for test, record in results.records.items():
         block = Block(**{name: record.attrs[f"block_{name}"] for name in ("height_m", "width_m", "mass_kg")})
-        motions = motions_in(record, {name: record[name].values for name in ("time", "theta")})
+        motions = motions_in(record, record.dataset[["theta"]])
         for own in (known := [*estimates_in([results.fits[test]])]):
             others = [each for each in known if each.model == own.model and each.run != own.run]
             seen = np.stack(swings.get((test, own.run), (np.empty(0), np.empty(0))))[:, :MOST_PEAKS]

@@ -2,12 +2,12 @@
 
 from fabricated import failed_record, record
 
-from freerock.products.runs import OVER_TIME, motions_in, runs_in
+from freerock.products.runs import motions_in, runs_in
 
 
 def test_a_motion_per_run_since_its_release():
     tree = record("b1_marble")
-    motions = motions_in(tree, {name: tree[name].values for name in OVER_TIME})
+    motions = motions_in(tree, tree.dataset)
     assert list(motions) == [run.number for run in runs_in(tree)]
     for run in runs_in(tree):
         motion = motions[run.number]
@@ -18,4 +18,4 @@ def test_a_motion_per_run_since_its_release():
 
 
 def test_a_record_that_could_not_be_processed_has_none():
-    assert motions_in(failed_record(), {}) == {}
+    assert motions_in(failed_record(), failed_record().dataset) == {}

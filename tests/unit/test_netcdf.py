@@ -26,7 +26,6 @@ from freerock.products.estimates import parameters_in
 from freerock.products.netcdf import (
     open_fits,
     open_record,
-    samples_in,
     write_failure,
     write_fits,
     write_record,
@@ -322,8 +321,6 @@ def test_unreadable_datasets_are_told_in_one_line(folder, tmp_path):
             FreerockError, match=r"a\.nc: is not a readable netCDF file \(.*\); delete the file"
         ):
             open_record(path)
-        with pytest.raises(FreerockError):
-            samples_in(path, ["theta"])
     xr.Dataset({"theta": 1.0}).to_netcdf(path)
     with pytest.raises(FreerockError, match=r"a\.nc: is not the record dataset of a record; delete the file"):
         open_record(path)

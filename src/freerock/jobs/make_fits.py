@@ -15,7 +15,7 @@ from freerock.models.block import Block
 from freerock.models.laws import MODELS
 from freerock.populations.impact_energy import energies_of_record
 from freerock.products.groups import NotFitted
-from freerock.products.netcdf import open_record, samples_in, write_fits
+from freerock.products.netcdf import open_record, write_fits
 from freerock.products.provenance import provenance
 from freerock.products.runs import OVER_TIME, motions_in, runs_in
 from freerock.rotation.laboratory import Laboratory
@@ -60,7 +60,7 @@ def make_fits(
     """
     record = open_record(record_file, samples=False)
     usable = {run.number for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
-    seen = motions_in(record, samples_in(record_file, OVER_TIME))
+    seen = motions_in(record, open_record(record_file, only=OVER_TIME).dataset)
     block, laboratory = Block(**settings["block"]), Laboratory.of(settings["laboratory"])
     allowed = Allowed(*(settings[key] for key in ("models", "kinematics", "free", "options")))
     motions = {n: replace(each, laboratory=laboratory) for n, each in seen.items() if n in usable}

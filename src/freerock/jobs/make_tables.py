@@ -7,7 +7,7 @@ from typing import Any
 from freerock.columns import columns_of
 from freerock.models.block import Block
 from freerock.populations.band import bands
-from freerock.products.netcdf import samples_in
+from freerock.products.netcdf import open_record
 from freerock.products.runs import motions_in
 from freerock.runs.motion import Motion
 from freerock.tables.campaign_tables import read_campaign
@@ -41,7 +41,7 @@ def make_tables(
 
     def motions(test: str) -> Mapping[int, Motion]:
         i, record = of_test[test]
-        return motions_in(record, samples_in(record_files[i], ("time", "theta")))
+        return motions_in(record, open_record(record_files[i], only=("time", "theta")).dataset)
 
     selected = tables["choice"][tables["choice"]["status"] == "selected"]
     named = set(selected[["test", "run", "model"]].astype(str).itertuples(index=False, name=None))

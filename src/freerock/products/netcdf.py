@@ -1,14 +1,13 @@
 """Datasets of a record and of its fits: netCDF in and out, with CF-1.11 and ACDD-1.3 attributes."""
 
 import json
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from freerock.arrays import Floats
 from freerock.models.given import legal
 from freerock.products.groups import CHOICE_GROUP, Attrs
 from freerock.products.storage import (
@@ -17,7 +16,6 @@ from freerock.products.storage import (
     WITH_TOTAL,
     open_product,
     root_attributes,
-    root_of,
     write_groups,
 )
 from freerock.runs.verdict import Level, Reason
@@ -211,12 +209,6 @@ def open_record(path: str | Path, samples: bool = True, only: Collection[str] = 
     0.943
     """
     return open_product(path, "record", samples, only)
-
-
-def samples_in(path: str | Path, names: Iterable[str]) -> dict[str, Floats]:
-    """The variables named that a record has over time; raises as `open_record`."""
-    with root_of(path) as file:
-        return {name: np.asarray(file[name]) for name in names if name in file}
 
 
 def open_fits(path: str | Path, samples: bool = True, only: Collection[str] = ()) -> xr.DataTree:

@@ -1,14 +1,12 @@
 """Runs, impacts and motions of a record dataset, as the objects the analysis works with."""
 
 import json
-from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.noise.spectrum import Noise
 from freerock.products.storage import RUN_VARIABLES, reasons_in
@@ -33,7 +31,7 @@ def runs_in(record: xr.DataTree) -> list[Run]:
 OVER_TIME = ("time", "theta", "sigma_theta")  # of which fits take something
 
 
-def motions_in(record: xr.DataTree, samples: Mapping[str, Floats]) -> dict[int, Motion]:
+def motions_in(record: xr.DataTree, samples: xr.Dataset) -> dict[int, Motion]:
     """The motion of each run of a record, by run number; none of a record that could not be processed.
 
     `samples` are those that `OVER_TIME` names; without sigma_theta the noise is white.
@@ -50,4 +48,5 @@ def motions_in(record: xr.DataTree, samples: Mapping[str, Floats]) -> dict[int, 
     if any(str(key).startswith("sensor_") for key in attrs):
         known = (each.name for each in fields(Block) if f"block_{each.name}" in attrs)
         view = view_in(attrs, Block(**{name: attrs[f"block_{name}"] for name in known}))
-    return motions_of(runs, samples, view, noise)
+    over_time = {name: samples[name].values for name in OVER_TIME if name in samples}
+    return motions_of(runs, over_time, view, noise)

@@ -23,7 +23,6 @@ from freerock.rotation.flags import FLAGS
 from freerock.runs.verdict import Reason
 
 if TYPE_CHECKING:
-    import h5py
     import netCDF4
 
 
@@ -165,18 +164,6 @@ def _plain(attrs: Mapping[Any, Any]) -> dict[str, Any]:
 
 
 @contextmanager
-def root_of(path: str | Path) -> Iterator["h5py.File"]:
-    """The file as HDF5, for what stands in its root.
-
-    netCDF looks through all groups when it opens a file, and holds 0.6 MB for each run.
-    """
-    import h5py
-
-    with _errors_of(path), h5py.File(path) as file:
-        yield file
-
-
-@contextmanager
 def _errors_of(path: str | Path) -> Iterator[None]:
     """An error of its own for a file that can't be read."""
     if not Path(path).is_file():
@@ -195,7 +182,9 @@ def root_text(path: str | Path, name: str, usual: str | None = None) -> str:
     FreerockError
         No such file, or damaged: without the text too, where none is usual.
     """
-    with root_of(path) as file:
+    import h5py  # netCDF looks through all groups when it opens a file
+
+    with _errors_of(path), h5py.File(path) as file:
         value = np.asarray(file.attrs[name] if usual is None else file.attrs.get(name, usual)).item()
         return value.decode() if isinstance(value, bytes) else str(value)
 
