@@ -177,11 +177,13 @@ def add_one(folder: Path, n: int) -> dict:
 
 
 def steps(folder: Path) -> pd.DataFrame:
-    """Processor time [s] and largest memory [MB] of each step, as Snakemake's benchmark files give them."""
-    paths = sorted((folder / "results/scale/benchmarks").glob("*.tsv"))
-    spent = pd.concat([pd.read_csv(path, sep="\t", na_values=["-"]) for path in paths])
+    """Processor time [s] and largest memory [MB] of each step, from the last lines of its logs."""
+    paths = sorted((folder / "results/scale/logs").glob("*.log"))
+    line = re.compile(r"(\S+) s of processor time, at most (\S+) MB")
+    spent = [line.findall(path.read_text())[-1] for path in paths]
     names = [re.sub(r"^(record|fit|quality)_.*", r"\1", path.stem) for path in paths]
-    return spent.groupby(names, sort=False).agg({"cpu_time": "sum", "max_rss": "max"})
+    frame = pd.DataFrame(spent, columns=["cpu_time", "max_rss"], dtype=float)
+    return frame.groupby(names, sort=False).agg({"cpu_time": "sum", "max_rss": "max"})
 
 
 def plan(numbers: list[int]) -> None:

@@ -95,11 +95,11 @@ class Checkout:
         (self / path).write_text(text.replace(old, new), encoding="utf-8")
 
     def products(self) -> dict:
-        """Bytes of each product; measured timings and logs are none."""
+        """Bytes of each product; logs are none."""
         return {
             path.relative_to(self.folder).as_posix(): path.read_bytes()
             for path in sorted((self / "results").rglob("*"))
-            if path.is_file() and path.parent.name not in ("benchmarks", "logs")
+            if path.is_file() and path.parent.name != "logs"
         }
 
 

@@ -88,7 +88,7 @@ def test_a_line_of_the_configuration_edited(checkout, path, old, new, jobs):
         ("src/freerock/figures/restitution.py", "EDITED = 1\n", REPORT | {"figures": 1}),
         ("src/freerock/figures/freerock.mplstyle", "# edited\n", PAGES | {"figures": 1}),
         ("src/freerock/tables/tidy_tables.py", "EDITED = 1\n", AFTER_TABLES | {"tables": 1}),
-        ("src/freerock/report/report.html.j2", "edited\n", REPORT),
+        ("src/freerock/report/report.html.j2", "edited\n", PRINTED),
         ("src/freerock/config/campaign.py", "EDITED = 1\n", {}),
         ("workflow/scripts/complete.py", "EDITED = 1\n", {"complete": 1}),
     ],

@@ -22,8 +22,6 @@ rule figures:
         captions=of_figures("txt"),
     log:
         "results/{campaign}/logs/figures.log",
-    benchmark:
-        "results/{campaign}/benchmarks/figures.tsv"
     priority: 1
     conda:
         "../envs/freerock.yaml"

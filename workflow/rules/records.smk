@@ -11,8 +11,6 @@ rule record:
         record="results/{campaign}/records/{test}.nc",
     log:
         "results/{campaign}/logs/record_{test}.log",
-    benchmark:
-        "results/{campaign}/benchmarks/record_{test}.tsv"
     priority: 1
     conda:
         "../envs/freerock.yaml"
@@ -32,8 +30,6 @@ rule fit:
         fits="results/{campaign}/fits/{test}.nc",
     log:
         "results/{campaign}/logs/fit_{test}.log",
-    benchmark:
-        "results/{campaign}/benchmarks/fit_{test}.tsv"
     priority: 1
     conda:
         "../envs/freerock.yaml"
@@ -62,8 +58,6 @@ rule quality:
         data="results/{campaign}/figures/qc_{test}.csv",
     log:
         "results/{campaign}/logs/quality_{test}.log",
-    benchmark:
-        "results/{campaign}/benchmarks/quality_{test}.tsv"
     conda:
         "../envs/freerock.yaml"
     params:

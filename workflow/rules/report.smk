@@ -32,8 +32,6 @@ rule report:
         references="results/{campaign}/tables/methods.bib",
     log:
         "results/{campaign}/logs/report.log",
-    benchmark:
-        "results/{campaign}/benchmarks/report.tsv"
     conda:
         "../envs/freerock.yaml"
     params:
@@ -53,8 +51,6 @@ rule complete:
         complete="results/{campaign}/complete.txt",
     log:
         "results/{campaign}/logs/complete.log",
-    benchmark:
-        "results/{campaign}/benchmarks/complete.tsv"
     localrule: True
     conda:
         "../envs/freerock.yaml"

@@ -21,8 +21,6 @@ rule tables:
         printed=[printed_table(name, "csv", title) for name, title in PRINTED.items()],
     log:
         "results/{campaign}/logs/tables.log",
-    benchmark:
-        "results/{campaign}/benchmarks/tables.tsv"
     priority: 1
     conda:
         "../envs/freerock.yaml"
@@ -50,8 +48,6 @@ rule printed_tables:
         numbers="results/{campaign}/tables/numbers.tex",
     log:
         "results/{campaign}/logs/printed_tables.log",
-    benchmark:
-        "results/{campaign}/benchmarks/printed_tables.tsv"
     conda:
         "../envs/freerock.yaml"
     params:

@@ -1,7 +1,9 @@
 """The log of a job, and what becomes of an error that nobody foresaw."""
 
+import atexit
 import errno
 import logging
+import resource
 import sys
 import traceback
 from collections.abc import Callable
@@ -20,7 +22,8 @@ log = logging.getLogger("freerock")
 def log_to(path: str | Path) -> None:
     """Send a script's messages, warnings and fatal error to its log; errors show on the terminal, too.
 
-    A `FreerockError` ends the script with its one line, anything else with a traceback.
+    A `FreerockError` ends the script with its one line, anything else with a traceback. The last line of the
+    log is what the script took.
     """
     sys.excepthook = _report
     logging.raiseExceptions = False  # of a log that a full disk does not take: the terminal has the line
@@ -31,6 +34,7 @@ def log_to(path: str | Path) -> None:
     terminal.setLevel(logging.ERROR)
     terminal.setFormatter(_OneLine())
     log.addHandler(terminal)
+    atexit.register(_note_spent)
 
 
 def make_or_give_up(make: Callable[[], None], give_up: Callable[[str], None]) -> None:
@@ -62,6 +66,12 @@ def of_the_machine(error: BaseException | None) -> bool:
             return True
         error = error.__cause__ or error.__context__
     return False
+
+
+def _note_spent() -> None:
+    spent = resource.getrusage(resource.RUSAGE_SELF)
+    peak_mb = spent.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
+    log.info("%.2f s of processor time, at most %.0f MB of memory", spent.ru_utime + spent.ru_stime, peak_mb)
 
 
 class _OneLine(logging.Formatter):
