@@ -141,7 +141,7 @@ def find_runs(
     """
     signal = signal_of(time_s, theta, sigma_theta, flags, quality.converter_step)
     own = still or at_rest(signal.t, signal.theta, signal.sigma, signal.converter_step, limits.window_s)
-    signal = signal._replace(spectrum=own.relative)
+    signal = signal._replace(relative_noise=own.relative or signal.relative_noise)
     rests = [each for each in own.phases if each.kind == "rest"]
     search = _Search(signal, own.phases, rests, block, quality, by_hand, limits)
     holds = find_holds(signal, own.phases, limits.window_s)

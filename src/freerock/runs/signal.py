@@ -16,25 +16,17 @@ class Signal(NamedTuple):
     """Time [s], rotation and standard deviation of its noise [rad], flags; arrays of one length.
 
     Rotation is NaN where a sample is flagged. `converter_step` is that of the rotation [rad], 0 where it is
-    too fine to be seen. The noise of a sample is `sigma` times `spectrum`, if known.
+    too fine to be seen, `step_s` the time from a sample to the next [s]. The noise of a sample is `sigma`
+    times `relative_noise`, which is white where it is not known.
     """
 
     t: Floats
     theta: Floats
     sigma: Floats
     flags: Flags
-    converter_step: float = 0.0
-    spectrum: Noise | None = None
-
-    @property
-    def step_s(self) -> float:
-        """Time from a sample to the next [s]."""
-        return float(self.t[-1] - self.t[0]) / max(1, len(self.t) - 1)
-
-    @property
-    def relative_noise(self) -> Noise:
-        """Noise over `sigma`; white where it is not known."""
-        return self.spectrum or white_noise(1.0, 1 / self.step_s)
+    converter_step: float
+    step_s: float
+    relative_noise: Noise
 
     def during(self, start_s: float, end_s: float) -> slice:
         """The samples from one instant to another."""
@@ -70,7 +62,9 @@ def signal_of(
     if not np.isnan(theta[flags != 0]).all():
         theta = np.where(flags == 0, theta, np.nan)
     sigma = np.broadcast_to(np.asarray(sigma_theta, float), theta.shape)
-    return Signal(time_s, theta, sigma, flags, converter_step)
+    step_s = float(time_s[-1] - time_s[0]) / max(1, len(time_s) - 1)
+    white = white_noise(1.0, 1 / step_s if step_s else 1.0)
+    return Signal(time_s, theta, sigma, flags, converter_step, step_s, white)
 
 
 def names_of(flags: Flags) -> str:
