@@ -31,7 +31,7 @@ from freerock.rotation.beam import (
 from freerock.rotation.channel import Reading, read_channel
 from freerock.rotation.flags import FLAGS, Fault, flagged_faults
 from freerock.rotation.sensor import Laser, laser_of, lasers_of
-from freerock.rotation.view import sensor_attributes, view_of
+from freerock.rotation.view import KEYS, View, view_of
 from freerock.units import BASE
 
 if TYPE_CHECKING:
@@ -214,8 +214,7 @@ def find_rotation(
     else:
         found = rotation_of_two(time_s, readings, lasers, block, options.max_disagreement_deg)
         readings = [_named(*each) for each in zip(readings, lasers, strict=True)]
-    dataset = _dataset(time_s - lasers[0].response_ms / 1e3 / 2, step, readings, found)
-    return dataset.assign_attrs(sensor_attributes(view_of(lasers, block)))
+    return _dataset(time_s - lasers[0].response_ms / 1e3 / 2, step, readings, found, view_of(lasers, block))
 
 
 def _named(reading: Reading, laser: Laser) -> Reading:
@@ -241,7 +240,9 @@ def _even_step(time_s: Floats, signals: Sequence[Floats]) -> float:
     return step
 
 
-def _dataset(time_s: Floats, step: float, readings: Sequence[Reading], found: Rotation) -> "xr.Dataset":
+def _dataset(
+    time_s: Floats, step: float, readings: Sequence[Reading], found: Rotation, view: View | None
+) -> "xr.Dataset":
     """What `find_rotation` returns."""
     import xarray as xr
 
@@ -257,6 +258,7 @@ def _dataset(time_s: Floats, step: float, readings: Sequence[Reading], found: Ro
     for number, reading in enumerate(readings, 1):
         arrays[reading.quantity + ("" if number == 1 else f"_{number}")] = reading.recorded
     seconds = {"units": "s"}
+    sensor = {key: getattr(view.laser, key) for key in KEYS} if view else {}  # what `view.view_in` reads
     return xr.Dataset(
         {name: ("time", values, ATTRS.get(name.removesuffix("_2"))) for name, values in arrays.items()}
         | {
@@ -274,6 +276,7 @@ def _dataset(time_s: Floats, step: float, readings: Sequence[Reading], found: Ro
             **readings[0].attrs,
             "rest_phases": len(readings[0].rest_mid_s),
             "zero_stderr_rad": found.zero_stderr,
+            **{f"sensor_{key}": value for key, value in sensor.items() if value is not None},
         },
     )
 

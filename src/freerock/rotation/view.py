@@ -126,14 +126,8 @@ def view_of(lasers: Laser | Sequence[Laser], block: Block) -> View | None:
     return None if view.laser.beam is None and len(view.moments[0]) == 1 else view
 
 
-def sensor_attributes(view: View | None) -> dict[str, Any]:
-    """How a dataset tells what `view_in` reads; texts and numbers."""
-    found = {f"sensor_{key}": getattr(view.laser, key) for key in KEYS} if view else {}
-    return {key: value for key, value in found.items() if value is not None}
-
-
 def view_in(attrs: Mapping[Any, Any], block: Block) -> View:
-    """The view of a dataset with such attributes, of the block expected."""
+    """The view of a dataset of `rotation.find_rotation` with such attributes, of the block expected."""
     own = {key: attrs[f"sensor_{key}"] for key in KEYS if f"sensor_{key}" in attrs}
     return View(block, Laser(**own, units="" if "beam" in own else "rad"))
 
