@@ -342,7 +342,7 @@ def measured(
             )
 
         impacts, notes = _with_stretches_left_out(part, run, by_hand)
-        # of a peak by the rest after the run; a mean of samples that a converter rounds alike is as rounded
+        # A peak is known as well as means at rest after the run. Rounded samples have rounded means.
         peak_stderr = quality.converter_step / math.sqrt(12) * (quality.converter_step > run.sigma_theta)
         after = theta[slice(*np.searchsorted(time_s, (run.end_s, run.end_s + AFTER_S)))]
         size = max(1, round(PEAK_S / (time_s[1] - time_s[0])))
