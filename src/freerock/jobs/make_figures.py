@@ -5,17 +5,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from freerock.figures import (
-    backbone,
-    comparison,
-    foundation_effect,
-    parameters,
-    predictions,
-    residuals,
-    restitution,
-    set_up,
-)
 from freerock.figures.captions import caption_of
+from freerock.figures.in_order import FIGURES
 from freerock.figures.style import save
 from freerock.files import write_text
 from freerock.models.block import Block
@@ -24,7 +15,6 @@ from freerock.products.netcdf import open_fits, open_record
 from freerock.tables.csvfile import read_csv
 from freerock.tables.number_text import SIMULATED_NOTE
 
-FIGURES = (set_up, foundation_effect, comparison, restitution, parameters, predictions, residuals, backbone)
 OF_RECORDS = ("time", "theta", "theta0", "release", "end", "frequency", "noise_density")  # shown
 OF_FITS = ("time", "theta", "theta_model", "residual", "epsilon_theta")
 

@@ -83,9 +83,8 @@ def make_fits(
             NotFitted(None, f"{name} not fitted: {found.missing[name]}") for name in missed
         ]
     attributes["provenance"] = provenance([record_file], settings)
-    energies = energies_of_record(
-        fits, motions, block, limits, allowed.settings(allowed.candidates[0]).debonding
-    )
+    debonding = allowed.settings(allowed.candidates[0]).debonding
+    energies = energies_of_record(fits, motions, block, limits, debonding)
     papers = {
         number: {law: _with_impacts(fit, block, limits) for law, fit in own.items()}
         for number, own in found.paper.items()

@@ -24,9 +24,8 @@ def make_quality(
         Why the record can't be drawn: then there is one page with the reason.
     """
     record = open_record(record_file)
-    drawn = (
-        quality.failed(record, labels, reason)
-        if reason
-        else quality.draw(record, open_fits(fits_file, only=quality.OF_FITS), labels)
-    )
+    if reason:
+        drawn = quality.failed(record, labels, reason)
+    else:
+        drawn = quality.draw(record, open_fits(fits_file, only=quality.OF_FITS), labels)
     save(*drawn, stem, record.attrs["origin"])

@@ -6,7 +6,7 @@ from typing import Any
 
 from freerock.config.review_log import read_changes
 from freerock.files import sha256, write_json, write_text
-from freerock.products.provenance import git_state, made_by, other_software, provenance
+from freerock.products.provenance import provenance_of_campaign
 from freerock.products.storage import root_text
 from freerock.report.document import figures_tex, paper_tex
 from freerock.report.page import write_report
@@ -45,16 +45,10 @@ def make_report(
     changes : path, optional
         Log of what was changed at the review desk.
     """
-
-    raw: dict[str, str] = {}
-    known: dict[str, dict[str, Any]] = {}
-    for test, (record, fits) in datasets.items():
-        known |= {f"records/{test}": made_by(record), f"fits/{test}": made_by(fits)}
-        raw |= known[f"records/{test}"].get("inputs", {})
-    own = provenance([], settings["campaign"]) | {"inputs": raw, "git": git_state()}
-    own["other_software"] = other_software(known, own["software"])
+    own = provenance_of_campaign(settings["campaign"], datasets)
     rates = [float(root_text(record, "sampling_rate_hz", "0")) for record, _ in datasets.values()]
-    captions = {Path(png).stem: read_caption(caption) for caption, png in figures}
+    told = {Path(png).stem: Path(text).read_text(encoding="utf-8").rstrip("\n") for text, png in figures}
+    captions = {name: (text.partition("\n")[0], text.partition("\n")[2]) for name, text in told.items()}
     frames = {name: read_csv(path) for name, path in tables.items()}
     write_text(output["captions"], figures_tex(captions))
     write_text(output["paper"], paper_tex(captions, len(frames["summary"])))
@@ -63,16 +57,10 @@ def make_report(
         provenance=own,
         tables=frames,
         rates_hz=[rate for rate in rates if rate],
-        figures=[("\n".join(captions[Path(png).stem]), png) for _, png in figures],
+        figures=[(told[Path(png).stem], png) for _, png in figures],
         pages=pages,
         changes=read_changes(changes) if changes else (),
         texts=Path(output["methods"]).with_suffix(""),
     )
     made = sorted({*products, *(path for name, path in output.items() if name != "provenance")})
     write_json(output["provenance"], own | {"products": {path: sha256(path) for path in made}})
-
-
-def read_caption(path: str | Path) -> tuple[str, str]:
-    """Title and text of a figure's caption, as `freerock.jobs.make_figures.make_figures` writes them."""
-    title, _, text = Path(path).read_text(encoding="utf-8").rstrip("\n").partition("\n")
-    return title, text

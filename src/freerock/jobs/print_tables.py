@@ -31,7 +31,6 @@ def print_tables(
     """
     tables = {name: read_csv(path) for name, path in files.items()}
     for name, table in printed_tables(tables, origin, doi=doi, labels=labels).items():
-        told = table.text, table.caption, table.notes
-        write_text(Path(folder, f"{name}.md"), markdown(*told))
-        write_text(Path(folder, f"{name}.tex"), latex(*told, label=f"tab:{name}"))
+        write_text(Path(folder, f"{name}.md"), markdown(*table))
+        write_text(Path(folder, f"{name}.tex"), latex(*table, label=f"tab:{name}"))
     write_text(Path(folder, "numbers.tex"), numbers_tex(tables))

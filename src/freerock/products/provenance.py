@@ -3,7 +3,7 @@
 import json
 import platform
 import subprocess
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -34,6 +34,27 @@ def provenance(inputs: Iterable[str | Path], config: Mapping[str, Any]) -> dict[
         "config": dict(config),
         "software": {"python": platform.python_version()} | {name: version(name) for name in SOFTWARE},
     }
+
+
+def provenance_of_campaign(
+    config: Mapping[str, Any], datasets: Mapping[str, Sequence[str | Path]]
+) -> dict[str, Any]:
+    """What made a campaign's products: `provenance`, the state of the code, what else made its datasets.
+
+    Parameters
+    ----------
+    config : mapping
+        The campaign's section of the configuration.
+    datasets : mapping of str to (path, path)
+        Record and fit dataset of each test.
+    """
+    raw: dict[str, str] = {}
+    known: dict[str, dict[str, Any]] = {}
+    for test, (record, fits) in datasets.items():
+        known |= {f"records/{test}": made_by(record), f"fits/{test}": made_by(fits)}
+        raw |= known[f"records/{test}"].get("inputs", {})
+    own = provenance([], config) | {"inputs": raw, "git": git_state()}
+    return own | {"other_software": other_software(known, own["software"])}
 
 
 def other_software(
