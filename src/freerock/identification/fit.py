@@ -195,7 +195,10 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple
     roughly : bool
         Of a law that is far from the runs: no round.
     """
-    now = {run: _on_all_samples(end) for run, end in ends.items()}
+    now = {
+        run: replace(end, posed=replace(end.posed, samples=_all_samples(end.posed.model)))
+        for run, end in ends.items()
+    }
     posteriors = {run: _posterior(end) for run, end in now.items()}
     scatter = find_scatter(_told(posteriors))
     for _ in range(0 if roughly else ROUNDS.most):
@@ -233,12 +236,6 @@ def _round(end: Ended, sigma_r: float, level: float) -> Ended:
     found = minimised(posed, start, *ROUNDS.exact)
     found.result.nfev += end.result.nfev
     return found
-
-
-def _on_all_samples(end: Ended) -> Ended:
-    """The end of a search on some samples, seen on all."""
-    posed = replace(end.posed, samples=_all_samples(end.posed.model))
-    return replace(end, posed=posed, linear=posed.jacobian(end.at, posed.by_inputs(end.at)))
 
 
 def _all_samples(model: RunModel) -> Samples:

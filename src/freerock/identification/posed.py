@@ -208,20 +208,18 @@ class Ended:
     result : lmfit.minimizer.MinimizerResult
     minimizer : lmfit.Minimizer
         That found it; a user can go on with both.
-    linear : (ndarray, ndarray)
-        Of `Posed.jacobian`, at the end.
     """
 
     posed: Posed
     at: Point
     result: "lmfit.minimizer.MinimizerResult"
     minimizer: lmfit.Minimizer
-    linear: tuple[Floats, Floats]
 
     @cached_property
     def derived(self) -> tuple[Floats, Floats]:
         """The curve [rad], and derivatives of the residual by all numbers, inputs and impacts."""
-        return self.linear[0], self.posed.by_impacts(self.linear[1])
+        theta, rows = self.posed.jacobian(self.at, self.posed.by_inputs(self.at))
+        return theta, self.posed.by_impacts(rows)
 
     @property
     def objective(self) -> float:
@@ -321,9 +319,6 @@ def minimised(
         what = "a fit met parameters that no motion has"
         raise FreerockError("fits", what, "correct values, bounds and ties of fits.parameters") from error
     held = posed.held(objective.point(result.params))
-    linear = objective.derived(result.params)
-    if objective.renews and np.any(held.inputs != objective.inputs):
-        linear = posed.jacobian(held, posed.by_inputs(held))
     del minimizer.kws["max_nfev"]
     objective.refer(held)
     for i, value in enumerate(held.impacts.tolist()):
@@ -332,7 +327,7 @@ def minimised(
             impact.set(min=(value - 1) / 2, max=2 * abs(value))
         impact.value = value
     at = replace(held, rates=None)
-    return Ended(posed, at, result, minimizer, linear)
+    return Ended(posed, at, result, minimizer)
 
 
 def tied(parameters: lmfit.Parameters, varied: list[int]) -> Floats:
