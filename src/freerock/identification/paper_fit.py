@@ -103,7 +103,7 @@ def paper_fit(
     for each in near:
         values = {**each, "theta0": motion.theta0, "t0": 0.0}
         starts.append(Point({name: values[name] for name in model.names}, np.zeros(0), np.zeros(0)))
-    quick = Posed(model, few, 0.0, level, RTOL_SCREENING / 10, walls=RELEASE_WALLS)
+    quick = Posed(model, few, 0.0, level, RTOL_SCREENING, walls=RELEASE_WALLS)
     starts = sorted(starts, key=lambda at: float(np.sum(quick.residual(at) ** 2)))[:STARTS]
     best = minimised(quick, starts[0], *SEARCH, "trf")
     for start in starts[1:]:
@@ -130,7 +130,7 @@ def paper_fit(
 def _last(model: RunModel, end: Ended, level: float) -> Ended:
     """The last fit, with standard errors as lmfit has them of a white residual."""
     posed = Posed(model, model.until(np.inf, ENOUGH), 0.0, level, 10 * RTOL, walls=RELEASE_WALLS)
-    found = minimised(posed, end.at, 40, 1e-7, "trf")
+    found = minimised(posed, end.at, 40, 1e-5, "trf")
     scale = found.result.chisqr / max(found.result.nfree, 1)
     for parameter in found.result.params.values():
         if parameter.stderr is not None:
