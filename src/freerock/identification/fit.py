@@ -196,7 +196,7 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple
         Of a law that is far from the runs: no round.
     """
     now = {
-        run: replace(end, posed=replace(end.posed, samples=_all_samples(end.posed.model)))
+        run: replace(end, posed=replace(end.posed, samples=_all_samples(end.posed.model), rtol=RTOL))
         for run, end in ends.items()
     }
     posteriors = {run: _posterior(end) for run, end in now.items()}

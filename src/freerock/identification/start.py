@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from freerock.arrays import Floats, Mask
 from freerock.identification.posed import WIDEST_IMPACT, Ended, Posed, minimised
-from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel, Samples
+from freerock.identification.run_model import RTOL_SCREENING, RTOL_SEARCH, Point, RunModel, Samples
 from freerock.models.block import Block
 from freerock.models.contact import static_depth
 from freerock.models.free_parameters import PARAMETERS
@@ -357,14 +357,14 @@ class Followed:
         if roughly and law_of(self.model.candidate).is_foundation:
             return self._far_off(in_step(self.model, starts[0], end_s), end_s)
         search = START.quick if roughly else START.search
-        return self._ends(end_s, starts, self.over_noise(known[0]), search, RTOL)[0]
+        return self._ends(end_s, starts, self.over_noise(known[0]), search, RTOL_SEARCH)[0]
 
     def _far_off(self, start: Point, end_s: float) -> Ended:
         """The end of a law that leaves so much that priors hold the numbers only beside its residual."""
-        posed = self._posed(end_s, 1.0, RTOL)
+        posed = self._posed(end_s, 1.0, RTOL_SEARCH)
         for _ in range(START.times):
             left = posed.residual(start)[: posed.samples.measured.size] * posed.level / self.noise
-            posed = self._posed(end_s, float(np.mean(left**2)), RTOL)
+            posed = self._posed(end_s, float(np.mean(left**2)), RTOL_SEARCH)
             end = minimised(posed, start, *START.quick)
             start = end.at
         return end
@@ -377,7 +377,7 @@ class Followed:
     def glimpsed(self) -> list[Ended]:
         """Promising ends of a few evaluations on the first swings, the best one first."""
         end_s = screening_s(self.model.motion)
-        return promising(self._ends(end_s, scan(self.model), 1.0, START.quick, 10 * RTOL))
+        return promising(self._ends(end_s, scan(self.model), 1.0, START.quick, RTOL_SEARCH))
 
     @cached_property
     def screened(self) -> list[Ended]:
