@@ -86,21 +86,21 @@ class Samples:
     def _widest_s2(self) -> float:
         return float(np.max(self._spread_s2))
 
-    def is_dense(self, response_s: float) -> bool:
+    def is_dense(self, response_s2: float) -> bool:
         """Whether the middles tell means over m samples and over the time of a sensor."""
-        return self._widest_s2 + response_s**2 / 12 <= WIDEST**2 * self._apart_s2
+        return self._widest_s2 + response_s2 / 12 <= WIDEST**2 * self._apart_s2
 
-    def smoothed(self, theta: Floats, response_s: float) -> Floats:
+    def smoothed(self, theta: Floats, response_s2: float) -> Floats:
         """Means over m samples and over the time of a sensor, times √m, of rotations at their middles.
 
         θ + σ² θ̈/2, with σ² the variance of the instants that are averaged. Time is the last axis.
         """
         found = theta.copy()
-        if self.m > 1 or response_s:
+        if self.m > 1 or response_s2:
             t = self.middle_s
             slopes = np.diff(theta) / np.diff(t)
             half = self._spread_s2[1:-1] if self.m > 1 else 0.0
-            found[..., 1:-1] += (half + response_s**2 / 12) * np.diff(slopes) / (t[2:] - t[:-2])
+            found[..., 1:-1] += (half + response_s2 / 12) * np.diff(slopes) / (t[2:] - t[:-2])
         return found * math.sqrt(self.m)
 
 
@@ -177,9 +177,10 @@ class Place:
         return self.view.at_once
 
     @property
-    def response_s(self) -> float:
-        """Time of the sensor [s]."""
-        return self.view.laser.response_ms / 1e3 if self.view else 0.0
+    def response_s2(self) -> float:
+        """Square of the time of the sensor [s²]; inputs may move it below zero."""
+        own = self.view.laser.response_ms**2 if self.view else 0.0
+        return (own - (self.moved.less_than_none_ms2 if self.moved else 0.0)) / 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -358,11 +359,12 @@ class RunModel:
             solver=Solver(rtol, MOST_STEPS),
             passages=at.passages,
         )
-        return place.reread(theta, self.motion.laboratory)
+        theta = place.reread(theta, self.motion.laboratory)
+        return Samples(time_s, theta).smoothed(theta, place.response_s2) if place.response_s2 < 0 else theta
 
     def means(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
         """Means of m samples of the curve, times √m [rad], shape (n,)."""
-        if self._response_s(at, samples) is None:
+        if self._response_s2(at, samples) is None:
             return samples.averaged(self.curve(at, samples.time_s, rtol))
         return self._smoothed(at, samples, self.at_once(at, samples, rtol))
 
@@ -419,11 +421,11 @@ class RunModel:
                 columns[:n, j] = -rate
             else:
                 columns[:, j] = self._quotient(at, name, samples.middle_s, rtol, here.whole)
-        response_s = self._response_s(at, samples)
-        if response_s is None:
+        response_s2 = self._response_s2(at, samples)
+        if response_s2 is None:
             columns[:n] *= math.sqrt(samples.m)
         else:
-            columns[:n] = samples.smoothed(columns[:n].T, response_s).T
+            columns[:n] = samples.smoothed(columns[:n].T, response_s2).T
         return self.means(at, samples, rtol), columns
 
     def _slopes(self, here: Moved) -> tuple[tuple[Floats, Floats], Floats]:
@@ -473,7 +475,7 @@ class RunModel:
         higher = at.values.get("theta0", self.motion.theta0) + STEP
         from_higher = self._simulated(_with(at, "theta0", higher), time_s, rtol)
         by_release = (from_higher.whole - here.whole) / (from_higher.values["theta0"] - here.values["theta0"])
-        is_slow = self._response_s(at, samples) is None
+        is_slow = self._response_s2(at, samples) is None
         for j, source in enumerate(self.inputs):
             steps = np.zeros(len(self.inputs))
             # what a slow sensor does grows with the square of its time
@@ -488,10 +490,10 @@ class RunModel:
                 other[:n] += here.read(place) - here.theta
                 other[:n] += rate * (self._on_clock(time_s, place.moved) - here.time_s)
             columns[n:, j] = (other[n:] - here.impacts) / steps[j]
-            if is_slow or self._response_s(moved, samples) is None:
+            if is_slow or self._response_s2(moved, samples) is None:
                 columns[:n, j] = (self.means(moved, samples, rtol) - means) / steps[j]
             else:
-                columns[:n, j] = (samples.smoothed(other[:n], place.response_s) - means) / steps[j]
+                columns[:n, j] = (samples.smoothed(other[:n], place.response_s2) - means) / steps[j]
         return columns
 
     @cached_property
@@ -529,13 +531,13 @@ class RunModel:
             values["impacts"] = np.where(reached, passages[:, 3] - 1, at.impacts)  # type: ignore[assignment]
         return Moved(place, values, time_s, turned, rates, passages, self.motion.laboratory)
 
-    def _response_s(self, at: Point, samples: Samples) -> float | None:
-        """Time of the sensor [s] where a smoothed curve tells what it makes of a motion; else None."""
-        response_s = self._there(at).response_s
-        return response_s if samples.is_dense(response_s) else None
+    def _response_s2(self, at: Point, samples: Samples) -> float | None:
+        """Square of the sensor's time [s²] where a smoothed curve tells what it makes of a motion; else None."""
+        response_s2 = self._there(at).response_s2
+        return response_s2 if samples.is_dense(response_s2) else None
 
     def _smoothed(self, at: Point, samples: Samples, theta: Floats) -> Floats:
-        return samples.smoothed(theta, self._there(at).response_s)
+        return samples.smoothed(theta, self._there(at).response_s2)
 
     def _values(self, at: Point, moved: Laboratory | None) -> dict[str, float]:
         """What a simulation takes of a point; the release angle as the moved laboratory reads it."""

@@ -68,6 +68,9 @@ class Laboratory:
         What the time is multiplied with.
     tilt : float
         Of the base, to the right [rad].
+    less_than_none_ms2 : float
+        How far the square of the response of a laser is moved below zero [ms²]; such a sensor sharpens a
+        motion as much as a slow one blurs it, so that fits are smooth where a sensor takes no time.
     """
 
     block: Block
@@ -76,6 +79,7 @@ class Laboratory:
     scales: tuple[float, ...] = (1.0, 1.0)
     clock: float = 1.0
     tilt: float = 0.0
+    less_than_none_ms2: float = 0.0
 
     @classmethod
     def of(cls, settings: Mapping[str, Any]) -> Self:
@@ -94,12 +98,11 @@ class Laboratory:
             return replace(self, clock=self.clock / (1 + by))
         if name == "response_ms":
             # what the time T of a sensor does to a motion grows with T²: the square is moved
-            slower = dict(self.lasers)
-            for key, each in slower.items():
-                time_ms, most_ms = each.response_ms, each.response_ms + source.u
-                square = time_ms**2 + uncertainties * (most_ms**2 - time_ms**2)
-                slower[key] = each.moved(response_ms=math.sqrt(max(square, 0.0)))
-            return replace(self, lasers=slower)
+            time_ms = next(iter(self.lasers.values())).response_ms
+            square = time_ms**2 + uncertainties * ((time_ms + source.u) ** 2 - time_ms**2)
+            response_ms = math.sqrt(max(square, 0.0))
+            slower = {key: each.moved(response_ms=response_ms) for key, each in self.lasers.items()}
+            return replace(self, lasers=slower, less_than_none_ms2=max(-square, 0.0))
         laser = self.lasers[source.owner]
         if name == "position_m":
             moved = laser.moved(position_m=laser.position + by)
