@@ -20,7 +20,7 @@ from freerock.models.given import Given, arithmetic, legal
 from freerock.models.laws import law_of
 from freerock.runs.release import FAR, lowered
 
-RENEWED = 0.2
+RENEWED = 0.01
 FARTHEST_INPUT = 8.0  # standard uncertainties: a law that needs more is rejected by its pull
 ROUGH = 5e-3  # relative change of the objective, above which a search is a rough one
 WIDEST_IMPACT = 0.5  # |δ| of an impact

@@ -231,9 +231,8 @@ def _scan(model: RunModel, horizon_s: float, most: int) -> list[Point]:
         ratios = np.geomspace(*PARAMETERS[ratio].grid)
         lacking = {name: PARAMETERS[name].trace for name in law.ratios if name != ratio}
         middle = {ratio: float(ratios[len(ratios) // 2]), **lacking}
-        k_grid = np.sort(
-            np.append(k_grid, _first_swing_k(model, _first_peak_s(model.motion), middle, beside))
-        )
+        first_k = _first_swing_k(model, _first_peak_s(model.motion), middle, beside)
+        k_grid = np.unique(np.append(k_grid, first_k))
         points = [
             _at(
                 model,
