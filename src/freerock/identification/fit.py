@@ -35,15 +35,19 @@ class RoundSettings:
         Rounds of σ_r and of the level.
     changed : float
         Relative change of σ_r or of the level from which a further round is worth its time.
+    ahead : float
+        Fall of the objective that is still foretold, below which a search has ended; 1 is a standard
+        uncertainty.
     poor, lost : float
         Times the mean square of the best run of the record, from which a run is sought once more; of a law
-        that is far from the runs.
+        that is far from the runs. A law that leaves `lost` times the noise has no exact σ_r.
     exact : (int, float)
         Evaluations of the residual in a round, and the relative change at which it ends.
     """
 
     most: int = 4
     changed: float = 0.15
+    ahead: float = 0.03
     poor: float = 1.3
     lost: float = 10.0
     exact: tuple[int, float] = (12, 5e-6)
@@ -200,21 +204,28 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple
         for run, end in ends.items()
     }
     posteriors = {run: _posterior(end) for run, end in now.items()}
-    scatter = find_scatter(_told(posteriors))
+    scatter, due = find_scatter(_told(posteriors)), list(now)
     for _ in range(0 if roughly else ROUNDS.most):
-        for run, end in now.items():
-            now[run] = _round(end, scatter.sigma_r, posteriors[run].level)
-        posteriors = {run: _posterior(end) for run, end in now.items()}
-        sigma_r, wanted = scatter.sigma_r, find_scatter(_told(posteriors))
-        changes = [np.log(each.level / each.posed.level) for each in posteriors.values()]
-        if sigma_r and wanted.sigma_r:
-            changes.append(np.log(wanted.sigma_r / sigma_r))
-        if sigma_r:  # 0 is kept: the impacts are no longer free
-            scatter = wanted
-        ended = all(end.result.success for end in now.values())
-        if ended and max(map(abs, changes)) < ROUNDS.changed and bool(sigma_r) == bool(scatter.sigma_r):
+        for run in due:
+            now[run] = _round(now[run], scatter.sigma_r, posteriors[run].level)
+            posteriors[run] = _posterior(now[run])
+        if scatter.sigma_r:  # 0 is kept: the impacts are no longer free
+            scatter = find_scatter(_told(posteriors))
+        due = [run for run, end in now.items() if not _is_steady(end, posteriors[run], scatter.sigma_r)]
+        if not due:
             break
     return {run: (posteriors[run], now[run], scatter) for run in now}
+
+
+def _is_steady(end: Ended, posterior: Posterior, sigma_r: float) -> bool:
+    """Whether a further round would change little of a run."""
+    if abs(math.log(posterior.level / end.posed.level)) >= ROUNDS.changed:
+        return False
+    if posterior.goodness.over_noise > ROUNDS.lost:
+        return True
+    before = end.posed.sigma_r
+    same = before == sigma_r or (before * sigma_r > 0 and abs(math.log(sigma_r / before)) < ROUNDS.changed)
+    return same and (end.result.success or posterior.ahead < ROUNDS.ahead)
 
 
 def _told(posteriors: Mapping[int, Posterior]) -> list[Told]:

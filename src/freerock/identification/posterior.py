@@ -96,6 +96,12 @@ class Posterior:
         return np.asarray(self.ties @ own @ self.ties.T)
 
     @cached_property
+    def ahead(self) -> float:
+        """Fall of the objective that the linear model still foretells."""
+        slope = self.rows.T @ self.posed.residual(self.at, self.theta)
+        return float(slope @ self.inverse @ slope)
+
+    @cached_property
     def covariance(self) -> Floats:
         """Covariance of all by noise as its spectrum has it and by the priors, shape (n_all, n_all).
 

@@ -532,7 +532,7 @@ class RunModel:
         return Moved(place, values, time_s, turned, rates, passages, self.motion.laboratory)
 
     def _response_s2(self, at: Point, samples: Samples) -> float | None:
-        """Square of the sensor's time [s²] where a smoothed curve tells what it makes of a motion; else None."""
+        """Square of the sensor's time [s²] where a smoothed curve tells what it does; else None."""
         response_s2 = self._there(at).response_s2
         return response_s2 if samples.is_dense(response_s2) else None
 

@@ -51,7 +51,8 @@ class StartSettings:
     screened : int
         Swings of the first run, on which candidates are screened.
     promising : float
-        Times the least mean square of the first swings, up to which their ends are followed.
+        Times the least mean square of the starts of a law, and of their ends on the first swings, up to which
+        they are followed.
     misfit : float
         Times the noise's power, from which a residual sets the level of a sample itself.
     same : float
@@ -74,7 +75,7 @@ class StartSettings:
     sure: float = 30.0
     missing: float = 1.4
     screened: int = 6
-    promising: float = 5.0
+    promising: float = 3.0
     misfit: float = 1.5
     same: float = 3e-3
 
@@ -392,8 +393,14 @@ class Followed:
     ) -> list[Ended]:
         """Ends of starts on the samples up to an instant, the best one first."""
         posed = self._posed(end_s, left, rtol)
-        ends = [minimised(posed, in_step(self.model, start, end_s), *search) for start in starts]
-        return sorted(ends, key=lambda end: end.objective)
+        begun = [in_step(self.model, start, end_s) for start in starts]
+        errors = [float(np.sum(posed.residual(start) ** 2)) for start in begun]
+        near = [
+            start
+            for start, error in zip(begun, errors, strict=True)
+            if error <= START.promising * min(errors)
+        ]
+        return sorted((minimised(posed, start, *search) for start in near), key=lambda end: end.objective)
 
     def _posed(self, end_s: float, left: float, rtol: float) -> Posed:
         level = self.noise * float(np.sqrt(left)) if left > START.misfit else self.noise

@@ -94,7 +94,9 @@ def identify_record(block: Block, motions: Mapping[int, Motion], allowed: Allowe
                 own[name] = Followers(name, block, motions, allowed.settings(name))
                 left[name] = own[name].glimpsed()
         least = min([least, *(each for each, _ in left.values())])
-        for name in [name for name in left if left[name][0] <= SEARCH.behind * max(least, 1.0)]:
+        for name in sorted(left, key=lambda each: left[each][0]):
+            if left[name][0] > SEARCH.behind * max(least, 1.0):
+                break
             with _missed(name, found):
                 left[name] = own[name].screened()
                 least = min(least, left[name][0])
