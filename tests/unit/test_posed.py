@@ -74,6 +74,34 @@ def test_an_input_counts_whatever_others_are_off():
         assert np.linalg.norm(columns[:, i] - quotient) < 1e-3 * np.linalg.norm(quotient), names[i]
 
 
+def test_the_time_of_a_sensor_counts_on_below_none():
+    """Where none is stated least squares meet no kink: a motion is blurred to one side, sharper to the other."""
+    motion, at = motion_of(1, 0.0)
+    inputs = (Input("laser", "response_ms", 2.9, True),)
+    posed = posed_of(replace(motion, laboratory=replace(LABORATORY, inputs=inputs)), 0.0)
+    blurred, plain, sharper = (
+        posed.model.means(replace(at, inputs=np.array([by]), impacts=np.zeros(0)), posed.samples)
+        for by in (1.0, 0.0, -1.0)
+    )
+    assert np.linalg.norm(blurred - plain) > SIGMA
+    np.testing.assert_allclose(blurred - plain, plain - sharper, atol=1e-12)
+    each = posed.model.curve(replace(at, inputs=np.array([-1.0])), posed.samples.time_s)
+    assert np.linalg.norm(posed.samples.averaged(each) - sharper) < 0.05 * np.linalg.norm(sharper - plain)
+
+
+def test_a_search_has_ended_where_nothing_more_is_foretold():
+    """One standard uncertainty off the end, the objective is foretold to fall by one."""
+    motion, _ = motion_of(1, 0.02)
+    posterior, end, _ = settled(Followers(LAW, BLOCK, {1: motion}, FitSettings()).ends())[1]
+    assert posterior.ahead < 0.03
+    i = list(end.at.values).index("theta0")
+    alone = 1 / np.linalg.norm(posterior.rows[:, i])
+    beside = moved(end.posed, end.at, i, alone)
+    theta, rows = end.posed.jacobian(beside, end.posed.by_inputs(beside))
+    off = replace(posterior, at=beside, theta=theta, rows=end.posed.by_impacts(rows))
+    assert off.ahead == pytest.approx(1.0, rel=0.3)
+
+
 def test_a_curve_has_no_jump_where_a_swing_ceases_to_lift():
     """Impacts keep their δ, however small the swing before is."""
     motion, at = motion_of(1, 0.0)
