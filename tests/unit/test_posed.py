@@ -75,7 +75,7 @@ def test_an_input_counts_whatever_others_are_off():
 
 
 def test_the_time_of_a_sensor_counts_on_below_none():
-    """Where none is stated least squares meet no kink: a motion is blurred to one side, sharper to the other."""
+    """Where none is stated least squares meet no kink: a motion is blurred, or sharper."""
     motion, at = motion_of(1, 0.0)
     inputs = (Input("laser", "response_ms", 2.9, True),)
     posed = posed_of(replace(motion, laboratory=replace(LABORATORY, inputs=inputs)), 0.0)
