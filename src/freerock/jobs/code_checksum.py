@@ -100,29 +100,34 @@ def _read(path: str) -> tuple[str, list[str]]:
     content = Path(path).read_bytes()
     if not path.endswith(".py"):
         return hashlib.sha256(content).hexdigest(), []
-    tree = ast.parse(content)
-    names = sorted({*_imports(tree)})
+    statements = [*_statements(tree := ast.parse(content))]
+    names = sorted({name for each in statements for name in _imported(each)})
     if "importlib.import_module" in names and path.startswith(str(PACKAGE)):  # of modules beside it
         room = os.path.relpath(os.path.dirname(path), SOURCES).replace(os.sep, ".")
         names += [f"{room}.{each.stem}" for each in Path(path).parent.glob("*.py")]
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node):
-            del node.body[0]
+    for each in statements:
+        if isinstance(each, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(each):
+            del each.body[0]
     ours = [name for name in names if name.startswith("freerock")]
     return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), ours
 
 
-def _imports(tree: ast.AST) -> Iterator[str]:
-    """Dotted names that a module imports; those for type checkers do not count."""
-    for each in ast.iter_child_nodes(tree):
-        if isinstance(each, ast.Import):
-            yield from (alias.name for alias in each.names)
-        elif isinstance(each, ast.ImportFrom):
-            yield from (f"{each.module}.{alias.name}" for alias in each.names)
-        elif isinstance(each, STATEMENTS) and not (
+def _statements(node: ast.AST) -> Iterator[ast.AST]:
+    """A node and all statements in it; those for type checkers do not count."""
+    yield node
+    for each in ast.iter_child_nodes(node):
+        if isinstance(each, STATEMENTS) and not (
             isinstance(each, ast.If) and ast.unparse(each.test) == "TYPE_CHECKING"
         ):
-            yield from _imports(each)
+            yield from _statements(each)
+
+
+def _imported(statement: ast.AST) -> Iterator[str]:
+    """Dotted names that a statement imports."""
+    if isinstance(statement, ast.Import):
+        yield from (alias.name for alias in statement.names)
+    elif isinstance(statement, ast.ImportFrom):
+        yield from (f"{statement.module}.{alias.name}" for alias in statement.names)
 
 
 @cache
