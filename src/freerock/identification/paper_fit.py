@@ -17,7 +17,7 @@ from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fitted import Curve
 from freerock.identification.posed import Ended, Posed, minimised
 from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel
-from freerock.identification.start import scan_whole
+from freerock.identification.start import scan
 from freerock.models.block import Block
 from freerock.models.free_parameters import unit_of
 from freerock.models.laws import law_of
@@ -99,7 +99,7 @@ def paper_fit(
     level = float(np.sqrt(np.mean(model.whole.theta**2)))
     few = model.until(np.inf, SAMPLES)
     is_known = len(near) > 1 and law_of(law).is_foundation  # of a rigid block a scan costs nothing
-    starts = [] if is_known else scan_whole(model, STARTS)
+    starts = [] if is_known else scan(model, np.inf, STARTS)
     for each in near:
         values = {**each, "theta0": motion.theta0, "t0": 0.0}
         starts.append(Point({name: values[name] for name in model.names}, np.zeros(0), np.zeros(0)))

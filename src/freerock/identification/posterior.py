@@ -231,7 +231,7 @@ class Posterior:
                 and law_of(model.candidate).is_foundation
             ):
                 for i, name in enumerate(model.names):
-                    if PARAMETERS[name].is_logarithm and name in model.laws_own:
+                    if PARAMETERS[name].is_logarithm and name in law_of(model.candidate).parameters:
                         found.values[i, at] = self.at.values[name] * source.u / model.block.mass_kg
         return found
 

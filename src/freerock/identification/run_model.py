@@ -78,17 +78,9 @@ class Samples:
         return np.asarray(np.mean(off**2, axis=1))
 
     @cached_property
-    def _apart_s2(self) -> float:
-        """Square of the distance of the middles [s²]."""
-        return float(np.median(np.diff(self.middle_s))) ** 2
-
-    @cached_property
-    def _widest_s2(self) -> float:
-        return float(np.max(self._spread_s2))
-
-    def is_dense(self, response_s2: float) -> bool:
-        """Whether the middles tell means over m samples and over the time of a sensor."""
-        return self._widest_s2 + response_s2 / 12 <= WIDEST**2 * self._apart_s2
+    def spans_s2(self) -> tuple[float, float]:
+        """Largest variance of the instants of m samples, and square of the distance of their middles [s²]."""
+        return float(np.max(self._spread_s2)), float(np.median(np.diff(self.middle_s))) ** 2
 
     def smoothed(self, theta: Floats, response_s2: float) -> Floats:
         """Means over m samples and over the time of a sensor, times √m, of rotations at their middles.
@@ -141,10 +133,6 @@ def _key(at: Point, rtol: float) -> bytes:
     return numbers + at.inputs.tobytes() + at.impacts.tobytes() + rates
 
 
-def _with(at: Point, name: str, value: float) -> Point:
-    return replace(at, values={**at.values, name: value})
-
-
 @dataclass(frozen=True)
 class Place:
     """What the inputs make of the laboratory.
@@ -155,26 +143,18 @@ class Place:
     view : View or None
     moved : Laboratory or None
         With its inputs moved; None of the stated one.
+    clock : float
+        Seconds on its clock, of a second on that of the stated laboratory.
     """
 
     block: Block
     view: View | None
-    moved: Laboratory | None
-
-    @classmethod
-    def of(cls, moved: Laboratory) -> "Place":
-        """That of a moved laboratory."""
-        return cls(moved.block, view_of([*moved.lasers.values()], moved.block), moved)
+    moved: Laboratory | None = None
+    clock: float = 1.0
 
     def reread(self, theta: Floats, stated: Laboratory | None) -> Floats:
         """A rotation that is read here, as a stated laboratory would read it [rad]."""
         return theta if self.moved is None or stated is None else self.moved.reread(theta, stated)
-
-    @cached_property
-    def at_once(self) -> View:
-        """The view of a sensor that takes no time."""
-        assert self.view is not None
-        return self.view.at_once
 
     @property
     def response_s2(self) -> float:
@@ -198,6 +178,8 @@ class Moved:
         Rotation [rad].
     rates, passages : ndarray
         As of `simulate_fitted`.
+    impacts : ndarray, shape (n_impacts,)
+        δ of the impacts that have one.
     stated : Laboratory or None
         That reads it.
     """
@@ -208,27 +190,8 @@ class Moved:
     turned: Floats
     rates: Floats
     passages: Floats
+    impacts: Floats
     stated: Laboratory | None
-
-    @cached_property
-    def impacts(self) -> Floats:
-        """δ of the impacts that have one, shape (n_impacts,)."""
-        return np.asarray(self.values.get("impacts", np.zeros(0)))
-
-    @cached_property
-    def rates_left(self) -> Floats:
-        """|θ̇| after these impacts [rad/s], shape (n_impacts,); 0 of those that are not reached."""
-        return np.where(np.isnan(self.passages[:, 0]), 0.0, np.abs(self.passages[:, 4]))
-
-    @cached_property
-    def z_cb(self) -> Floats:
-        """Depth of the base centre [m]; of a rigid block nothing is seen of it."""
-        return np.ascontiguousarray(self.rates[:, 0])
-
-    @cached_property
-    def turning(self) -> Block:
-        """The block with what was freed of it."""
-        return self.place.block.as_found(self.values)
 
     @cached_property
     def theta(self) -> Floats:
@@ -248,13 +211,15 @@ class Moved:
         place : Place, optional
             Where it is read; by default that of the motion.
         by : float
-            What is added to the rotation `turned` [rad] and to the depth `z_cb` [m].
+            What is added to the rotation `turned` [rad] and to the depth `z_cb` [m]; of a rigid block nothing
+            is seen of a depth.
         """
         place, theta = place or self.place, self.turned + by.get("turned", 0.0)
         bed = Foundation.of(self.values) if "k" in self.values else None
-        if place.view is not None and not place.at_once.is_plain(self.turning, bed):
-            z_cb = self.z_cb + by.get("z_cb", 0.0)
-            theta = place.at_once.seen(theta[None], z_cb[None], self.turning, bed)
+        turning, view = self.place.block.as_found(self.values), place.view.at_once if place.view else None
+        if view is not None and not view.is_plain(turning, bed):
+            z_cb = self.rates[:, 0] + by.get("z_cb", 0.0)
+            theta = view.seen(theta[None], z_cb[None], turning, bed)
         return place.reread(theta, self.stated)
 
 
@@ -304,11 +269,6 @@ class RunModel:
         free = freed(self.candidate, self.settings.free)
         return (*law_of(self.candidate).parameters, *(name for name in OF_RECORD if name in free))
 
-    @property
-    def laws_own(self) -> tuple[str, ...]:
-        """Numbers of the law alone."""
-        return law_of(self.candidate).parameters
-
     @cached_property
     def names(self) -> tuple[str, ...]:
         """All numbers of the law and of the release."""
@@ -323,13 +283,15 @@ class RunModel:
         laboratory = self.motion.laboratory
         if laboratory is None or not self.moves_inputs:
             return ()
-        return tuple(each for each in laboratory.inputs if self._moves(each))
-
-    def _moves(self, source: Input) -> bool:
         is_freed = {"levelled_deg": "tilt", "com_offset_m": "tilt", "contact_width_m": "width"}
-        takes_mass = law_of(self.candidate).is_foundation and not self.settings.given(self.candidate)
-        taken_up = source.name == "mass_kg" and (takes_mass or not law_of(self.candidate).is_foundation)
-        return source.u > 0 and not taken_up and is_freed.get(source.name) not in self.names
+        takes_mass = not (law_of(self.candidate).is_foundation and self.settings.given(self.candidate))
+        return tuple(
+            each
+            for each in laboratory.inputs
+            if each.u > 0
+            and not (each.name == "mass_kg" and takes_mass)
+            and is_freed.get(each.name) not in self.names
+        )
 
     @cached_property
     def whole(self) -> Samples:
@@ -353,7 +315,7 @@ class RunModel:
             self.law,
             place.block,
             self._values(at, place.moved),
-            self._on_clock(time_s, place.moved),
+            time_s * place.clock,
             place.view,
             rules=self.rules,
             solver=Solver(rtol, MOST_STEPS),
@@ -364,18 +326,16 @@ class RunModel:
 
     def means(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
         """Means of m samples of the curve, times √m [rad], shape (n,)."""
-        if self._response_s2(at, samples) is None:
+        response_s2 = self._response_s2(at, samples)
+        if response_s2 is None:
             return samples.averaged(self.curve(at, samples.time_s, rtol))
-        return self._smoothed(at, samples, self.at_once(at, samples, rtol))
-
-    def at_once(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
-        """The curve as a sensor that takes no time reads it [rad], at the middles of the samples."""
-        return self._here(at, samples.middle_s, rtol).theta
+        return samples.smoothed(self.here(at, samples, rtol).theta, response_s2)
 
     def held(self, at: Point, samples: Samples, rtol: float = RTOL) -> Point:
         """The point with the rate after each impact, and δ, as the motion there has them."""
-        here = self._here(at, samples.middle_s, rtol)
-        held = replace(at, impacts=here.impacts, rates=here.rates_left)
+        here = self.here(at, samples, rtol)
+        left = np.where(np.isnan(here.passages[:, 0]), 0.0, np.abs(here.passages[:, 4]))
+        held = replace(at, impacts=here.impacts, rates=left)
         self._last[_key(held, rtol)] = samples.middle_s, here
         return held
 
@@ -400,7 +360,7 @@ class RunModel:
             rate after each impact.
         """
         at = self.held(at, samples, rtol)
-        here = self._here(at, samples.middle_s, rtol)
+        here = self.here(at, samples, rtol)
         by_turned, rate = self._slopes(here)
         n, n_names = here.theta.size, len(self.names)
         columns = np.zeros((here.whole.size, n_names + at.impacts.size), order="F")
@@ -450,10 +410,12 @@ class RunModel:
             step *= abs(value)
         elif name == "r":
             step = -step
-        later = self._simulated(_with(at, name, value + step), time_s, rtol).whole
+        larger = replace(at, values={**at.values, name: value + step})
+        later = self._simulated(larger, time_s, rtol).whole
         if self.is_smooth or value - step < PARAMETERS[name].bounds[0]:
             return (later - whole) / step
-        earlier = self._simulated(_with(at, name, value - step), time_s, rtol).whole
+        smaller = replace(at, values={**at.values, name: value - step})
+        earlier = self._simulated(smaller, time_s, rtol).whole
         return (later - earlier) / (2 * step)
 
     def by_inputs(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
@@ -468,12 +430,11 @@ class RunModel:
         columns = np.zeros((n + at.impacts.size, len(self.inputs)), order="F")
         if not self.inputs:
             return columns
-        stated, time_s = self.motion.laboratory, samples.middle_s
-        assert stated is not None
-        here = self._here(at, time_s, rtol)
+        time_s = samples.middle_s
+        here = self.here(at, samples, rtol)
         means, (_, rate) = self.means(at, samples, rtol), self._slopes(here)
         higher = at.values.get("theta0", self.motion.theta0) + STEP
-        from_higher = self._simulated(_with(at, "theta0", higher), time_s, rtol)
+        from_higher = self._simulated(replace(at, values={**at.values, "theta0": higher}), time_s, rtol)
         by_release = (from_higher.whole - here.whole) / (from_higher.values["theta0"] - here.values["theta0"])
         is_slow = self._response_s2(at, samples) is None
         for j, source in enumerate(self.inputs):
@@ -488,7 +449,7 @@ class RunModel:
                 values = as_released(self.law, place.block, self._values(moved, place.moved), place.view)
                 other = here.whole + by_release * (values["theta0"] - here.values["theta0"])
                 other[:n] += here.read(place) - here.theta
-                other[:n] += rate * (self._on_clock(time_s, place.moved) - here.time_s)
+                other[:n] += rate * (time_s * place.clock - here.time_s)
             columns[n:, j] = (other[n:] - here.impacts) / steps[j]
             if is_slow or self._response_s2(moved, samples) is None:
                 columns[:n, j] = (self.means(moved, samples, rtol) - means) / steps[j]
@@ -501,9 +462,9 @@ class RunModel:
         """The rules of the simulation."""
         return CANDIDATES[self.candidate].rules(self.settings.debonding)
 
-    def _here(self, at: Point, time_s: Floats, rtol: float) -> Moved:
-        """The motion; that of the last point is known."""
-        key = _key(at, rtol)
+    def here(self, at: Point, samples: Samples, rtol: float = RTOL) -> Moved:
+        """The motion, read at once, at the middles of the samples; that of the last point is known."""
+        key, time_s = _key(at, rtol), samples.middle_s
         if key not in self._last or self._last[key][0] is not time_s:
             moved = self._simulated(at, time_s, rtol)
             self._last.clear()
@@ -513,9 +474,9 @@ class RunModel:
     def _simulated(self, at: Point, time_s: Floats, rtol: float) -> Moved:
         place = self._there(at)
         values = as_released(self.law, place.block, self._values(at, place.moved), place.view)
-        time_s = self._on_clock(time_s, place.moved)
+        time_s = time_s * place.clock
         rates = np.empty((time_s.size, 3 if law_of(self.candidate).is_foundation else 1))
-        passages = at.passages
+        passages, impacts = at.passages, at.impacts
         turned = simulate_fitted(
             self.law,
             place.block,
@@ -528,16 +489,14 @@ class RunModel:
         )
         if at.rates is not None:
             reached = ~np.isnan(passages[:, 3])
-            values["impacts"] = np.where(reached, passages[:, 3] - 1, at.impacts)  # type: ignore[assignment]
-        return Moved(place, values, time_s, turned, rates, passages, self.motion.laboratory)
+            impacts = np.where(reached, passages[:, 3] - 1, at.impacts)
+            values["impacts"] = impacts  # type: ignore[assignment]
+        return Moved(place, values, time_s, turned, rates, passages, impacts, self.motion.laboratory)
 
     def _response_s2(self, at: Point, samples: Samples) -> float | None:
         """Square of the sensor's time [s²] where a smoothed curve tells what it does; else None."""
-        response_s2 = self._there(at).response_s2
-        return response_s2 if samples.is_dense(response_s2) else None
-
-    def _smoothed(self, at: Point, samples: Samples, theta: Floats) -> Floats:
-        return samples.smoothed(theta, self._there(at).response_s2)
+        response_s2, (widest_s2, apart_s2) = self._there(at).response_s2, samples.spans_s2
+        return response_s2 if widest_s2 + response_s2 / 12 <= WIDEST**2 * apart_s2 else None
 
     def _values(self, at: Point, moved: Laboratory | None) -> dict[str, float]:
         """What a simulation takes of a point; the release angle as the moved laboratory reads it."""
@@ -559,11 +518,9 @@ class RunModel:
             if len(self._places) > MOST_PLACES:
                 self._places.clear()
             if stated is None or not at.inputs.any():
-                self._places[key] = Place(self.block, self.motion.view, None)
+                self._places[key] = Place(self.block, self.motion.view)
             else:
-                self._places[key] = Place.of(stated.at(self.inputs, at.inputs))
+                moved = stated.at(self.inputs, at.inputs)
+                view = view_of([*moved.lasers.values()], moved.block)
+                self._places[key] = Place(moved.block, view, moved, moved.clock / stated.clock)
         return self._places[key]
-
-    def _on_clock(self, time_s: Floats, moved: Laboratory | None) -> Floats:
-        stated = self.motion.laboratory
-        return time_s if moved is None or stated is None else time_s * (moved.clock / stated.clock)

@@ -115,19 +115,13 @@ def whole_s(motion: Motion) -> float:
     return float(crossings[-1]) if crossings.size > 2 else 1.1 * moving_s(motion) + 0.1
 
 
-def sure_s(motion: Motion) -> float:
-    """End of the swings whose durations the noise leaves exact to a hundredth [s]; a search ends there."""
-    crossings = crossings_s(motion, START.sure)
-    return float(crossings[-1]) if crossings.size > START.screened else whole_s(motion)
-
-
 def screening_s(motion: Motion) -> float:
     """End of the first swings [s], on which candidates are screened."""
     crossings = crossings_s(motion)
     return float(crossings[START.screened]) if crossings.size > START.screened else whole_s(motion)
 
 
-def _first_peak_s(motion: Motion) -> float:
+def first_peak_s(motion: Motion) -> float:
     """Instant of the first peak after an impact [s]; up to it the error has few minima."""
     crossings = crossings_s(motion)
     return 0.5 * float(crossings[0] + crossings[1]) if crossings.size > 2 else whole_s(motion)
@@ -145,7 +139,7 @@ def in_step(model: RunModel, at: Point, end_s: float, enough: float = START.in_s
     n = min(measured.size, at.impacts.size + 1)
     for _ in range(START.passes):
         at = model.held(at, samples, rtol)
-        own = _crossings_s(samples.time_s, model.at_once(at, samples, rtol), model.motion.sigma_theta)
+        own = _crossings_s(samples.time_s, model.here(at, samples, rtol).theta, model.motion.sigma_theta)
         seen = min(own.size, n)
         off = np.abs(own[1:seen] - measured[1:seen]) > enough * np.diff(measured[:seen])
         if seen < 2 or (seen == n and not off.any()):
@@ -205,22 +199,16 @@ def _rate_after(block: Block, duration_s: Floats) -> Floats:
     return np.asarray(np.tanh(0.5 * block.p * duration_s))
 
 
-def scan(model: RunModel) -> list[Point]:
-    """Starts of a law: the lowest local minima of the error over a grid, on the first swing.
+def scan(model: RunModel, horizon_s: float, most: int) -> list[Point]:
+    """Starts of a law: the lowest local minima of the error over a grid, up to an instant [s].
 
     A law with cases starts from the minima of these, with a trace of the number that each lacks.
     """
-    return _scan(model, _first_peak_s(model.motion), START.followed)
-
-
-def scan_whole(model: RunModel, most: int) -> list[Point]:
-    """Starts of a law whose every impact is believed, from the error of the whole run."""
-    return _scan(model, np.inf, most)
-
-
-def _scan(model: RunModel, horizon_s: float, most: int) -> list[Point]:
     law = law_of(model.candidate)
-    beside = _beside(model)
+    # what is freed beside the numbers that are scanned: as stated, else a trace
+    stated = {"width": 2 * model.block.b, "theta0": model.motion.theta0}
+    others = [name for name in model.names if name not in ("k", "r", *law.ratios)]
+    beside = {name: stated.get(name, PARAMETERS[name].trace) for name in others}
     if not law.is_foundation:
         return _scan_rigid(model, horizon_s, beside, most)
     samples = model.until(horizon_s, START.grid)
@@ -232,7 +220,7 @@ def _scan(model: RunModel, horizon_s: float, most: int) -> list[Point]:
         ratios = np.geomspace(*PARAMETERS[ratio].grid)
         lacking = {name: PARAMETERS[name].trace for name in law.ratios if name != ratio}
         middle = {ratio: float(ratios[len(ratios) // 2]), **lacking}
-        first_k = _first_swing_k(model, _first_peak_s(model.motion), middle, beside)
+        first_k = _first_swing_k(model, first_peak_s(model.motion), middle, beside)
         k_grid = np.unique(np.append(k_grid, first_k))
         points = [
             _at(
@@ -261,13 +249,6 @@ def _widths(model: RunModel, beside: Mapping[str, float]) -> list[dict[str, floa
     return [{"width": width} for width in widths[widths > 1.05 * stands].tolist()] or [{}]
 
 
-def _beside(model: RunModel) -> dict[str, float]:
-    """What is freed beside the numbers that are scanned: as stated, else a trace."""
-    stated = {"width": 2 * model.block.b, "theta0": model.motion.theta0}
-    scanned = ("k", "r", *law_of(model.candidate).ratios)
-    return {name: stated.get(name, PARAMETERS[name].trace) for name in model.names if name not in scanned}
-
-
 def _at(model: RunModel, values: Mapping[str, float]) -> Point:
     return Point({name: values[name] for name in model.names}, np.zeros(len(model.inputs)), np.zeros(0))
 
@@ -276,7 +257,7 @@ def _lowest(
     model: RunModel, points: list[Point], shape: tuple[int, ...], samples: Samples, most: int
 ) -> list[tuple[float, Point]]:
     """Lowest local minima of the mean square error on a grid of so many points each way."""
-    curves = (model.at_once(point, samples, 10 * RTOL_SCREENING) for point in points)
+    curves = (model.here(point, samples, 10 * RTOL_SCREENING).theta for point in points)
     errors = np.array([np.mean((curve - samples.theta) ** 2) for curve in curves])
     cells = errors.reshape(shape)
     beside = np.lib.stride_tricks.sliding_window_view(np.pad(cells, 1, mode="edge"), (3,) * cells.ndim)
@@ -349,7 +330,9 @@ class Followed:
     def whole(self, roughly: bool = False) -> Ended:
         """The best end of the whole run, from the numbers of the law; `roughly` if it is far from the run."""
         known = [self.known] if self.known else self.glimpsed if roughly else self.screened
-        starts, end_s = list[Point](), sure_s(self.model.motion)
+        # a search ends where the noise leaves durations of swings exact to a hundredth
+        starts, sure = list[Point](), crossings_s(self.model.motion, START.sure)
+        end_s = float(sure[-1]) if sure.size > START.screened else whole_s(self.model.motion)
         for end in known:
             values = {**_shared(end.at).values, "theta0": self.model.motion.theta0, "t0": 0.0}
             inputs = end.at.inputs if self.known else np.zeros(len(self.model.inputs))
@@ -377,7 +360,8 @@ class Followed:
     def glimpsed(self) -> list[Ended]:
         """Promising ends of a few evaluations on the first swings, the best one first."""
         end_s = screening_s(self.model.motion)
-        return promising(self._ends(end_s, scan(self.model), 1.0, START.quick, RTOL_SEARCH))
+        starts = scan(self.model, first_peak_s(self.model.motion), START.followed)
+        return promising(self._ends(end_s, starts, 1.0, START.quick, RTOL_SEARCH))
 
     @cached_property
     def screened(self) -> list[Ended]:

@@ -16,6 +16,7 @@ from freerock.identification.fitted import Fit
 from freerock.identification.posed import Posed, minimised
 from freerock.identification.run_model import Point, RunModel
 from freerock.identification.start import START, crossings_s, whole_s
+from freerock.models.laws import law_of
 
 EVALUATIONS = 12
 LEAST_SWINGS = 5  # of which a difference and its chance can be told
@@ -95,12 +96,8 @@ def _left_out(fit: Fit, numbers: Mapping[str, float]) -> Floats:
     posterior = fit.posterior
     assert posterior is not None
     own = posterior.posed.model
-    laws = {
-        own.law: {
-            name: {"value": numbers[name], "vary": False} for name in own.law_names if name in own.laws_own
-        }
-    }
-    settings = replace(own.settings, parameters=laws)
+    held = {name: {"value": numbers[name], "vary": False} for name in law_of(own.candidate).parameters}
+    settings = replace(own.settings, parameters={own.law: held})
     model = RunModel(own.candidate, own.block, own.motion, settings, moves_inputs=False)
     crossings = crossings_s(own.motion)
     samples = model.until(whole_s(own.motion), START.samples)
