@@ -8,7 +8,8 @@ import pytest
 
 from freerock.populations import means as of_members
 from freerock.populations.means import over_records, over_runs
-from freerock.populations.random_effects import RECORDS, least_variance, population
+from freerock.populations.priors import RECORDS
+from freerock.populations.random_effects import least_variance, population
 from freerock.runs.u_total import OF_LAW
 from freerock_bench import means
 

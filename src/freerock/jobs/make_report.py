@@ -7,7 +7,7 @@ from typing import Any
 from freerock.config.review_log import read_changes
 from freerock.files import sha256, write_json, write_text
 from freerock.products.provenance import provenance_of_campaign
-from freerock.products.storage import root_text
+from freerock.products.root_text import root_text
 from freerock.report.document import figures_tex, paper_tex
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv

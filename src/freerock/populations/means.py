@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.populations.random_effects import RECORDS, Population, common_spread, population
+from freerock.populations.priors import RECORDS
+from freerock.populations.random_effects import Population, common_spread, population
 from freerock.runs.u_total import OF_LAW
 
 Key = tuple[str, str]  # owner and name of an input

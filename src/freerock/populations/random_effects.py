@@ -11,13 +11,14 @@ convex combination of the members with the least variance wᵀ V w.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.special import chdtrc, gammaincinv, stdtr, stdtrit
 
 from freerock.arrays import Floats
 from freerock.identification.significance_levels import NORMAL_95
+from freerock.populations.priors import RUNS, Prior
 
 LEVEL = 0.95  # of all intervals
 
@@ -64,24 +65,6 @@ class Population:
     p: float = math.nan
 
 
-class Prior(NamedTuple):
-    """Density of a spread τ before the members are seen: (share s + τ)^-power, s their typical uncertainty.
-
-    Parameters
-    ----------
-    share, power : float
-    """
-
-    share: float
-    power: float
-
-
-# Any size of τ is as likely as another, but for τ far below s. Set on three runs: their intervals hold the
-# truth in 99, 97, 93 and 94 % where τ is 0, 1, 3 and 10 times s.
-RUNS = Prior(0.05, 1.0)
-# A uniform density of τ/(s + τ) (DuMouchel 1994, Hierarchical Bayes linear models for meta-analysis, National
-# Institute of Statistical Sciences, report 27): two blocks alone tell next to nothing of τ.
-RECORDS = Prior(1.0, 2.0)
 NODES = 120  # of the integral over τ
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from freerock.files import sha256
-from freerock.products.storage import root_text
+from freerock.products.root_text import root_text
 
 SOFTWARE = ["freerock", "numpy", "scipy", "numba", "lmfit", "xarray", "netCDF4", "snakemake"]
 

@@ -8,7 +8,6 @@ it is whole (`files.atomic`). The datasets have one vocabulary: each variable ha
 import csv
 import json
 from collections.abc import Collection, Container, Iterator, Mapping
-from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 from threading import RLock
@@ -19,6 +18,7 @@ import xarray as xr
 
 from freerock.errors import FreerockError
 from freerock.files import atomic
+from freerock.products.root_text import DAMAGED, errors_of
 from freerock.rotation.flags import FLAGS
 from freerock.runs.verdict import Reason
 
@@ -89,8 +89,6 @@ def root_attributes(product: str, done: str, attrs: Mapping[Any, Any]) -> dict[s
 
 
 ONE_THREAD = RLock()  # two in the netCDF library at once end the process
-MISSING = "there is no such file", "run snakemake to make it"
-DAMAGED = "delete the file and run snakemake again"
 
 
 def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], named: bool = True) -> None:
@@ -163,32 +161,6 @@ def _plain(attrs: Mapping[Any, Any]) -> dict[str, Any]:
     return plain
 
 
-@contextmanager
-def _errors_of(path: str | Path) -> Iterator[None]:
-    """An error of its own for a file that can't be read."""
-    if not Path(path).is_file():
-        raise FreerockError(path, *MISSING)
-    try:
-        yield
-    except (OSError, ValueError, RuntimeError, KeyError, AttributeError) as error:
-        raise FreerockError(path, f"is not a readable netCDF file ({error})", DAMAGED) from error
-
-
-def root_text(path: str | Path, name: str, usual: str | None = None) -> str:
-    """A text among the root attributes of a file; where there is none, the usual one.
-
-    Raises
-    ------
-    FreerockError
-        No such file, or damaged: without the text too, where none is usual.
-    """
-    import h5py  # netCDF looks through all groups when it opens a file
-
-    with _errors_of(path), h5py.File(path) as file:
-        value = np.asarray(file.attrs[name] if usual is None else file.attrs.get(name, usual)).item()
-        return value.decode() if isinstance(value, bytes) else str(value)
-
-
 def groups_in(
     group: "netCDF4.Dataset", samples: bool, only: Collection[str] = ()
 ) -> Iterator[tuple[str, xr.Dataset]]:
@@ -227,7 +199,7 @@ def open_product(
     """
     import netCDF4
 
-    with _errors_of(path), ONE_THREAD, netCDF4.Dataset(path) as file:
+    with errors_of(path), ONE_THREAD, netCDF4.Dataset(path) as file:
         file.set_auto_maskandscale(False)
         tree = xr.DataTree.from_dict(dict(groups_in(file, samples, only)))
     if tree.attrs.get("freerock_product") != product:

@@ -11,7 +11,7 @@ from markupsafe import Markup, escape
 from freerock.config.uncertainty import DEFAULTS
 from freerock.models.block import GRAVITY
 from freerock.models.laws import LAWS
-from freerock.populations.random_effects import RECORDS, RUNS
+from freerock.populations.priors import RECORDS, RUNS
 from freerock.tables.markdown import SIGNS
 
 PAGE_FILES = Path(__file__).parent
