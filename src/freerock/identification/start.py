@@ -199,9 +199,10 @@ def _rate_after(block: Block, duration_s: Floats) -> Floats:
     return np.asarray(np.tanh(0.5 * block.p * duration_s))
 
 
-def scan(model: RunModel, horizon_s: float, most: int) -> list[Point]:
+def scan(model: RunModel, horizon_s: float, most: int, every: int = 1) -> list[Point]:
     """Starts of a law: the lowest local minima of the error over a grid, up to an instant [s].
 
+    Of the grid's dampings each `every`-th is tried.
     A law with cases starts from the minima of these, with a trace of the number that each lacks.
     """
     law = law_of(model.candidate)
@@ -217,7 +218,7 @@ def scan(model: RunModel, horizon_s: float, most: int) -> list[Point]:
     for case in laws:
         ratio = LAWS[case].ratios[0]
         k_grid = np.geomspace(*PARAMETERS["k"].grid)
-        ratios = np.geomspace(*PARAMETERS[ratio].grid)
+        ratios = np.geomspace(*PARAMETERS[ratio].grid)[::every]
         lacking = {name: PARAMETERS[name].trace for name in law.ratios if name != ratio}
         middle = {ratio: float(ratios[len(ratios) // 2]), **lacking}
         first_k = _first_swing_k(model, first_peak_s(model.motion), middle, beside)
