@@ -11,6 +11,7 @@ from freerock.errors import FreerockError
 from freerock.identification.fit import Followers, fit_record
 from freerock.identification.run_model import Point, RunModel
 from freerock.identification.scatter import Scatter
+from freerock.identification.start import Followed
 from freerock.models import laws
 from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import Solver, simulate_fitted
@@ -56,16 +57,17 @@ def test_every_law_has_numbers_and_the_papers_fit(found):
     assert not winkler.evidence.agrees and winkler.evidence.residual_over_noise > 1.2
 
 
-@pytest.mark.parametrize("stage", ["glimpsed", "screened", "end_of_first", "ends"])
-def test_a_candidate_whose_fit_fails_takes_no_other_with_it(stage, monkeypatch):
-    whole = getattr(Followers, stage)
+@pytest.mark.parametrize(("of", "stage"), [(Followed, "_posed"), (Followed, "whole"), (Followers, "ends")])
+def test_a_candidate_whose_fit_fails_takes_no_other_with_it(of, stage, monkeypatch):
+    own = getattr(of, stage)
 
     def fails(self, *given):
-        if next(iter(self.models.values())).candidate == "winkler":
+        model = self.model if of is Followed else self.models[1]
+        if model.candidate == "winkler":
             raise FreerockError("fits", "no motion", "none")
-        return whole(self, *given)
+        return own(self, *given)
 
-    monkeypatch.setattr(Followers, stage, fails)
+    monkeypatch.setattr(of, stage, fails)
     motion = scattered_run("winkler", 0.0, 3)[0]
     found = identify_record(BLOCK, {1: motion}, Allowed(["winkler", "hunt_crossley"], []))
     assert "no motion" in found.missing["winkler"] and "hunt_crossley" in found.fits

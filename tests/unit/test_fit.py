@@ -208,25 +208,24 @@ def test_a_rigid_block_with_many_impacts_that_scatter_is_followed_to_its_end():
     theta = simulate_fitted("housner", block, values, time_s, solver=Solver(1e-10))
     theta = theta + SIGMA * generator.standard_normal(time_s.size)
     motion = Motion(time_s, theta, SIGMA, 0.12, SIGMA / 30, 1e-4)
-    left, _ = Followers("housner", block, {1: motion}, FitSettings()).end_of_first()
-    assert left < 4  # 54 where no swing is brought into step
+    end = Followers("housner", block, {1: motion}, FitSettings()).end_of_first
+    assert end.over_noise < 4  # 54 where no swing is brought into step
 
 
 def test_the_result_of_a_search_is_where_it_ended_however_wide_its_impacts():
     motion, _ = scattered_run("hunt_crossley", 0.02, 3)
     models = Followers("housner", BLOCK, {1: motion}, FitSettings()).models
-    (end,) = Followed(models[1], SIGMA).screened
+    (end,) = Followed(models[1]).screened
     assert end.at.impacts.max() > 0.5
     left = end.minimizer.userfcn(end.result.params)
-    assert left @ left == pytest.approx(end.objective)
+    assert left @ left == pytest.approx(end.result.chisqr)
 
 
 def test_a_width_that_is_freed_is_found_below_the_stated_one():
     worn = replace(BLOCK, width_m=0.94 * BLOCK.width_m)
     motion, _ = scattered_run("hunt_crossley", 0.01, 3, theta0=0.15, block=worn)
     followers = Followers("hunt_crossley_width", BLOCK, {1: motion}, FitSettings())
-    left, _ = followers.screened()
-    assert left < 1.5  # 1e5 from the stated width alone
+    assert followers.followed.screened[0].over_noise < 1.5  # 1e5 from the stated width alone
     assert followers.ends()[1].at.values["width"] == pytest.approx(0.94 * BLOCK.width_m, rel=0.01)
 
 

@@ -48,7 +48,7 @@ def test_derivatives_are_quotients_to_a_part_in_ten_thousand():
     """What the run tells is the difference of columns that are thousands of times as long."""
     motion, at = motion_of(1, 0.02)
     at, posed = replace(at, impacts=at.impacts[:8]), posed_of(motion, 0.02)
-    rows = posed.by_impacts(posed.jacobian(at, posed.by_inputs(at))[1])
+    rows = posed.by_impacts(posed.jacobian(at, posed.model.by_inputs(at, posed.samples, posed.rtol))[1])
     for i, column in enumerate(rows.T):
         step = 0.1 / np.linalg.norm(column)
         ends = [posed.residual(moved(posed, at, i, by)) for by in (step, -step)]
@@ -66,8 +66,8 @@ def test_an_input_counts_whatever_others_are_off():
     laser = Laser(beam="horizontal", position_m=0.2, range_m=0.1)
     motion = replace(motion, laboratory=Laboratory(BLOCK, {"laser": laser}, inputs))
     posed, off = posed_of(motion, 0.02), np.array([1.2, -0.7, 0.4, 1.1, -0.9])
-    at = posed.held(replace(at, inputs=off, impacts=at.impacts[:8]))
-    columns = posed.by_inputs(at)[: posed.samples.measured.size]
+    at = posed.model.held(replace(at, inputs=off, impacts=at.impacts[:8]), posed.samples, posed.rtol)
+    columns = posed.model.by_inputs(at, posed.samples, posed.rtol)[: posed.samples.measured.size]
     for i, step in enumerate(1e-2 * np.eye(len(names))):
         ends = [posed.model.means(replace(at, inputs=off + by), posed.samples) for by in (step, -step)]
         quotient = (ends[0] - ends[1]) / 2e-2
@@ -97,8 +97,8 @@ def test_a_search_has_ended_where_nothing_more_is_foretold():
     i = list(end.at.values).index("theta0")
     alone = 1 / np.linalg.norm(posterior.rows[:, i])
     beside = moved(end.posed, end.at, i, alone)
-    theta, rows = end.posed.jacobian(beside, end.posed.by_inputs(beside))
-    off = replace(posterior, at=beside, theta=theta, rows=end.posed.by_impacts(rows))
+    theta, rows = replace(end, at=beside).derived
+    off = replace(posterior, at=beside, theta=theta, rows=rows)
     assert off.ahead == pytest.approx(1.0, rel=0.3)
 
 
@@ -122,6 +122,6 @@ def test_a_fit_ends_in_the_minimum_that_the_truth_lies_in(seed):
     n = ended.at.impacts.size
     assert abs(n - np.count_nonzero(truth.impacts)) <= 1  # no δ of a base that rings
     best = minimised(ended.posed, replace(truth, impacts=truth.impacts[:n]), 100, 1e-10)
-    assert ended.objective < best.objective + 0.5
+    assert ended.result.chisqr < best.result.chisqr + 0.5
     off = ended.at.values["k"] / best.at.values["k"] - 1
     assert abs(off) < 0.3 * np.sqrt(posterior.covariance[0, 0]) / best.at.values["k"]

@@ -134,28 +134,12 @@ class Followers:
             of_kind("motion", each, Motion, "give run.motion or freerock.Motion(...)")
         self.models = {run: RunModel(candidate, block, each, settings) for run, each in motions.items()}
         self.first = next(iter(self.models))
-        self._followed = self._of(self.first)
-
-    def glimpsed(self) -> tuple[float, int]:
-        """Mean square over the noise on the first swings of the first run, after a short search.
-
-        Beside it the number of samples.
-        """
-        end = self._followed.glimpsed[0]
-        return self._followed.over_noise(end), end.n_samples
-
-    def screened(self) -> tuple[float, int]:
-        """As `glimpsed`, at the end of the search."""
-        end = self._followed.screened[0]
-        return self._followed.over_noise(end), end.n_samples
-
-    def end_of_first(self) -> tuple[float, int]:
-        """As `screened`, on the whole first run."""
-        return self._followed.over_noise(self._end), self._end.n_samples
+        self.followed = Followed(self.models[self.first])
 
     @cached_property
-    def _end(self) -> Ended:
-        return self._followed.whole()
+    def end_of_first(self) -> Ended:
+        """Where the first run ends."""
+        return self.followed.whole()
 
     def ends(self, roughly: bool = False) -> dict[int, Ended]:
         """Where each run ends; a run starts with the law's numbers of the best run before it.
@@ -164,29 +148,19 @@ class Followers:
 
         `roughly` of a law that is far from the runs.
         """
-        found = {self.first: self._followed.whole(roughly) if roughly else self._end}
-        left = {self.first: self._followed.over_noise(found[self.first])}
-
-        def keep(run: int, followed: Followed) -> None:
-            end = followed.whole(roughly)
-            if followed.over_noise(end) < left.get(run, math.inf):
-                found[run], left[run] = end, followed.over_noise(end)
-
-        for run in self.models:
+        found = {self.first: self.followed.whole(roughly) if roughly else self.end_of_first}
+        for run, model in self.models.items():
             if run not in found:
-                keep(run, self._of(run, found[min(left, key=lambda other: left[other])]))
-        best = min(left, key=lambda run: left[run])
-        for run in self.models:
-            if left[run] > (ROUNDS.lost if roughly else ROUNDS.poor) * max(left[best], 1.0):
+                best = min(found.values(), key=lambda end: end.over_noise)
+                found[run] = Followed(model, best).whole(roughly)
+        best = min(found.values(), key=lambda end: end.over_noise)
+        poor = (ROUNDS.lost if roughly else ROUNDS.poor) * max(best.over_noise, 1.0)
+        for run, model in self.models.items():
+            if found[run].over_noise > poor:
                 by_itself = not roughly and run != self.first
-                keep(run, self._of(run, None if by_itself else found[best]))
+                again = Followed(model, None if by_itself else best).whole(roughly)
+                found[run] = min(found[run], again, key=lambda end: end.over_noise)
         return found
-
-    def _of(self, run: int, known: Ended | None = None) -> Followed:
-        """A run; from the law's numbers of another one where these are known."""
-        motion = self.models[run].motion
-        noise = float(max(motion.sigma_theta, noise_of(motion).variance ** 0.5))
-        return Followed(self.models[run], noise, known)
 
 
 def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple[Posterior, Ended, Scatter]]:

@@ -159,7 +159,7 @@ class RockingModel(lmfit.Model):  # type: ignore[misc]
         candidate = Candidate(self.law, rules.kinematics if law.is_foundation else law.kinematics[0]).name
         settings = FitSettings(debonding=rules.debonding)
         model = RunModel(candidate, self.func.block, motion, settings, moves_inputs=False)
-        found = Followed(model, sigma).whole().at.values
+        found = Followed(model).whole().at.values
         for name, value in found.items():
             low, high = bounds_of(model, name)
             own = {"value": value, "min": low, "max": _upper(name, high)}

@@ -15,7 +15,7 @@ from freerock.arrays import Floats
 from freerock.config.fit_settings import FitSettings
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fitted import Curve
-from freerock.identification.posed import Ended, Posed, minimised
+from freerock.identification.posed import Posed, minimised
 from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel
 from freerock.identification.start import scan
 from freerock.models.block import Block
@@ -108,12 +108,17 @@ def paper_fit(
     best = minimised(quick, starts[0], *SEARCH, "trf")
     for start in starts[1:]:
         other = minimised(quick, start, *GLIMPSE, "trf")
-        if other.objective < NEAR * best.objective:
-            best = min(best, minimised(quick, other.at, *SEARCH, "trf"), key=lambda end: end.objective)
-    best = _last(model, best, level)
+        if other.result.chisqr < NEAR * best.result.chisqr:
+            best = min(best, minimised(quick, other.at, *SEARCH, "trf"), key=lambda end: end.result.chisqr)
+    last = Posed(model, model.until(np.inf, ENOUGH), 0.0, level, 10 * RTOL, walls=RELEASE_WALLS)
+    best = minimised(last, best.at, 40, 1e-5, "trf")
     curve = Curve(model.whole.time_s, model.whole.theta, model.curve(best.at, model.whole.time_s))
     epsilon = epsilon_theta(curve.time, curve.theta_model, curve.theta)
-    found = [best.result.params[name].stderr for name in best.result.params]
+    scale = float(np.sqrt(best.result.chisqr / max(best.result.nfree, 1)))  # of a white residual, as lmfit's
+    for parameter in best.result.params.values():
+        if parameter.stderr is not None:
+            parameter.stderr *= scale
+    found = [each.stderr for each in best.result.params.values()]
     message = "" if np.isfinite(epsilon) and epsilon <= 1 else "worse than a block at rest: ε_θ above 1"
     return PaperFit(
         law,
@@ -125,14 +130,3 @@ def paper_fit(
         message or "converged",
         best.result,
     )
-
-
-def _last(model: RunModel, end: Ended, level: float) -> Ended:
-    """The last fit, with standard errors as lmfit has them of a white residual."""
-    posed = Posed(model, model.until(np.inf, ENOUGH), 0.0, level, 10 * RTOL, walls=RELEASE_WALLS)
-    found = minimised(posed, end.at, 40, 1e-5, "trf")
-    scale = found.result.chisqr / max(found.result.nfree, 1)
-    for parameter in found.result.params.values():
-        if parameter.stderr is not None:
-            parameter.stderr *= float(np.sqrt(scale))
-    return found

@@ -154,12 +154,8 @@ class Posed:
         theta = self.model.means(at, self.samples, self.rtol) if theta is None else theta
         left = (theta - self.samples.measured) / self.level
         release = [(at.values[name] - value) / u for name, value, u in self.release]
-        impacts = at.impacts if at.rates is None else self.held(at).impacts
+        impacts = at.impacts if at.rates is None else self.model.held(at, self.samples, self.rtol).impacts
         return np.concatenate([left, release, at.inputs, impacts / self.prior])
-
-    def held(self, at: Point) -> Point:
-        """As of the model, on these samples."""
-        return self.model.held(at, self.samples, self.rtol)
 
     @property
     def prior(self) -> float:
@@ -192,10 +188,6 @@ class Posed:
         found[:, :n] -= found[:, n:] @ of_delta[:, :n]
         return found
 
-    def by_inputs(self, at: Point) -> Floats:
-        """Of the model, on these samples."""
-        return self.model.by_inputs(at, self.samples, self.rtol)
-
 
 @dataclass(frozen=True, eq=False)
 class Ended:
@@ -218,13 +210,9 @@ class Ended:
     @cached_property
     def derived(self) -> tuple[Floats, Floats]:
         """The curve [rad], and derivatives of the residual by all numbers, inputs and impacts."""
-        theta, rows = self.posed.jacobian(self.at, self.posed.by_inputs(self.at))
-        return theta, self.posed.by_impacts(rows)
-
-    @property
-    def objective(self) -> float:
-        """S at the end."""
-        return float(self.result.chisqr)
+        posed = self.posed
+        theta, rows = posed.jacobian(self.at, posed.model.by_inputs(self.at, posed.samples, posed.rtol))
+        return theta, posed.by_impacts(rows)
 
     @cached_property
     def n_samples(self) -> int:
@@ -233,8 +221,13 @@ class Ended:
 
     @property
     def mean_square(self) -> float:
-        """Mean square of the samples' residual over the noise, with what the priors add to it."""
-        return self.objective / self.n_samples
+        """Mean square of the samples' residual over their level, with what the priors add to it."""
+        return float(self.result.chisqr) / self.n_samples
+
+    @property
+    def over_noise(self) -> float:
+        """As `mean_square`, over the noise that a sample has."""
+        return self.mean_square * (self.posed.level / self.posed.model.noise) ** 2
 
 
 class _Objective:
@@ -246,13 +239,12 @@ class _Objective:
 
     def __init__(self, posed: Posed, begun: Point, renews: bool) -> None:
         self.posed, self.renews, self.inputs = posed, renews, begun.inputs
-        self.refer(posed.held(begun))
-        self.by_inputs = posed.by_inputs(begun)
+        self.refer(posed.model.held(begun, posed.samples, posed.rtol))
+        self.by_inputs = posed.model.by_inputs(begun, posed.samples, posed.rtol)
 
     def refer(self, held: Point) -> None:
         """Count rates from those before the impacts of a point; there the parameters are δ."""
         self.before = held.passages[:, 4] / (1 + held.impacts)
-        self.last = dict[bytes, tuple[Floats, Floats]]()
 
     def point(self, moved: lmfit.Parameters) -> Point:
         """Where parameters are, with rates held."""
@@ -270,22 +262,15 @@ class _Objective:
 
     def jacobian(self, moved: lmfit.Parameters) -> Floats:
         """Derivatives by the parameters that vary."""
-        at = self.point(moved)
+        at, posed = self.point(moved), self.posed
         if self.renews and np.max(np.abs(at.inputs - self.inputs), initial=0.0) > RENEWED:
-            self.inputs, self.by_inputs = at.inputs, self.posed.by_inputs(at)
-        rows = self.derived(moved)[1]
+            self.inputs, self.by_inputs = at.inputs, posed.model.by_inputs(at, posed.samples, posed.rtol)
+        rows = posed.jacobian(at, self.by_inputs)[1]
         varied = [i for i, each in enumerate(moved.values()) if each.vary]
         is_tied = any(each.expr for each in moved.values())
         found = rows @ tied(moved, varied) if is_tied else rows[:, varied]
         found[:, len(varied) - at.impacts.size :] /= 1 + at.impacts
         return found
-
-    def derived(self, moved: lmfit.Parameters) -> tuple[Floats, Floats]:
-        """As `Posed.jacobian`; that of the last parameters is known."""
-        key = np.array([each.value for each in moved.values()]).tobytes()
-        if key not in self.last:
-            self.last = {key: self.posed.jacobian(self.point(moved), self.by_inputs)}
-        return self.last[key]
 
 
 def minimised(
@@ -318,7 +303,7 @@ def minimised(
     except ValueError as error:  # lmfit's answer to a residual that is no number
         what = "a fit met parameters that no motion has"
         raise FreerockError("fits", what, "correct values, bounds and ties of fits.parameters") from error
-    held = posed.held(objective.point(result.params))
+    held = posed.model.held(objective.point(result.params), posed.samples, posed.rtol)
     del minimizer.kws["max_nfev"]
     objective.refer(held)
     for i, value in enumerate(held.impacts.tolist()):

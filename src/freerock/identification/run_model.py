@@ -15,6 +15,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
+from freerock.identification.goodness import noise_of
 from freerock.identification.settings import freed
 from freerock.models.block import Block
 from freerock.models.free_parameters import OF_RECORD, PARAMETERS, PER_RUN
@@ -292,6 +293,11 @@ class RunModel:
             and not (each.name == "mass_kg" and takes_mass)
             and is_freed.get(each.name) not in self.names
         )
+
+    @cached_property
+    def noise(self) -> float:
+        """Standard deviation of the noise of a sample [rad]."""
+        return float(max(self.motion.sigma_theta, noise_of(self.motion).variance ** 0.5))
 
     @cached_property
     def whole(self) -> Samples:

@@ -318,14 +318,11 @@ class Followed:
     Parameters
     ----------
     model : RunModel
-    noise : float
-        Standard deviation of the noise of a sample [rad].
     known : Ended, optional
         Where another run of the record ends; its numbers of the law are the start, else those of `scan`.
     """
 
     model: RunModel
-    noise: float
     known: Ended | None = None
 
     def whole(self, roughly: bool = False) -> Ended:
@@ -338,31 +335,25 @@ class Followed:
             values = {**_shared(end.at).values, "theta0": self.model.motion.theta0, "t0": 0.0}
             inputs = end.at.inputs if self.known else np.zeros(len(self.model.inputs))
             starts.append(Point({name: values[name] for name in self.model.names}, inputs, np.zeros(0)))
-        if roughly and law_of(self.model.candidate).is_foundation:
-            return self._far_off(in_step(self.model, starts[0], end_s), end_s)
-        search = START.quick if roughly else START.search
-        return self._ends(end_s, starts, self.over_noise(known[0]), search, RTOL_SEARCH)[0]
-
-    def _far_off(self, start: Point, end_s: float) -> Ended:
-        """The end of a law that leaves so much that priors hold the numbers only beside its residual."""
-        posed = self._posed(end_s, 1.0, RTOL_SEARCH)
+        if not (roughly and law_of(self.model.candidate).is_foundation):
+            search = START.quick if roughly else START.search
+            left = known[0].mean_square * (known[0].posed.level / self.model.noise) ** 2
+            return self._ends(end_s, starts, left, search)[0]
+        # it leaves so much that priors hold the numbers only beside its residual
+        start, posed = in_step(self.model, starts[0], end_s), self._posed(end_s, 1.0)
         for _ in range(START.times):
-            left = posed.residual(start)[: posed.samples.measured.size] * posed.level / self.noise
-            posed = self._posed(end_s, float(np.mean(left**2)), RTOL_SEARCH)
+            off = posed.residual(start)[: posed.samples.measured.size] * posed.level / self.model.noise
+            posed = self._posed(end_s, float(np.mean(off**2)))
             end = minimised(posed, start, *START.quick)
             start = end.at
         return end
-
-    def over_noise(self, end: Ended) -> float:
-        """Mean square of the residual and the priors at an end, over the noise."""
-        return end.mean_square * (end.posed.level / self.noise) ** 2
 
     @cached_property
     def glimpsed(self) -> list[Ended]:
         """Promising ends of a few evaluations on the first swings, the best one first."""
         end_s = screening_s(self.model.motion)
         starts = scan(self.model, first_peak_s(self.model.motion), START.followed)
-        return promising(self._ends(end_s, starts, 1.0, START.quick, RTOL_SEARCH))
+        return promising(self._ends(end_s, starts, 1.0, START.quick))
 
     @cached_property
     def screened(self) -> list[Ended]:
@@ -373,11 +364,9 @@ class Followed:
         ]
         return promising(ends)
 
-    def _ends(
-        self, end_s: float, starts: list[Point], left: float, search: tuple[int, float], rtol: float
-    ) -> list[Ended]:
+    def _ends(self, end_s: float, starts: list[Point], left: float, search: tuple[int, float]) -> list[Ended]:
         """Ends of starts on the samples up to an instant, the best one first."""
-        posed = self._posed(end_s, left, rtol)
+        posed = self._posed(end_s, left)
         begun = [in_step(self.model, start, end_s) for start in starts]
         errors = [float(np.sum(posed.residual(start) ** 2)) for start in begun]
         near = [
@@ -385,13 +374,13 @@ class Followed:
             for start, error in zip(begun, errors, strict=True)
             if error <= START.promising * min(errors)
         ]
-        return sorted((minimised(posed, start, *search) for start in near), key=lambda end: end.objective)
+        return sorted((minimised(posed, start, *search) for start in near), key=lambda end: end.result.chisqr)
 
-    def _posed(self, end_s: float, left: float, rtol: float) -> Posed:
-        level = self.noise * float(np.sqrt(left)) if left > START.misfit else self.noise
+    def _posed(self, end_s: float, left: float) -> Posed:
+        level = self.model.noise * (float(np.sqrt(left)) if left > START.misfit else 1.0)
         every = self.model.until(end_s, 10**9)
         samples = replace(every, m=max(1, every.time_s.size // START.samples))
-        return Posed(self.model, samples, START.sigma_r, level, rtol)
+        return Posed(self.model, samples, START.sigma_r, level, RTOL_SEARCH)
 
 
 def promising(ends: list[Ended]) -> list[Ended]:

@@ -10,6 +10,7 @@ from freerock.errors import FreerockError
 from freerock.identification.fit import Followers, finished, settled
 from freerock.identification.fitted import Fit
 from freerock.identification.paper_fit import PaperFit, paper_fit
+from freerock.identification.posed import Ended
 from freerock.identification.significance_levels import REJECTS
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES
@@ -88,18 +89,18 @@ def identify_record(block: Block, motions: Mapping[int, Motion], allowed: Allowe
         return found
     least = float("inf")
     for tier in _tiers(allowed.candidates):
-        own, left = dict[str, Followers](), dict[str, tuple[float, int]]()
+        own, left = dict[str, Followers](), dict[str, Ended]()
         for name in tier:
             with _missed(name, found):
                 own[name] = Followers(name, block, motions, allowed.settings(name))
-                left[name] = own[name].glimpsed()
-        least = min([least, *(each for each, _ in left.values())])
-        for name in sorted(left, key=lambda each: left[each][0]):
-            if left[name][0] > SEARCH.behind * max(least, 1.0):
+                left[name] = own[name].followed.glimpsed[0]
+        least = min([least, *(each.over_noise for each in left.values())])
+        for name in sorted(left, key=lambda each: left[each].over_noise):
+            if left[name].over_noise > SEARCH.behind * max(least, 1.0):
                 break
             with _missed(name, found):
-                left[name] = own[name].screened()
-                least = min(least, left[name][0])
+                left[name] = own[name].followed.screened[0]
+                least = min(least, left[name].over_noise)
         _fit_tier(own, left, least, allowed, found)
         if _suffices(found) or _is_far(found):
             break
@@ -119,22 +120,22 @@ def _tiers(candidates: Sequence[str]) -> Iterator[list[str]]:
 
 def _fit_tier(
     own: Mapping[str, Followers],
-    screenings: Mapping[str, tuple[float, int]],
+    screenings: Mapping[str, Ended],
     least: float,
     allowed: Allowed,
     found: Identified,
 ) -> None:
     """Fit contenders in full, and roughly what is always fitted and does not contend."""
-    contend, ends = [name for name in screenings if _contends(*screenings[name], least)], {}
+    contend, ends = [name for name in screenings if _contends(screenings[name], least)], dict[str, Ended]()
     for name in contend:
         with _missed(name, found):
-            ends[name] = own[name].end_of_first()
-    least_end = min((left for left, _ in ends.values()), default=float("inf"))
-    for name in sorted(screenings, key=lambda each: screenings[each][0]):
-        share, where = screenings[name][0] / least, "first swings"
+            ends[name] = own[name].end_of_first
+    least_end = min((end.over_noise for end in ends.values()), default=float("inf"))
+    for name in sorted(screenings, key=lambda each: screenings[each].over_noise):
+        share, where = screenings[name].over_noise / least, "first swings"
         if name in ends:
-            share, where = ends[name][0] / least_end, "whole first run"
-        contends = name in ends and _contends(*ends[name], least_end)
+            share, where = ends[name].over_noise / least_end, "whole first run"
+        contends = name in ends and _contends(ends[name], least_end)
         if not contends and name not in allowed.always:
             found.missing[name] = f"on the {where} it leaves {share:.3g} times the best's mean square"
             continue
@@ -151,8 +152,8 @@ def _missed(name: str, found: Identified) -> Iterator[None]:
         found.missing[name] = str(error)
 
 
-def _contends(left: float, n_samples: int, least: float) -> bool:
-    return n_samples * (left - least) <= SEARCH.hopeless * max(least, 1.0)
+def _contends(end: Ended, least: float) -> bool:
+    return end.n_samples * (end.over_noise - least) <= SEARCH.hopeless * max(least, 1.0)
 
 
 def _suffices(found: Identified) -> bool:
