@@ -26,6 +26,8 @@ class Campaign(CampaignFile):
     name: Name = key("the name of the campaign")
     records: tuple[Record, ...] = key("the records")
 
+    __hash__ = object.__hash__  # a campaign is the key of what is made of it once
+
     def record(self, test: str) -> Record:
         """The record of a test."""
         return next(record for record in self.records if record.test == test)

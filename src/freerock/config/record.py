@@ -4,7 +4,7 @@ import csv
 from collections.abc import Iterator, Mapping, Sequence, Sized
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import ValidationInfo, field_validator
 
@@ -41,6 +41,14 @@ def wrong_length(path: str | Path, line: int, cells: Sized, header: Sized) -> Fr
     if len(cells) < len(header):
         remedy = "give the missing ones, even if empty"
     return FreerockError(f"{path}:{line}", what, remedy)
+
+
+class Scene(NamedTuple):
+    """What records share: the block, the foundation and the lasers."""
+
+    block: str
+    foundation: str
+    lasers: tuple[str, ...]
 
 
 class Record(Section):
@@ -95,6 +103,11 @@ class Record(Section):
     def lasers(self) -> tuple[str, ...]:
         """Name of the laser, or of the two."""
         return tuple(name.strip() for name in self.laser.split(";"))
+
+    @property
+    def scene(self) -> Scene:
+        """What was recorded by what."""
+        return Scene(self.block, self.foundation, self.lasers)
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -5,10 +5,11 @@ Texts that only describe (title, summary, notes) are no settings of a step that 
 
 import math
 import re
+from functools import lru_cache
 from typing import Any
 
 from freerock.config.campaign import Campaign
-from freerock.config.record import Record
+from freerock.config.record import Record, Scene
 from freerock.config.uncertainty import inputs_of
 from freerock.config.values import Section
 
@@ -22,12 +23,12 @@ def section_values(section: Section, *without: str) -> Settings:
     return section.model_dump(mode="json", exclude={*without})
 
 
-def geometry(campaign: Campaign, record: Record) -> Settings:
+def geometry(campaign: Campaign, record: Record | Scene) -> Settings:
     """The block of a record, as `freerock.models.block.Block` takes it."""
     return section_values(campaign.blocks[record.block], *NOT_OF_BLOCK)
 
 
-def inputs(campaign: Campaign, record: Record) -> list[Settings]:
+def inputs(campaign: Campaign, record: Record | Scene) -> list[Settings]:
     """What a record's numbers rest on, as `freerock.rotation.laboratory.Input` takes it: stated or default.
 
     A base that was levelled to ±a lies within, evenly: u = a/√3. A record has one clock and one response, its
@@ -44,12 +45,13 @@ def inputs(campaign: Campaign, record: Record) -> list[Settings]:
     return found
 
 
-def laboratory(campaign: Campaign, record: Record) -> Settings:
+@lru_cache
+def laboratory(campaign: Campaign, scene: Scene) -> Settings:
     """What `freerock.rotation.laboratory.Laboratory` is made of: block, lasers and inputs of a record."""
     lasers = {
-        name: section_values(campaign.lasers[name], "uncertainty", "calibration") for name in record.lasers
+        name: section_values(campaign.lasers[name], "uncertainty", "calibration") for name in scene.lasers
     }
-    return {"block": geometry(campaign, record), "lasers": lasers, "inputs": inputs(campaign, record)}
+    return {"block": geometry(campaign, scene), "lasers": lasers, "inputs": inputs(campaign, scene)}
 
 
 def record_attributes(campaign: Campaign, record: Record) -> Settings:
@@ -86,7 +88,7 @@ def record_settings(campaign: Campaign, record: Record, sha256: str) -> Settings
         "attributes": record_attributes(campaign, record),
         "block": geometry(campaign, record),
         "lasers": [section_values(campaign.lasers[name], "uncertainty") for name in record.lasers],
-        "laboratory": laboratory(campaign, record),
+        "laboratory": laboratory(campaign, record.scene),
         "overrides": record.overrides,
         "exclusions": record.exclusions,
         "excluded": record.reason if record.excluded else "",
@@ -103,7 +105,7 @@ def fit_settings(campaign: Campaign, record: Record) -> Settings:
     return {
         "attributes": record_attributes(campaign, record),
         "block": geometry(campaign, record),
-        "laboratory": laboratory(campaign, record),
+        "laboratory": laboratory(campaign, record.scene),
         "models": list(fits.models),
         "kinematics": list(fits.rivals),
         "free": {model: list(free) for model, free in fits.freed.items()},

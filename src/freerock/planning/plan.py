@@ -94,7 +94,7 @@ def plan(campaign: Campaign) -> pd.DataFrame:
     }
     rows = list[tuple[Any, ...]]()
     for names, record in records.items():
-        known = Laboratory.of(laboratory(campaign, record.model_copy(update={"laser": names[2]})))
+        known = Laboratory.of(laboratory(campaign, record.model_copy(update={"laser": names[2]}).scene))
         block, expected = campaign.blocks[names[0]], section.expected[names[1]]
         angles = section.release_angles_deg.get(names[0]) or (block.release_angle_deg,)
         for model, angle in product(expected, angles):
