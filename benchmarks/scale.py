@@ -31,42 +31,55 @@ SNAKEFILE = ROOT / "Snakefile"
 PLAIN = """
 import csv
 TESTS = [row["test"] for row in csv.DictReader(open("config/campaigns/scale.csv"))]
-R = "results/scale"
-FIGURES = ["set_up", "foundation_effect", "comparison", "restitution", "parameters", "predictions"]
-FIGURES += ["residuals", "backbone"]
-TABLES = [f"{R}/tables/{number}.csv" for number in range(17)]
-PAGES = expand("{R}/figures/qc_{test}.{suffix}", R=R, test=TESTS, suffix=["png", "pdf", "csv"])
-DRAWN = expand("{R}/figures/{name}.{suffix}", R=R, name=FIGURES, suffix=["pdf", "png", "csv", "txt"])
-RECORDS, FITS = (expand("{R}/{kind}/{test}.nc", R=R, kind=kind, test=TESTS) for kind in ("records", "fits"))
+R, L = "results/{campaign}", "results/{campaign}/logs"
+def files(pattern, **values):
+    return expand(f"{R}/{pattern}", **values, allow_missing=True)
+RECORDS, FITS = (files("{kind}/{test}.nc", kind=kind, test=TESTS) for kind in ("records", "fits"))
+PAGES = files("figures/qc_{test}.{suffix}", test=TESTS, suffix=["png", "pdf", "csv"])
+TABLES, PRINTED = files("tables/{n}.csv", n=range(16)), files("tables/{n}.tex", n=range(9))
+DRAWN = files("figures/{n}.{suffix}", n=range(8), suffix=["png", "pdf", "csv", "txt"])
+REPORT = files("report.{n}", n=range(6))
 rule all:
-    input: RECORDS, FITS, PAGES, TABLES, DRAWN, f"{R}/report.html", f"{R}/complete.txt"
+    input: expand([*RECORDS, *FITS, *PAGES, *TABLES, *PRINTED, *DRAWN, *REPORT, f"{R}/end"], campaign="scale")
 rule record:
-    input: "raw/scale/{test}.tdms"
-    output: "results/scale/records/{test}.nc"
+    input: "raw/{campaign}/{test}.tdms"
+    output: f"{R}/records/{{test}}.nc"
+    log: f"{L}/record_{{test}}.log"
     shell: "touch {output}"
 rule fit:
-    input: "results/scale/records/{test}.nc"
-    output: "results/scale/fits/{test}.nc"
+    input: f"{R}/records/{{test}}.nc"
+    output: f"{R}/fits/{{test}}.nc"
+    log: f"{L}/fit_{{test}}.log"
     shell: "touch {output}"
 rule quality:
-    input: "results/scale/records/{test}.nc", "results/scale/fits/{test}.nc"
-    output: expand("results/scale/figures/qc_{{test}}.{suffix}", suffix=["png", "pdf", "csv"])
+    input: f"{R}/records/{{test}}.nc", f"{R}/fits/{{test}}.nc"
+    output: files("figures/qc_{test}.{suffix}", suffix=["png", "pdf", "csv"])
+    log: f"{L}/quality_{{test}}.log"
     shell: "touch {output}"
 rule tables:
     input: RECORDS, FITS
     output: TABLES
+    log: f"{L}/tables.log"
+    shell: "touch {output}"
+rule printed_tables:
+    input: TABLES
+    output: PRINTED
+    log: f"{L}/printed_tables.log"
     shell: "touch {output}"
 rule figures:
     input: RECORDS, FITS, TABLES
     output: DRAWN
+    log: f"{L}/figures.log"
     shell: "touch {output}"
 rule report:
-    input: RECORDS, FITS, PAGES, TABLES, DRAWN
-    output: f"{R}/report.html"
+    input: RECORDS, FITS, PAGES, TABLES, PRINTED, DRAWN
+    output: REPORT
+    log: f"{L}/report.log"
     shell: "touch {output}"
 rule complete:
-    input: f"{R}/report.html", f"{R}/tables/0.csv"
-    output: f"{R}/complete.txt"
+    input: REPORT, f"{R}/tables/0.csv"
+    output: f"{R}/end"
+    log: f"{L}/complete.log"
     shell: "touch {output}"
 """
 COLUMNS = "test,file,channel,block,foundation,laser,exclude,override,reason,note\n"
@@ -187,20 +200,21 @@ def steps(folder: Path) -> pd.DataFrame:
 
 
 def plan(numbers: list[int]) -> None:
-    """How long Snakemake plans campaigns of so many records, and the same files by rules that do nothing."""
+    """How long Snakemake plans campaigns of so many records, and the same files by plain rules."""
     for n in numbers:
         with tempfile.TemporaryDirectory() as scratch:
             folder = Path(scratch, "campaign")
             write_campaign(folder, n, files=False)
-            (folder / "plain").write_text(PLAIN)
+            (folder / "shell").write_text(PLAIN)
+            (folder / "script").write_text(PLAIN.replace('shell: "touch {output}"', 'script: "nothing.py"'))
+            (folder / "nothing.py").touch()
             given = ("--dry-run", "--quiet", "all")
-            both = [
-                [snakemake(folder, *given, snakefile=each)["cpu_s"] for each in (SNAKEFILE, folder / "plain")]
-                for _ in range(3 if n < 1000 else 1)
-            ]
-        ours, plain = (min(each) for each in zip(*both, strict=True))
+            each = (SNAKEFILE, folder / "shell", folder / "script")
+            spent = [[snakemake(folder, *given, snakefile=one)["cpu_s"] for one in each] for _ in range(3)]
+        ours, shell, script = (min(column) for column in zip(*spent, strict=True))
         print(
-            f"{n:5d} records, planned: {ours:.1f} s CPU; plain rules {plain:.1f} s; {ours / plain:.2f}",
+            f"{n:5d} records, planned: {ours:.1f} s CPU; {ours / shell:.2f} times plain rules that touch, "
+            f"{ours / script:.2f} times plain rules with an empty script",
             flush=True,
         )
 
