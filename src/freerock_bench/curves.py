@@ -30,12 +30,11 @@ from freerock.selection.identify import Identified, identify_record
 
 PURPOSES = {
     "paper_fit": "the paper's fits",
-    "_scan": "scans",
+    "scan": "scans",
     "_round": "rounds",
     "_ends": "first swings and whole runs",
 }
-WITHIN = {"_quotient": "by numbers", "_by_later_r": "by numbers", "tangents": "by impacts"}
-WITHIN |= {"by_inputs": "by inputs"}
+WITHIN = {"_quotient": "by numbers", "tangents": "by impacts", "by_inputs": "by inputs"}
 SOLVERS: list[tuple[Any, str, Callable[..., Any]]] = [
     (series, "integrate_series", lambda given: given[2][-1]),
     (kernel, "integrate", lambda given: given[4][-1]),
@@ -53,8 +52,7 @@ def identify(block: Block, motions: Mapping[int, Motion], allowed: Allowed) -> I
     counts, run_s = Counter[str](), sum(whole_s(motion) for motion in motions.values())
     with ExitStack() as patched:
         for module, name, span_s in SOLVERS:
-            counted = _counted(getattr(module, name), span_s, counts)
-            patched.enter_context(patch.object(module, name, counted))
+            patched.enter_context(patch.object(module, name, _counted(getattr(module, name), span_s, counts)))
         identify_record(block, motions, allowed)
     print(f"{seconds / len(motions):.2f} s of processor time and {counts.total() / run_s:.0f} curves a run")
     for purpose, of_it in counts.most_common():

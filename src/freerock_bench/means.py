@@ -6,6 +6,7 @@ shift of the value by each input. The inputs are off by normal draws, and so are
 
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -41,8 +42,8 @@ def _rows(kind: Kind, number: int) -> list[Row]:
     drawn: dict[tuple[str, str], float] = {}
     every = [_record(kind, i, drawn, generator) for i in range(n + 1)]
     mean, following = over_records(every[:-1]).found, every[-1].found.mean
-    of = {"case": f"{n} records, scatter {100 * scatter:g} %, {inputs} u", "scene": sharing, "test": number}
-    of |= {"value": mean.mean}
+    case = f"{n} records, scatter {100 * scatter:g} %, {inputs} u"
+    of = {"case": case, "scene": sharing, "test": number, "value": mean.mean}
     holds = mean.total_low <= 0 <= mean.total_high, mean.next_low <= following <= mean.next_high
     return [
         of | {"parameter": "mean", "truth": 0.0, "u": mean.u, "inside": holds[0]},
@@ -50,15 +51,12 @@ def _rows(kind: Kind, number: int) -> list[Row]:
     ]
 
 
-def _record(
-    kind: Kind, number: int, drawn: dict[tuple[str, str], float], generator: np.random.Generator
-) -> Mean:
+def _record(kind: Kind, number: int, drawn: dict[tuple[str, str], float], generator: Any) -> Mean:
     """Runs of a record, off by its inputs, its scatter and their own; inputs are drawn when first met."""
     shifts = _shifts(kind, number)
     for key in shifts:
         drawn.setdefault(key, float(generator.standard_normal()))
-    centre = sum(shift * drawn[key] for key, shift in shifts.items())
-    centre += kind[1] * generator.standard_normal()
+    centre = sum(shift * drawn[key] for key, shift in shifts.items()) + kind[1] * generator.standard_normal()
     errors = NOISE * np.exp(0.5 * generator.standard_normal(N_RUNS))
     values = centre + np.hypot(BETWEEN_RUNS, errors) * generator.standard_normal(N_RUNS)
     return over_runs(values, errors, [shifts] * N_RUNS)
@@ -75,16 +73,14 @@ def _shifts(kind: Kind, number: int) -> Shifts:
         return {("next" if is_next else "hunt_crossley", OF_LAW): size}
     of_a_block = 2 if sharing == "two records of a block" else 1
     block = "next" if is_next else f"block {number // of_a_block}"
-    if of_a_block == 2 and not is_next:
-        size = sizes[number // 2 % len(sizes)]
+    size = sizes[number // 2 % len(sizes)] if of_a_block == 2 and not is_next else size
     own = {(block, "width_m"): size}
     return own | {("laser", "scale_fraction"): LASER} if sharing == "one laser" else own
 
 
 def markdown(frame: pd.DataFrame) -> str:
     """A row per number of records, scatter and inputs, one per way of sharing, and one of all campaigns."""
-    of_all = frame.assign(all="**all**")
-    lines = []
+    of_all, lines = frame.assign(all="**all**"), []
     for by in ("case", "scene", "all"):
         for name, rows in of_all.groupby(by, sort=False):
             shares = rows.groupby("parameter")["inside"].mean()

@@ -84,10 +84,8 @@ def _least(
             near = RELEASE_WALLS * u
             start.add(name, centre + draw.uniform(-near, near), min=centre - near, max=centre + near)
         ends.append(lmfit.minimize(misfit, start, "nelder", options={"maxfev": EVALUATIONS}).params)
-    best = sorted(ends, key=misfit)[:3]
-    best = [
-        lmfit.minimize(misfit, each, "nelder", options={"maxfev": 4 * EVALUATIONS}).params for each in best
-    ]
+    longer, best = {"maxfev": 4 * EVALUATIONS}, sorted(ends, key=misfit)[:3]
+    best = [lmfit.minimize(misfit, each, "nelder", options=longer).params for each in best]
     whole = model.whole.time_s, model.whole.theta
     end = min(best, key=lambda each: misfit(each, whole))
     return misfit(end, whole), values(end)
@@ -97,7 +95,8 @@ def markdown(frame: pd.DataFrame) -> str:
     """A row per record, a column per law: printed, and the least found."""
     rows, frame = [], frame[frame["parameter"].str.startswith("ε_θ")]
     for case, own in frame.groupby("case", sort=False):
-        cells = [f"{100 * row.value:.4g} %, {100 * row.truth:.4g} %" for row in own.itertuples()]
-        rows.append([case, *cells])
-    heads = ["ε_θ printed, least", *(name.removeprefix("ε_θ of ") for name in frame["parameter"].unique())]
-    return in_markdown(heads, rows)
+        rows.append(
+            [case, *(f"{100 * row.value:.4g} %, {100 * row.truth:.4g} %" for row in own.itertuples())]
+        )
+    laws = frame["parameter"].str.removeprefix("ε_θ of ").unique()
+    return in_markdown(["ε_θ printed, least", *laws], rows)

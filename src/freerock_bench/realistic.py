@@ -15,6 +15,7 @@ import pandas as pd
 from scipy.signal import butter, sosfiltfilt
 
 from freerock.arrays import Floats
+from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.block import GRAVITY, Block
 from freerock.virtual_lab.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock_bench import campaigns, scattered
@@ -114,8 +115,17 @@ def _tremor(n: int, draw: Any) -> Floats:
 
 def run(size: str, folder: Path, cores: int) -> pd.DataFrame:
     """The long table; truth of k is that under the edges."""
-    cases = range(SCENES[size])
-    return campaigns.study(folder, make, cases, lambda truth: str(truth["true_foundation"]), cores)
+    found = campaigns.study(folder, make, range(SCENES[size]), lambda of: str(of["true_foundation"]), cores)
+    return pd.concat([found, _between(found[found["parameter"] == "k"])], ignore_index=True)
+
+
+def _between(k: pd.DataFrame) -> pd.DataFrame:
+    """Whether k of a run, over its truth, is that of the other runs of its record within their u."""
+    off, u2 = np.log(k["value"] / k["truth"]), (k["u"] / k["value"]) ** 2
+    n, sums, u2s = (each.groupby(k["test"]).transform("sum") for each in (off * 0 + 1, off, u2))
+    between, u = off - (sums - off) / (n - 1), np.sqrt(u2 + (u2s - u2) / (n - 1) ** 2)
+    answers = {"parameter": "k between runs", "inside": between.abs() <= NORMAL_95 * u}
+    return k[["case", "test", "run", "scene"]].assign(**answers)
 
 
 markdown = campaigns.markdown
