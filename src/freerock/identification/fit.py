@@ -13,7 +13,6 @@ from freerock.config.fit_settings import FitSettings
 from freerock.errors import of_kind
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, Minimizer, Uncertainty
-from freerock.identification.goodness import noise_of
 from freerock.identification.posed import Ended, Posed, minimised
 from freerock.identification.posterior import Posterior
 from freerock.identification.run_model import RTOL, RunModel, Samples
@@ -117,7 +116,8 @@ def fit_record(
     of_kind("motions", motions, Mapping, "give runs by their number, as record.motions")
     if not motions:
         return {}
-    return finished(settled(Followers(candidate, block, motions, settings or FitSettings()).ends()))
+    ends = Followers(candidate, block, motions, settings or FitSettings()).ends()
+    return {run: finished(*each) for run, each in settled(ends).items()}
 
 
 class Followers:
@@ -177,12 +177,12 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple
         run: replace(end, posed=replace(end.posed, samples=_all_samples(end.posed.model), rtol=RTOL))
         for run, end in ends.items()
     }
-    posteriors = {run: _posterior(end) for run, end in now.items()}
+    posteriors = {run: Posterior.of(end) for run, end in now.items()}
     scatter, due = find_scatter(_told(posteriors)), list(now)
     for _ in range(0 if roughly else ROUNDS.most):
         for run in due:
             now[run] = _round(now[run], scatter.sigma_r, posteriors[run].level)
-            posteriors[run] = _posterior(now[run])
+            posteriors[run] = Posterior.of(now[run])
         if scatter.sigma_r:  # 0 is kept: the impacts are no longer free
             scatter = find_scatter(_told(posteriors))
         due = [run for run, end in now.items() if not _is_steady(end, posteriors[run], scatter.sigma_r)]
@@ -206,10 +206,6 @@ def _told(posteriors: Mapping[int, Posterior]) -> list[Told]:
     return [each.told for each in posteriors.values() if each.at.impacts.size]
 
 
-def _posterior(end: Ended) -> Posterior:
-    return Posterior.of(end, noise_of(end.posed.model.motion))
-
-
 def _round(end: Ended, sigma_r: float, level: float) -> Ended:
     """The fit of a run to all its samples."""
     model = end.posed.model
@@ -224,15 +220,11 @@ def _round(end: Ended, sigma_r: float, level: float) -> Ended:
 
 
 def _all_samples(model: RunModel) -> Samples:
-    return replace(model.until(whole_s(model.motion), 10**9), m=noise_of(model.motion).averaged)
+    return replace(model.until(whole_s(model.motion), 10**9), m=model.noise.averaged)
 
 
-def finished(runs: Mapping[int, tuple[Posterior, Ended, Scatter]]) -> dict[int, Fit]:
-    """The fits of a record, of the linear models where they ended."""
-    return {run: _fit(*each) for run, each in runs.items()}
-
-
-def _fit(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
+def finished(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
+    """The fit of a run, of the linear model where it ended."""
     model, at, n = ended.posed.model, ended.at, posterior.n_names
     contributions, found = posterior.contributions(), posterior.goodness
     plain, whole = np.diag(posterior.inverse)[:n], np.diag(posterior.covariance)[:n]
@@ -269,9 +261,10 @@ def _fit(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
         int(ended.result.nfev),
     )
     each = np.ix_(posterior.varied, posterior.varied)
-    with_covariance(ended.result, covariance[each])
     n_priors = len(posterior.rows) - len(posterior.residual)
-    with_statistics(ended.result, n_priors + posterior.independent * (ended.result.ndata - n_priors))
+    # neighbours share slow noise: not all samples count as independent ones of the level
+    independent = (posterior.level_by(np.empty(0, int)) / ended.posed.level) ** 2
+    _complete(ended.result, covariance[each], n_priors + independent * (ended.result.ndata - n_priors))
     return Fit(
         model.candidate,
         {name: at.values[name] for name in model.names},
@@ -303,8 +296,11 @@ def _failure(ended: Ended, posterior: Posterior, epsilon: float) -> str:
     return ""
 
 
-def with_covariance(result: "lmfit.minimizer.MinimizerResult", covariance: Floats) -> None:
-    """Give a result the covariance of the numbers that vary: standard errors and correlations follow."""
+def _complete(result: "lmfit.minimizer.MinimizerResult", covariance: Floats, n_data: float) -> None:
+    """Give a result the covariance of the numbers that vary, and what lmfit has of so many independent data.
+
+    Standard errors, correlations and statistics follow.
+    """
     stderr = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     result.covar, result.errorbars = covariance, True
     for i, name in enumerate(result.var_names):
@@ -316,9 +312,6 @@ def with_covariance(result: "lmfit.minimizer.MinimizerResult", covariance: Float
             if j != i and stderr[i] > 0 and stderr[j] > 0
         }
 
-
-def with_statistics(result: "lmfit.minimizer.MinimizerResult", n_data: float) -> None:
-    """Give a result the statistics that lmfit has of so many independent data."""
     result.ndata = max(round(n_data), result.nvarys + 1)
     result.nfree = result.ndata - result.nvarys
     result.redchi = result.chisqr / result.nfree

@@ -16,9 +16,7 @@ from freerock.noise.spectrum import (
     frequencies,
     tapered,
     tapered_power,
-    white_noise,
 )
-from freerock.runs.motion import Motion
 
 LOUDER = 1.1  # times the noise at rest, up to which a residual is no model error: sensors differ that much
 NO_TRACE = 1e-7  # of the largest singular value, below which a direction of the parameters leaves no trace
@@ -51,13 +49,6 @@ class Goodness:
     excess: Floats
 
 
-def noise_of(motion: Motion) -> Noise:
-    """Noise of a motion at rest; where none was seen, white noise of its sigma_theta."""
-    if motion.noise is not None:
-        return motion.noise
-    return white_noise(motion.sigma_theta, (len(motion.time_s) - 1) / float(np.ptp(motion.time_s)))
-
-
 def goodness(residual: Floats, columns: Floats, noise: Noise) -> Goodness:
     """How a residual compares with the noise at rest.
 
@@ -74,7 +65,12 @@ def goodness(residual: Floats, columns: Floats, noise: Noise) -> Goodness:
     """
     n = len(residual)
     residual = residual - residual.mean()
-    basis = _orthonormal(np.column_stack([columns, np.ones(n)]))
+    columns = np.column_stack([columns, np.ones(n)])
+    scale = np.sqrt(np.mean(columns**2, axis=0))
+    used = columns[:, scale > 0] / scale[scale > 0]
+    values, vectors = np.linalg.eigh(used.T @ used)
+    kept = values > NO_TRACE * values[-1:]
+    basis = used @ (vectors[:, kept] / np.sqrt(values[kept]))  # orthonormal
     share = np.mean(np.sum(np.abs(tapered(basis.T)) ** 2, axis=0), axis=0)
     at, n_bands = frequencies(n), len(noise.ratio)
     band, power = noise.band(at), tapered_power(residual)
@@ -156,12 +152,3 @@ def through(noise: Noise, columns: Floats) -> Floats:
         twice[-1] = 1.0
     weighted = transform * (twice * noise.density(np.maximum(at, 1 / n)))[:, None]
     return np.asarray((transform.conj().T @ weighted).real)
-
-
-def _orthonormal(columns: Floats) -> Floats:
-    """Orthonormal basis of the columns, shape (n, at most n_parameters)."""
-    scale = np.sqrt(np.mean(columns**2, axis=0))
-    used = columns[:, scale > 0] / scale[scale > 0]
-    values, vectors = np.linalg.eigh(used.T @ used)
-    kept = values > NO_TRACE * values[-1:]
-    return np.asarray(used @ (vectors[:, kept] / np.sqrt(values[kept])))

@@ -85,7 +85,7 @@ class Posed:
     model : RunModel
     samples : Samples
     sigma_r : float
-        Prior standard deviation of δ.
+        Prior standard deviation of δ; without impacts any number will do.
     level : float
         s, standard deviation of a sample [rad].
     rtol : float
@@ -155,12 +155,7 @@ class Posed:
         left = (theta - self.samples.measured) / self.level
         release = [(at.values[name] - value) / u for name, value, u in self.release]
         impacts = at.impacts if at.rates is None else self.model.held(at, self.samples, self.rtol).impacts
-        return np.concatenate([left, release, at.inputs, impacts / self.prior])
-
-    @property
-    def prior(self) -> float:
-        """Prior standard deviation of δ; of none any number will do."""
-        return self.sigma_r or 1.0
+        return np.concatenate([left, release, at.inputs, impacts / (self.sigma_r or 1.0)])
 
     def jacobian(self, at: Point, by_inputs: Floats) -> tuple[Floats, Floats]:
         """The curve [rad], and derivatives of `residual` by all numbers, inputs and logarithms of rates."""
@@ -172,7 +167,7 @@ class Posed:
         for found in (columns[:, :n], by_inputs, columns[:, n:]):
             own = slice(begin, begin + found.shape[1])
             rows[:n_theta, own] = found[:n_theta] / self.level
-            rows[first + n_z :, own] = found[n_theta:] / self.prior
+            rows[first + n_z :, own] = found[n_theta:] / (self.sigma_r or 1.0)
             begin = own.stop
         for row, (name, _, u) in enumerate(self.release):
             rows[n_theta + row, self.model.names.index(name)] = 1 / u
@@ -183,7 +178,7 @@ class Posed:
         """Those of `jacobian`, with derivatives by δ of the impacts instead of their rates."""
         n = len(self.model.names) + len(self.model.inputs)
         n_impacts = rows.shape[1] - n
-        found, of_delta = rows.copy(), self.prior * rows[len(rows) - n_impacts :]
+        found, of_delta = rows.copy(), (self.sigma_r or 1.0) * rows[len(rows) - n_impacts :]
         found[:, n:] = np.linalg.solve(of_delta[:, n:].T, rows[:, n:].T).T
         found[:, :n] -= found[:, n:] @ of_delta[:, :n]
         return found
@@ -227,7 +222,7 @@ class Ended:
     @property
     def over_noise(self) -> float:
         """As `mean_square`, over the noise that a sample has."""
-        return self.mean_square * (self.posed.level / self.posed.model.noise) ** 2
+        return self.mean_square * (self.posed.level / self.posed.model.sigma) ** 2
 
 
 class _Objective:

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import chdtrc
 
-from freerock.arrays import Floats, Mask
+from freerock.arrays import Floats, Indices, Mask
 from freerock.identification.goodness import Goodness, goodness, level_of, louder, minus_two_log, through
 from freerock.identification.posed import Ended, Posed, tied
 from freerock.identification.run_model import Point
@@ -54,9 +54,9 @@ class Posterior:
     ties: Floats
 
     @classmethod
-    def of(cls, ended: Ended, noise: Noise) -> "Posterior":
+    def of(cls, ended: Ended) -> "Posterior":
         """At the end of a fit."""
-        posed, at = ended.posed, ended.at
+        posed, at, noise = ended.posed, ended.at, ended.posed.model.noise
         theta, rows = ended.derived
         parameters = ended.result.params
         varied = np.array([each.vary for each in parameters.values()])
@@ -117,22 +117,20 @@ class Posterior:
 
     @cached_property
     def goodness(self) -> Goodness:
-        """The residual beside the noise; what the run tells of inputs and impacts counts as fitted."""
-        return goodness(self.residual, self._told, self.noise)
+        """The residual beside the noise; what the run tells of inputs and impacts counts as fitted.
 
-    @cached_property
-    def _told(self) -> Floats:
-        """Derivatives by what the run itself determines: numbers, and directions of the nuisances."""
+        The run itself determines the numbers, and directions of the nuisances.
+        """
         law = self.varied.copy()
         law[self.n_names :] = False
         nuisance = self.varied & ~law
         own = self.rows[: len(self.residual), law]
         others = self.rows[: len(self.residual), nuisance] * self._prior_u[nuisance]
-        if not others.shape[1]:
-            return own
-        alone = without(own, others)
-        values, vectors = np.linalg.eigh(alone.T @ alone)
-        return np.hstack([own, others @ vectors[:, values > SEEN]])
+        if others.shape[1]:
+            alone = without(own, others)
+            values, vectors = np.linalg.eigh(alone.T @ alone)
+            own = np.hstack([own, others @ vectors[:, values > SEEN]])
+        return goodness(self.residual, own, self.noise)
 
     @cached_property
     def _prior_u(self) -> Floats:
@@ -154,18 +152,12 @@ class Posterior:
     @cached_property
     def level(self) -> float:
         """s that the numbers of the law meet: of the noise, times what the residual has more [rad]."""
-        own = np.flatnonzero(self.varied[: self.n_names])
-        return level_of(self.noise, self.rows[: len(self.residual), own]) * self._louder_by
+        return self.level_by(np.flatnonzero(self.varied[: self.n_names]))
 
-    @property
-    def independent(self) -> float:
-        """Share of the samples that count as independent ones of the level: neighbours share slow noise."""
-        rms = level_of(self.noise, np.empty((len(self.residual), 0))) * self._louder_by
-        return float(rms / self.posed.level) ** 2
-
-    @property
-    def _louder_by(self) -> float:
-        return 1.0 if self.goodness.agrees else max(1.0, self.goodness.over_noise)
+    def level_by(self, own: Indices) -> float:
+        """As `level`, of some numbers; without any of one sample."""
+        louder_by = 1.0 if self.goodness.agrees else max(1.0, self.goodness.over_noise)
+        return level_of(self.noise, self.rows[: len(self.residual), own]) * louder_by
 
     def minus_two_log(self, noise: Noise | None = None) -> float:
         """-2 ln of the evidence (Laplace), but for a constant, under some noise; by default that at rest.

@@ -15,13 +15,12 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
-from freerock.identification.goodness import noise_of
 from freerock.identification.settings import freed
 from freerock.models.block import Block
 from freerock.models.free_parameters import OF_RECORD, PARAMETERS, PER_RUN
 from freerock.models.laws import CANDIDATES, Foundation, Rules, law_of
 from freerock.models.simulate import Solver, simulate_fitted, tangents
-from freerock.noise.spectrum import averaged
+from freerock.noise.spectrum import Noise, averaged, white_noise
 from freerock.rotation.laboratory import OF_BLOCK, Input, Laboratory
 from freerock.rotation.view import View, as_measured, as_released, view_of
 from freerock.runs.motion import Motion
@@ -295,9 +294,17 @@ class RunModel:
         )
 
     @cached_property
-    def noise(self) -> float:
+    def noise(self) -> Noise:
+        """That of the sensor at rest; where none was seen, white noise of its sigma_theta."""
+        motion = self.motion
+        if motion.noise is not None:
+            return motion.noise
+        return white_noise(motion.sigma_theta, (len(motion.time_s) - 1) / float(np.ptp(motion.time_s)))
+
+    @cached_property
+    def sigma(self) -> float:
         """Standard deviation of the noise of a sample [rad]."""
-        return float(max(self.motion.sigma_theta, noise_of(self.motion).variance ** 0.5))
+        return float(max(self.motion.sigma_theta, self.noise.variance**0.5))
 
     @cached_property
     def whole(self) -> Samples:

@@ -337,12 +337,12 @@ class Followed:
             starts.append(Point({name: values[name] for name in self.model.names}, inputs, np.zeros(0)))
         if not (roughly and law_of(self.model.candidate).is_foundation):
             search = START.quick if roughly else START.search
-            left = known[0].mean_square * (known[0].posed.level / self.model.noise) ** 2
+            left = known[0].mean_square * (known[0].posed.level / self.model.sigma) ** 2
             return self._ends(end_s, starts, left, search)[0]
         # it leaves so much that priors hold the numbers only beside its residual
         start, posed = in_step(self.model, starts[0], end_s), self._posed(end_s, 1.0)
         for _ in range(START.times):
-            off = posed.residual(start)[: posed.samples.measured.size] * posed.level / self.model.noise
+            off = posed.residual(start)[: posed.samples.measured.size] * posed.level / self.model.sigma
             posed = self._posed(end_s, float(np.mean(off**2)))
             end = minimised(posed, start, *START.quick)
             start = end.at
@@ -377,7 +377,7 @@ class Followed:
         return sorted((minimised(posed, start, *search) for start in near), key=lambda end: end.result.chisqr)
 
     def _posed(self, end_s: float, left: float) -> Posed:
-        level = self.model.noise * (float(np.sqrt(left)) if left > START.misfit else 1.0)
+        level = self.model.sigma * (float(np.sqrt(left)) if left > START.misfit else 1.0)
         every = self.model.until(end_s, 10**9)
         samples = replace(every, m=max(1, every.time_s.size // START.samples))
         return Posed(self.model, samples, START.sigma_r, level, RTOL_SEARCH)

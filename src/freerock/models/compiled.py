@@ -66,9 +66,12 @@ class _Sound:
         self.seen = False
 
     def __call__(self, signature: Any) -> Any:
-        if not self.seen and not self.sound():
+        if not self.seen:
+            sound = False
             with suppress(OSError):
-                for path in (self.checksum, *self.files()):
+                sound = self.checksum.read_bytes() == self.found()
+            with suppress(OSError):
+                for path in () if sound else (self.checksum, *self.files()):
                     path.unlink(missing_ok=True)
         self.seen, before = True, self.misses()
         made = self.compile(signature)
@@ -85,12 +88,6 @@ class _Sound:
     def files(self) -> list[Path]:
         """What the cache holds of the function."""
         return sorted(self.checksum.parent.glob(f"{self.stem}-*.nb[ic]"))
-
-    def sound(self) -> bool:
-        """Whether they are as they were written."""
-        with suppress(OSError):
-            return self.checksum.read_bytes() == self.found()
-        return False
 
     def found(self) -> bytes:
         """Checksum of these files and of their names."""

@@ -117,7 +117,10 @@ def housner_swings(
         kept = np.cumprod(np.append(1.0, np.asarray(r, dtype=float)[:-1])) ** 2
         r = r[-1]  # type: ignore[index]
     r = float(r)
-    n_rest = _number_to_rest(kept, r, energy, block.theta_cr)
+    # impacts after which the rest of them is summed; none without losses
+    n_rest, rest_energy = math.inf if r >= 1 else len(kept), 0.5 * REST_AMPLITUDE * math.sin(block.theta_cr)
+    if 0 < r < 1 and kept[-1] * energy > rest_energy:
+        n_rest += math.ceil(0.5 * math.log(rest_energy / (kept[-1] * energy)) / math.log(r))
     first = math.copysign(1.0, theta0), math.sin(phi0 / 2) ** 2, energy
     sign, k2, energies, peak_time, impact_time = _find_swings(
         first, s2, block.p, kept, r, float(until), float(min(n_rest, max_impacts))
@@ -131,17 +134,6 @@ def housner_swings(
         last = 2 * float(impact_time[-1] - peak_time[-1]) if len(k2) > 1 else 0.0
         rest_time = float(impact_time[-1]) + last * r / (1 - r)
     return Swings(block, sign, k2, energies, peak_time, impact_time, rest_time, outcome)
-
-
-def _number_to_rest(kept: Floats, r: float, energy: float, theta_cr: float) -> float:
-    """Number of impacts after which the rest of them is summed; inf without losses."""
-    if r >= 1:
-        return math.inf
-    rest_energy = 0.5 * REST_AMPLITUDE * math.sin(theta_cr)
-    n_rest = len(kept)
-    if r > 0 and kept[-1] * energy > rest_energy:
-        n_rest += math.ceil(0.5 * math.log(rest_energy / (kept[-1] * energy)) / math.log(r))
-    return n_rest
 
 
 @compiled()

@@ -120,11 +120,6 @@ class Law:
         return "k" in self.parameters
 
     @property
-    def is_expanded(self) -> bool:
-        """Whether `series` and the closed forms of `kernel` have its force, k z + c ż + λ z ż."""
-        return self.parameters[0] == "k" and {*self.parameters} <= {"k", "c", "lambda"}
-
-    @property
     def ratios(self) -> tuple[str, ...]:
         """The parameters beside k of a foundation, found as ratios to it; each may be zero."""
         return tuple(name for name in self.parameters if PARAMETERS[name].fitted_as == "ratio")

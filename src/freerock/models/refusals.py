@@ -34,18 +34,11 @@ def check_scene(
     instants = np.ascontiguousarray(numbers("time", time))
     if instants.ndim != 1 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) < 0):
         raise FreerockError("time", "not an increasing array of finite instants", "sort it and drop NaN")
-    _check_edges(model, block, rules)
+    rounded = {name for name, law in LAWS.items() if "edge_radius" in law.may_free}
+    if block.edge_radius and (model not in rounded or rules.debonding != GEOMETRIC.debonding):
+        what = "rounded edges are implemented for geometric debonding only, under "
+        raise FreerockError("edge_radius_m", what + ", ".join(rounded), "leave it out")
     return instants
-
-
-def _check_edges(model: str, block: Block, rules: Rules) -> None:
-    """Raise where rounded edges are not implemented."""
-    if block.edge_radius == 0:
-        return
-    if "edge_radius" not in LAWS[model].may_free or rules.debonding != GEOMETRIC.debonding:
-        laws = ", ".join(name for name, law in LAWS.items() if "edge_radius" in law.may_free)
-        what = f"rounded edges are implemented for geometric debonding only, under {laws}"
-        raise FreerockError("edge_radius_m", what, "leave it out")
 
 
 def _check_parameters(model: str, parameters: Mapping[str, float], rules: Rules) -> None:

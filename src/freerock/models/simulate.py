@@ -143,7 +143,9 @@ def simulate(
         outcome, *counts, impacts = scene.integrate(start, instants, theta, rates)
     z_cb, z_cb_rate, theta_rate = rates.T
     if scene.law.is_foundation:
-        contact = _contact(block, z_cb, theta)
+        lift = block.flat * np.sin(theta)
+        left, right = (np.asarray(depth <= 0, np.int8) for depth in (z_cb - lift, z_cb + lift))  # which is up
+        contact = left - right + 2 * left * right
     else:
         contact = np.where(np.isnan(theta), 0.0, np.sign(theta)).astype(np.int8)
         z_cb, z_cb_rate = (
@@ -182,7 +184,13 @@ def simulate_fitted(
     if scene.is_closed_form:
         theta, *_ = scene.in_closed_form(values["theta0"], later, rates, passages)
     else:
-        theta = scene.released_and_integrated(values["theta0"], later, rates, passages)
+        theta = np.empty(later.size)
+        every = NO_RATES if rates is None else rates if rates.shape[1] > 1 else np.empty((later.size, 3))
+        scene, start, stands = scene.released(values["theta0"], later)
+        scene.integrate(start, later, theta, every, passages)
+        if rates is not None and every is not rates:
+            rates[:, 0] = every[:, 2]
+        theta = theta - stands if stands else theta
     if theta.size and np.isnan(theta[-1]):
         lost = np.isnan(theta)
         theta[lost] = np.copysign(np.pi / 2, values["theta0"])
@@ -220,7 +228,8 @@ def tangents(
         return _swings_in_closed_form(scene, theta0, time, theta, rates[:, -1], -steps[0])
     scene, start, stands = scene.released(theta0, time)
     begin = np.append(np.searchsorted(time, passages[:, 0], "right"), time.size)
-    found = Tangents.empty(begin, passages[:, 4], passages[:, 3], time.size)
+    none = np.zeros((2, 3, time.size)), np.zeros((len(passages), 4, 3))
+    found = Tangents(begin, *none, passages[:, 4], passages[:, 3])
     known = theta + stands, np.ascontiguousarray(rates[:, 0])
     tolerance = scene.tolerance(start)
     if scene.is_by_series(time) and len(steps) == 1:
@@ -284,7 +293,8 @@ def _swings_in_closed_form(
     n = min(scene.factors.size, whole.impact_time.size, moved.impact_time.size)
     n = int(np.searchsorted(whole.impact_time[:n], time[-1]))
     begin = np.append(np.searchsorted(time, whole.impact_time[:n], "right"), time.size)
-    found = Tangents.empty(begin, np.ones(n), scene.factors[:n], time.size)
+    none = np.zeros((2, 3, time.size)), np.zeros((n, 4, 3))
+    found = Tangents(begin, *none, np.ones(n), scene.factors[:n])
     late = (moved.impact_time[:n] - whole.impact_time[:n]) / step
     found.onward[:, 2, 2], found.onward[:-1, 3, 2] = 1.0, np.diff(late)
     later, _ = housner_motion(moved, time, theta0, rates=False)
@@ -343,10 +353,11 @@ class _Scene:
         return self.rules.debonding == "tensionless" and self.foundation.is_damped
 
     def is_by_series(self, time: Floats) -> bool:
-        """Whether `series` knows it."""
+        """Whether `series` knows it: a force k z + c ż + λ z ż at sharp corners."""
+        expanded = self.law.is_foundation and {*self.law.parameters} <= {"k", "c", "lambda"}
         odd = self.is_tensionless or self.block.edge_radius or self.block.e
         still = self.motion is None or not len(self.motion.coefficients)
-        return self.law.is_expanded and not odd and (still or self.motion.leans(time, self.block.g))  # type: ignore[union-attr]
+        return expanded and not odd and (still or self.motion.leans(time, self.block.g))  # type: ignore[union-attr]
 
     def in_closed_form(
         self, theta0: float, time: Floats, rates: Floats | None, passages: Floats = NO_PASSAGES
@@ -374,18 +385,6 @@ class _Scene:
             rates[:, -1] = rate
         outcome = "at_rest" if until > swings.rest_time else swings.outcome
         return theta, OUTCOMES.index(outcome), swings.impact_time[swings.impact_time <= until]
-
-    def released_and_integrated(
-        self, theta0: float, time: Floats, rates: Floats | None, passages: Floats
-    ) -> Floats:
-        """Rotation of a block released from rest; fills rates and passages."""
-        scene, start, stands = self.released(theta0, time)
-        theta = np.empty(time.size)
-        every = NO_RATES if rates is None else rates if rates.shape[1] > 1 else np.empty((time.size, 3))
-        scene.integrate(start, time, theta, every, passages)
-        if rates is not None and every is not rates:
-            rates[:, 0] = every[:, 2]
-        return theta - stands if stands else theta
 
     def released(self, theta0: float, time: Floats) -> tuple["_Scene", State, float]:
         """With gravity as on its base, the state at the release, and where it stands at rest [rad]."""
@@ -436,10 +435,3 @@ class _Scene:
             return series.integrate_series(self.constants, *given)
         r = -1.0 if self.law.is_foundation else float(self.parameters["r"])
         return kernel.integrate(self.constants, r, self.is_tensionless, *given)
-
-
-def _contact(block: Block, z_cb: Floats, theta: Floats) -> NDArray[np.int8]:
-    """Which part of the base is below the ground, as in `Response`."""
-    lift = block.flat * np.sin(theta)
-    left, right = (np.asarray(depth <= 0, np.int8) for depth in (z_cb - lift, z_cb + lift))  # which is up
-    return left - right + 2 * left * right

@@ -38,11 +38,6 @@ class Tangents:
     rates: Floats
     factors: Floats
 
-    @classmethod
-    def empty(cls, begin: Indices, rates: Floats, factors: Floats, n_time: int) -> "Tangents":
-        """With derivatives of zero."""
-        return cls(begin, np.zeros((2, 3, n_time)), np.zeros((len(rates), 4, 3)), rates, factors)
-
     def by_rates(self, by_theta: Floats, by_z: Floats, rate: Floats, out: Floats) -> None:
         """Fill the derivatives by the logarithm of the rate after each impact, the other rates held.
 

@@ -1,6 +1,6 @@
 """All candidates fitted to the runs of a record, and the law that is chosen."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -88,9 +88,10 @@ def identify_record(block: Block, motions: Mapping[int, Motion], allowed: Allowe
     if not motions:
         return found
     least = float("inf")
-    for tier in _tiers(allowed.candidates):
+    rank = {name: max(n_numbers(name), 2) for name in allowed.candidates}  # of one and of two together
+    for n in sorted({*rank.values()}):
         own, left = dict[str, Followers](), dict[str, Ended]()
-        for name in tier:
+        for name in (each for each in rank if rank[each] == n):
             with _missed(name, found):
                 own[name] = Followers(name, block, motions, allowed.settings(name))
                 left[name] = own[name].followed.glimpsed[0]
@@ -109,13 +110,6 @@ def identify_record(block: Block, motions: Mapping[int, Motion], allowed: Allowe
             found.missing.setdefault(name, "a smaller candidate suffices, or is as far from the runs")
     _as_the_paper(block, motions, allowed, found)
     return found
-
-
-def _tiers(candidates: Sequence[str]) -> Iterator[list[str]]:
-    """Candidates of as many numbers; those of one and of two together."""
-    rank = {name: max(n_numbers(name), 2) for name in candidates}
-    for number in sorted({*rank.values()}):
-        yield [name for name in candidates if rank[name] == number]
 
 
 def _fit_tier(
@@ -140,7 +134,8 @@ def _fit_tier(
             found.missing[name] = f"on the {where} it leaves {share:.3g} times the best's mean square"
             continue
         with _missed(name, found):
-            found.fits[name] = finished(settled(own[name].ends(not contends), not contends))
+            runs = settled(own[name].ends(not contends), not contends)
+            found.fits[name] = {run: finished(*each) for run, each in runs.items()}
 
 
 @contextmanager

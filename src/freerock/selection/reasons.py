@@ -73,12 +73,12 @@ def reasons_of_fit(motion: Motion, fit: Fit | None, choice: Choice) -> Iterator[
         line = line_hz(fit)
         if line:
             yield Reason.of("line_in_residual", f"a line of {line:.3g} Hz in the residual")
-    yield from _pulls(fit)
-    yield from _release(fit)
+    yield from _of_nuisances(fit)
     yield from _of_impacts(motion, fit)
 
 
-def _pulls(fit: Fit) -> Iterator[Reason]:
+def _of_nuisances(fit: Fit) -> Iterator[Reason]:
+    """Inputs that are pulled, and a release elsewhere than the hold and the first motion put it."""
     known = fit.uncertainty.contributions
     for source, by, pull in zip(known.inputs, known.moved, known.pulls, strict=True):
         if abs(pull) > PULLED:
@@ -89,9 +89,6 @@ def _pulls(fit: Fit) -> Iterator[Reason]:
             warns = (unlikely and fit.evidence.agrees) or abs(pull) > REASONS.pulled
             yield Reason.of("pulled_input", text, "warn" if warns else "ok", float(abs(pull)), PULLED, "1")
 
-
-def _release(fit: Fit) -> Iterator[Reason]:
-    """A release that the run puts elsewhere than the hold and the first motion."""
     for name, measured, u in fit.posterior.posed.release if fit.posterior else ():
         pull = abs(fit.values[name] - measured) / u
         if pull > REASONS.release:
@@ -142,22 +139,16 @@ def trend(fit: Fit, regressor: Floats) -> tuple[float, float]:
     told, sigma_r = posterior.told, fit.scatter.of_record.sigma_r
     slope = u = 0.0
     for _ in range(3):
-        slope, u = _slope(told, x, sigma_r)
-        if not u:
+        # generalised least squares beside a scatter
+        of_x, with_prior = told.precision @ x, told.precision + np.eye(len(x)) / sigma_r**2
+        by_x, by_towards = np.linalg.solve(with_prior, np.column_stack([of_x, told.towards])).T
+        information = float(x @ of_x - of_x @ by_x)
+        if information <= 0:
             return 0.0, 1.0
+        slope, u = float(x @ told.towards - of_x @ by_towards) / information, information**-0.5
         beside = find_scatter([Told(told.precision, told.towards - told.precision @ x * slope)])
         sigma_r = max(beside.sigma_r, LEAST_SCATTER)
     return slope, 2 * float(stdtr(len(x) - 3, -abs(slope) / u))
-
-
-def _slope(told: Told, x: Floats, sigma_r: float) -> tuple[float, float]:
-    """Generalised least squares of δ over x beside a scatter: the slope and its standard error."""
-    of_x, with_prior = told.precision @ x, told.precision + np.eye(len(x)) / sigma_r**2
-    by_x, by_towards = np.linalg.solve(with_prior, np.column_stack([of_x, told.towards])).T
-    information = float(x @ of_x - of_x @ by_x)
-    if information <= 0:
-        return 0.0, 0.0
-    return float(x @ told.towards - of_x @ by_towards) / information, information**-0.5
 
 
 def line_hz(fit: Fit) -> float:
