@@ -30,7 +30,7 @@ class Uncertainty:
     covariance : ndarray, shape (n_parameters, n_parameters)
         In the product of the parameters' units: noise, inputs, scatter of the impacts, error of the law.
     stderr : ndarray, shape (n_parameters,)
-        Standard uncertainty by noise and scatter of the impacts, with the inputs exact.
+        Standard uncertainty by noise and scatter of the impacts.
     u_law : ndarray, shape (n_parameters,)
         What a residual beyond the noise adds to it.
     contributions : Contributions
