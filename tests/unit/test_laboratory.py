@@ -9,9 +9,11 @@ from laboratory import CSV, YAML, problems
 from freerock.config.campaign import load_campaign
 from freerock.config.step_settings import inputs
 from freerock.models.block import Block
+from freerock.models.laws import Foundation
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
+from freerock.rotation.view import view_of
 
 BLOCK = Block(0.28, 0.07, 5.84)
 HIGH, LOW = Laser("horizontal", 0.2, 0.1), Laser("horizontal", 0.1, 0.1)
@@ -29,6 +31,18 @@ def test_a_higher_beam_makes_of_its_reading_a_smaller_angle():
         atol=1e-15,
     )
     assert theta[3] == pytest.approx(THETA[3] * 0.2 / 0.202, rel=1e-3)
+
+
+def test_what_one_laboratory_sees_is_reread_by_another_at_once():
+    """A corner that sinks under a beam, read by a moved laser, then as stated: one pass or two."""
+    stated, bed, depth = Laboratory(BLOCK, {"high": HIGH}), Foundation(6.9e6, 0.0, 1.3e8), np.full(5, 2e-4)
+    sources = Input("high", "position_m", 1e-3, True), Input("high", "scale_fraction", 1e-2, True)
+    moved = stated.at(sources, np.array([1.3, -0.7]))
+    view = view_of(moved.lasers["high"], BLOCK)
+    two = moved.reread(view.seen(THETA[None], depth[None], BLOCK, bed), stated)
+    one = view.seen(THETA[None], depth[None], BLOCK, bed, moved.read_by(stated))
+    np.testing.assert_allclose(one, two, atol=1e-14)
+    assert np.abs(one - THETA).max() > 1e-3
 
 
 def test_two_lasers_know_the_angle_by_the_distance_of_their_beams():

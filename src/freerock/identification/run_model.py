@@ -219,7 +219,10 @@ class Moved:
         turning, view = self.place.block.as_found(self.values), place.view.at_once if place.view else None
         if view is not None and not view.is_plain(turning, bed):
             z_cb = self.rates[:, 0] + by.get("z_cb", 0.0)
-            theta = view.seen(theta[None], z_cb[None], turning, bed)
+            if place.moved is None or self.stated is None:
+                return view.seen(theta[None], z_cb[None], turning, bed)
+            # of one beam, that of the place and of the stated laboratory at once
+            return view.seen(theta[None], z_cb[None], turning, bed, place.moved.read_by(self.stated))
         return place.reread(theta, self.stated)
 
 

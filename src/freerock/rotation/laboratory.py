@@ -118,6 +118,10 @@ class Laboratory:
             moved = moved.moved(source, by) if by else moved
         return moved
 
+    def read_by(self, other: Self) -> tuple[float, tuple[float, ...]]:
+        """What another laboratory multiplies a reading of the laser with, and its beam."""
+        return other.scales[0] / self.scales[0], beam_of(other.block, next(iter(other.lasers.values())))
+
     def reread(self, theta: Floats, by: Self) -> Floats:
         """Rotation [rad] that the readings behind a rotation would have given another laboratory.
 
@@ -135,9 +139,9 @@ class Laboratory:
             return theta
         if len(sensors) == 1:
             each, out = np.array(theta, ndmin=2), np.empty(theta.size)
-            gain, sign = np.array([by.scales[0] / self.scales[0]]), -1.0 if mirrored(others[0]) else 1.0
-            beams = beam_of(self.block, sensors[0]), beam_of(by.block, others[0])
-            seen(each, each, gain, math.nan, sign, *beams, out)
+            gain, expected = self.read_by(by)
+            sign = -1.0 if mirrored(others[0]) else 1.0
+            seen(each, each, np.array([gain]), math.nan, sign, beam_of(self.block, sensors[0]), expected, out)
             return out
         readings = [
             displaced(theta, self.block, laser) * now / then

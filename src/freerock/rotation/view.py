@@ -57,7 +57,14 @@ class View:
         sees_corners = self.laser.beam is not None and (foundation is not None or block != self.block)
         return len(self.moments[0]) == 1 and not sees_corners
 
-    def seen(self, theta: Floats, z_cb: Floats, block: Block, foundation: Foundation | None) -> Floats:
+    def seen(
+        self,
+        theta: Floats,
+        z_cb: Floats,
+        block: Block,
+        foundation: Foundation | None,
+        by: tuple[float, tuple[float, ...]] | None = None,
+    ) -> Floats:
         """Rotation as the record has it [rad], shape (n_time,).
 
         The reading of each moment by (F30) to (F32), the mean of the readings, and the rotation that a block
@@ -71,6 +78,8 @@ class View:
             The block that turns; it may have other corners than the one expected.
         foundation : Foundation or None
             What its corners sink into.
+        by : (float, tuple), optional
+            Another laboratory that finds the rotation: what it multiplies a reading with, and its beam.
         """
         weights = self.moments[1]
         if self.laser.beam is None:
@@ -78,6 +87,8 @@ class View:
         out = np.empty(theta.shape[1])
         rests, sign, beam, expected = self._reading(block, foundation)
         rests = math.nan if foundation is None else rests
+        if by is not None:
+            weights, expected = by[0] * weights, by[1]
         beam_kernel.seen(theta, z_cb, weights, rests, sign, beam, expected, out)
         return out
 
