@@ -17,7 +17,7 @@ from freerock.identification.paper_fit import RELEASE_WALLS, paper_fit
 from freerock.identification.posed import release_prior
 from freerock.identification.run_model import Point, RunModel, Samples
 from freerock.identification.scatter import Told, find_scatter, told_by
-from freerock.identification.start import Followed, crossings_s, in_step, screening_s, whole_s
+from freerock.identification.start import Followed, crossings_s, in_step, whole_s
 from freerock.models.block import Block
 from freerock.models.simulate import Solver, simulate_fitted
 from freerock.noise.spectrum import white_noise
@@ -184,7 +184,7 @@ def test_goodness_tells_noise_from_a_law_that_is_wrong():
 def test_what_a_fit_takes_of_a_run_ends_with_the_last_impact_that_is_seen(record):
     motion = record[0][0]
     crossings = crossings_s(motion)
-    assert 0 < screening_s(motion) <= whole_s(motion) == crossings[-1]
+    assert whole_s(motion) == crossings[-1]
     assert np.abs(motion.theta[motion.time_s < crossings[-1]]).max() > 10 * SIGMA
 
 

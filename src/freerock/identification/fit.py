@@ -13,10 +13,10 @@ from freerock.config.fit_settings import FitSettings
 from freerock.errors import of_kind
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, Minimizer, Uncertainty
-from freerock.identification.posed import Ended, Posed, minimised
+from freerock.identification.posed import Ended, minimised
 from freerock.identification.posterior import Posterior
-from freerock.identification.run_model import RTOL, RunModel, Samples
-from freerock.identification.scatter import NONE, Scatter, Told, find_scatter
+from freerock.identification.run_model import RTOL, RunModel
+from freerock.identification.scatter import NONE, Scatter, find_scatter
 from freerock.identification.settings import check
 from freerock.identification.start import START, Followed, in_step, n_lifting, whole_s, with_impacts
 from freerock.models.block import Block
@@ -173,18 +173,20 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple
     roughly : bool
         Of a law that is far from the runs: no round.
     """
-    now = {
-        run: replace(end, posed=replace(end.posed, samples=_all_samples(end.posed.model), rtol=RTOL))
-        for run, end in ends.items()
-    }
+    now = dict[int, Ended]()
+    for run, end in ends.items():
+        model = end.posed.model
+        samples = replace(model.until(whole_s(model.motion), 10**9), m=model.noise.averaged)
+        now[run] = replace(end, posed=replace(end.posed, samples=samples, rtol=RTOL))
     posteriors = {run: Posterior.of(end) for run, end in now.items()}
-    scatter, due = find_scatter(_told(posteriors)), list(now)
+    scatter = find_scatter([each.told for each in posteriors.values() if each.at.impacts.size])
+    due = list(now)
     for _ in range(0 if roughly else ROUNDS.most):
         for run in due:
             now[run] = _round(now[run], scatter.sigma_r, posteriors[run].level)
             posteriors[run] = Posterior.of(now[run])
         if scatter.sigma_r:  # 0 is kept: the impacts are no longer free
-            scatter = find_scatter(_told(posteriors))
+            scatter = find_scatter([each.told for each in posteriors.values() if each.at.impacts.size])
         due = [run for run, end in now.items() if not _is_steady(end, posteriors[run], scatter.sigma_r)]
         if not due:
             break
@@ -202,10 +204,6 @@ def _is_steady(end: Ended, posterior: Posterior, sigma_r: float) -> bool:
     return same and (end.result.success or posterior.ahead < ROUNDS.ahead)
 
 
-def _told(posteriors: Mapping[int, Posterior]) -> list[Told]:
-    return [each.told for each in posteriors.values() if each.at.impacts.size]
-
-
 def _round(end: Ended, sigma_r: float, level: float) -> Ended:
     """The fit of a run to all its samples."""
     model = end.posed.model
@@ -213,14 +211,9 @@ def _round(end: Ended, sigma_r: float, level: float) -> Ended:
     if sigma_r:
         start = in_step(model, end.at, whole_s(model.motion), START.lost)
         start = with_impacts(start, n_lifting(model, start))
-    posed = Posed(model, _all_samples(model), sigma_r, level, RTOL)
-    found = minimised(posed, start, *ROUNDS.exact)
+    found = minimised(replace(end.posed, sigma_r=sigma_r, level=level), start, *ROUNDS.exact)
     found.result.nfev += end.result.nfev
     return found
-
-
-def _all_samples(model: RunModel) -> Samples:
-    return replace(model.until(whole_s(model.motion), 10**9), m=model.noise.averaged)
 
 
 def finished(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:

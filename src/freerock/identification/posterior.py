@@ -81,11 +81,6 @@ class Posterior:
         return self.theta - self.posed.samples.measured
 
     @cached_property
-    def columns(self) -> Floats:
-        """Derivatives of the residual by all that the fit moved [rad], shape (n, n_varied)."""
-        return (self.rows[: len(self.residual)] @ self.ties) * self.posed.level
-
-    @cached_property
     def inverse(self) -> Floats:
         """Covariance under noise of the level and the priors, shape (n_all, n_all); 0 of what is held."""
         rows = self.rows @ self.ties

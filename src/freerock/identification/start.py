@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from freerock.arrays import Floats, Mask
+from freerock.arrays import Floats
 from freerock.identification.posed import WIDEST_IMPACT, Ended, Posed, minimised
 from freerock.identification.run_model import RTOL_SCREENING, RTOL_SEARCH, Point, RunModel, Samples
 from freerock.models.block import Block
@@ -97,13 +97,9 @@ def crossings_s(motion: Motion, clear: float = START.clear) -> Floats:
 
 def moving_s(motion: Motion) -> float:
     """Last instant at which the block moves [s]; 0 where it never does."""
-    moves = _moves(motion)
+    # what stands out of the noise, and of the ringing of a base in full contact
+    moves = np.abs(motion.theta) > max(10 * motion.sigma_theta, 1e-3 * abs(motion.theta0))
     return float(motion.time_s[moves][-1]) if moves.any() else 0.0
-
-
-def _moves(motion: Motion) -> Mask:
-    """Which samples stand out of the noise, and of the ringing of a base in full contact."""
-    return np.asarray(np.abs(motion.theta) > max(10 * motion.sigma_theta, 1e-3 * abs(motion.theta0)))
 
 
 def whole_s(motion: Motion) -> float:
@@ -113,12 +109,6 @@ def whole_s(motion: Motion) -> float:
     """
     crossings = crossings_s(motion)
     return float(crossings[-1]) if crossings.size > 2 else 1.1 * moving_s(motion) + 0.1
-
-
-def screening_s(motion: Motion) -> float:
-    """End of the first swings [s], on which candidates are screened."""
-    crossings = crossings_s(motion)
-    return float(crossings[START.screened]) if crossings.size > START.screened else whole_s(motion)
 
 
 def first_peak_s(motion: Motion) -> float:
@@ -351,8 +341,9 @@ class Followed:
     @cached_property
     def glimpsed(self) -> list[Ended]:
         """Promising ends of a few evaluations on the first swings, the best one first."""
-        end_s = screening_s(self.model.motion)
-        starts = scan(self.model, first_peak_s(self.model.motion), START.followed)
+        motion, crossings = self.model.motion, crossings_s(self.model.motion)
+        end_s = float(crossings[START.screened]) if crossings.size > START.screened else whole_s(motion)
+        starts = scan(self.model, first_peak_s(motion), START.followed)
         return promising(self._ends(end_s, starts, 1.0, START.quick))
 
     @cached_property

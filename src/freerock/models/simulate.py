@@ -129,7 +129,7 @@ def simulate(
     """
     start = theta0 if isinstance(theta0, State) else State(0.0, 0.0, theta0, 0.0)
     instants = check_scene(model, block, parameters, time, start, rules, solver.rtol)
-    scene = _Scene(model, block, parameters, base_excitation, rules, solver)
+    scene = _Scene(LAWS[model], block, parameters, base_excitation, rules, solver)
     if not scene.law.is_foundation:
         start = State(0.0, 0.0, start.theta, start.theta_rate)
     elif not isinstance(theta0, State):
@@ -179,7 +179,7 @@ def simulate_fitted(
     the instant since the release [s], z_cb, ż_cb, 1 + δ and θ̇ after each impact that has a δ. Where its last
     column holds a rate, the impact leaves the block that rate, and δ follows. Arguments are not checked.
     """
-    scene = _Scene(model, block.as_found(values), values, None, rules, solver)
+    scene = _Scene(LAWS[model], block.as_found(values), values, None, rules, solver)
     later = time - values["t0"] if "t0" in values else time
     if scene.is_closed_form:
         theta, *_ = scene.in_closed_form(values["theta0"], later, rates, passages)
@@ -221,7 +221,7 @@ def tangents(
     steps : sequence of float
         Of difference quotients, as shares of the state: one, or one to either side.
     """
-    scene = _Scene(model, block.as_found(values), values, None, rules, solver)
+    scene = _Scene(LAWS[model], block.as_found(values), values, None, rules, solver)
     theta0, time, (theta, rates, passages) = values["theta0"], time - values.get("t0", 0.0), motion
     passages = passages[passages[:, 0] < time[-1]]
     if scene.is_closed_form:
@@ -307,17 +307,12 @@ def _swings_in_closed_form(
 class _Scene:
     """A block that moves by a law on a ground, and how the motion is solved."""
 
-    model: str
+    law: Law
     block: Block
     parameters: Mapping[str, Any]
     motion: GroundMotion | None
     rules: Rules
     solver: Solver
-
-    @property
-    def law(self) -> Law:
-        """Its row."""
-        return LAWS[self.model]
 
     @cached_property
     def foundation(self) -> Foundation:

@@ -42,7 +42,7 @@ class Allowed:
         for name, each in CANDIDATES.items():
             rigid = not law_of(name).is_foundation
             known = each.kinematics in self.kinematics or (rigid and bool(self.kinematics))
-            doubled = each.width and "width" in self._freed(name)
+            doubled = each.width and "width" in self.settings(name).free
             if each.law in laws and not doubled and (known or not each.is_rival):
                 found.append(name)
         return tuple(sorted(found, key=n_numbers))
@@ -60,10 +60,8 @@ class Allowed:
 
     def settings(self, candidate: str) -> FitSettings:
         """How a candidate is fitted."""
-        return FitSettings(free=self._freed(candidate), **self.options)
-
-    def _freed(self, candidate: str) -> Sequence[str]:
-        return self.free.get(CANDIDATES[candidate].law, law_of(candidate).free)
+        free = self.free.get(CANDIDATES[candidate].law, law_of(candidate).free)
+        return FitSettings(free=free, **self.options)
 
 
 def n_numbers(candidate: str) -> int:
