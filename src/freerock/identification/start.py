@@ -204,7 +204,11 @@ def scan(model: RunModel, horizon_s: float, most: int, every: int = 1) -> list[P
         return _scan_rigid(model, horizon_s, beside, most)
     samples = model.until(horizon_s, START.grid)
     laws = law.cases or (model.law,)
-    found = list[tuple[float, Point]]()
+    found, widths = list[tuple[float, Point]](), list[dict[str, float]]([{}])
+    if "width" in beside:  # as stated, and of a worn block that stands at the release
+        worn = beside["width"] * np.array(START.worn)
+        stands = model.block.height_m * float(np.tan(abs(model.motion.theta0)))
+        widths = [{"width": width} for width in worn[worn > 1.05 * stands].tolist()] or widths
     for case in laws:
         ratio = LAWS[case].ratios[0]
         k_grid = np.geomspace(*PARAMETERS["k"].grid)
@@ -224,20 +228,11 @@ def scan(model: RunModel, horizon_s: float, most: int, every: int = 1) -> list[P
                     **{name: k * each for name, each in lacking.items()},
                 },
             )
-            for free, k, c in product(_widths(model, beside), k_grid.tolist(), ratios.tolist())
+            for free, k, c in product(widths, k_grid.tolist(), ratios.tolist())
         ]
         shape = len(points) // (len(k_grid) * len(ratios)), len(k_grid), len(ratios)
         found += _lowest(model, points, shape, samples, most)
     return [point for _, point in sorted(found, key=lambda each: each[0])[:most]]
-
-
-def _widths(model: RunModel, beside: Mapping[str, float]) -> list[dict[str, float]]:
-    """Widths from which a freed one starts [m]: as stated, and of a worn block that stands at the release."""
-    if "width" not in beside:
-        return [{}]
-    stands = model.block.height_m * float(np.tan(abs(model.motion.theta0)))
-    widths = beside["width"] * np.array(START.worn)
-    return [{"width": width} for width in widths[widths > 1.05 * stands].tolist()] or [{}]
 
 
 def _at(model: RunModel, values: Mapping[str, float]) -> Point:

@@ -175,7 +175,7 @@ def as_measured(
     beside = view.moments[0][:, None]
     values = {**values, "theta0": view.released(values["theta0"], turning, foundation)}
     every = (time_s + beside).ravel()
-    back = np.arange(every.size)
+    back: Any = slice(None)
     if len(beside) > 1:
         every, back = np.unique(every, return_inverse=True)
     rates = None if foundation is None else np.empty((every.size, 3))

@@ -141,13 +141,6 @@ def choose(fits: Fits, missing: Mapping[str, str]) -> Choice:
     return Choice(*found[:4], (*found[4], *failed, *left_out))
 
 
-def evidence_of(own: Mapping[int, Fit]) -> float:
-    """-2 ln of the evidence of all runs of a record, with σ_r charged where there is scatter."""
-    scatter = next(iter(own.values())).scatter.of_record
-    charged = math.log(max(scatter.n_impacts, 1.0)) if scatter.sigma_r else 0.0
-    return sum(fit.evidence.minus_two_log for fit in own.values()) + charged
-
-
 def _not_fitted(model: str, why: str) -> Judged:
     return Judged(model, "not_fitted", why, n_parameters=n_numbers(model))
 
@@ -162,7 +155,11 @@ def _by_evidence(fits: Fits, good: Sequence[str]) -> "tuple[str, Level, Criterio
     Among the others the least numbers win, then the evidence. A candidate that holds the selected one as a
     case is needless beside it, unless its evidence is better.
     """
-    value = {name: evidence_of(own) for name, own in fits.items()}
+    value = dict[str, float]()
+    for name, own in fits.items():  # σ_r is charged where there is scatter
+        scatter = next(iter(own.values())).scatter.of_record
+        charged = math.log(max(scatter.n_impacts, 1.0)) if scatter.sigma_r else 0.0
+        value[name] = sum(fit.evidence.minus_two_log for fit in own.values()) + charged
     best = min(value[name] for name in good)
     near = [name for name in good if value[name] <= best + TELLS]
     selected = min(near, key=lambda name: (n_numbers(name), value[name]))
