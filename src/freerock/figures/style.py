@@ -21,7 +21,7 @@ from PIL import Image
 from freerock.figures.looks import MEASURED
 from freerock.figures.looks import Style as Style
 from freerock.files import atomic
-from freerock.models.free_parameters import SYMBOLS, unit_of
+from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.tables.csvfile import write_csv
 from freerock.tables.number_text import fixed, in_words, with_unit
 
@@ -94,7 +94,7 @@ def as_text(text: str) -> str:
 
 def axis_of(parameter: str) -> str:
     """Label of an axis along which a parameter is drawn, "k / (N m⁻²)"."""
-    return with_unit(SYMBOLS[parameter], unit_of(parameter))
+    return with_unit(SYMBOLS[parameter], PARAMETERS[parameter].unit)
 
 
 def letter(index: int) -> str:

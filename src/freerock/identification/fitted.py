@@ -11,7 +11,7 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.posterior import Posterior
 from freerock.identification.scatter import Scatter
-from freerock.models.free_parameters import unit_of
+from freerock.models.free_parameters import PARAMETERS
 from freerock.models.given import legal
 from freerock.models.laws import law_of
 from freerock.runs.impacts import Impacts
@@ -217,7 +217,7 @@ class Fit:
     @property
     def units(self) -> tuple[str, ...]:
         """Unit of each number."""
-        return tuple(map(unit_of, self.values))
+        return tuple(PARAMETERS[name].unit for name in self.values)
 
     @property
     def u_total(self) -> Floats:

@@ -19,7 +19,7 @@ from freerock.identification.posed import Posed, minimised
 from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel
 from freerock.identification.start import scan
 from freerock.models.block import Block
-from freerock.models.free_parameters import unit_of
+from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import law_of
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
@@ -67,7 +67,7 @@ class PaperFit:
     @property
     def units(self) -> tuple[str, ...]:
         """Unit of each number."""
-        return tuple(map(unit_of, self.values))
+        return tuple(PARAMETERS[name].unit for name in self.values)
 
 
 def paper_fit(

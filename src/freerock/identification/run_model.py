@@ -152,10 +152,6 @@ class Place:
     moved: Laboratory | None = None
     clock: float = 1.0
 
-    def reread(self, theta: Floats, stated: Laboratory | None) -> Floats:
-        """A rotation that is read here, as a stated laboratory would read it [rad]."""
-        return theta if self.moved is None or stated is None else self.moved.reread(theta, stated)
-
     @property
     def response_s2(self) -> float:
         """Square of the time of the sensor [s²]; inputs may move it below zero."""
@@ -214,16 +210,16 @@ class Moved:
             What is added to the rotation `turned` [rad] and to the depth `z_cb` [m]; of a rigid block nothing
             is seen of a depth.
         """
-        place, theta = place or self.place, self.turned + by.get("turned", 0.0)
+        place, stated, theta = place or self.place, self.stated, self.turned + by.get("turned", 0.0)
         bed = Foundation.of(self.values) if "k" in self.values else None
         turning, view = self.place.block.as_found(self.values), place.view.at_once if place.view else None
         if view is not None and not view.is_plain(turning, bed):
             z_cb = self.rates[:, 0] + by.get("z_cb", 0.0)
-            if place.moved is None or self.stated is None:
+            if place.moved is None or stated is None:
                 return view.seen(theta[None], z_cb[None], turning, bed)
             # of one beam, that of the place and of the stated laboratory at once
-            return view.seen(theta[None], z_cb[None], turning, bed, place.moved.read_by(self.stated))
-        return place.reread(theta, self.stated)
+            return view.seen(theta[None], z_cb[None], turning, bed, place.moved.read_by(stated))
+        return theta if place.moved is None or stated is None else place.moved.reread(theta, stated)
 
 
 @dataclass(frozen=True, eq=False)
@@ -337,7 +333,8 @@ class RunModel:
             solver=Solver(rtol, MOST_STEPS),
             passages=at.passages,
         )
-        theta = place.reread(theta, self.motion.laboratory)
+        if place.moved is not None and self.motion.laboratory is not None:
+            theta = place.moved.reread(theta, self.motion.laboratory)
         return Samples(time_s, theta).smoothed(theta, place.response_s2) if place.response_s2 < 0 else theta
 
     def means(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:

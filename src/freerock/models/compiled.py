@@ -59,7 +59,7 @@ class _Sound:
     """Compiles a function for types of arguments; loads it only from files that are as they were written."""
 
     def __init__(self, dispatcher: Any) -> None:
-        self.compile, self.stats = dispatcher.compile, lambda: dispatcher.stats
+        self.compile, self.misses = dispatcher.compile, lambda: sum(dispatcher.stats.cache_misses.values())
         function = dispatcher.py_func
         self.stem = f"{Path(function.__code__.co_filename).stem}.{function.__qualname__}"
         self.checksum = Path(dispatcher.stats.cache_path, f"{self.stem}.sha256")
@@ -81,9 +81,6 @@ class _Sound:
                 partial.write_bytes(self.found())
                 partial.replace(self.checksum)
         return made
-
-    def misses(self) -> int:
-        return sum(self.stats().cache_misses.values())
 
     def files(self) -> list[Path]:
         """What the cache holds of the function."""

@@ -87,8 +87,3 @@ OF_RECORD = ("width", "tilt", "edge_radius")  # what the runs of a record share 
 COMMON_NUISANCES = (*OF_RECORD, *PER_RUN)
 
 SYMBOLS = {name: parameter.symbol for name, parameter in PARAMETERS.items()}
-
-
-def unit_of(name: str) -> str:
-    """Unit of a freed parameter."""
-    return PARAMETERS[name].unit

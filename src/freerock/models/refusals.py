@@ -10,7 +10,7 @@ from freerock.arrays import Floats, numbers
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.contact import State
-from freerock.models.free_parameters import PARAMETERS, unit_of
+from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import CANDIDATES, DEBONDING, GEOMETRIC, KINEMATICS, LAWS, Rules
 
 
@@ -51,7 +51,7 @@ def _check_parameters(model: str, parameters: Mapping[str, float], rules: Rules)
         raise FreerockError("model", f"unknown model {model!r}", f"use one of {', '.join(LAWS)}")
     law = LAWS[model]
     for name in law.parameters:
-        where, unit = f"parameters.{name}", unit_of(name)
+        where, unit = f"parameters.{name}", PARAMETERS[name].unit
         if name not in parameters:
             raise FreerockError(where, "missing", f"give {name} [{unit}] for the {model} model")
         value, positive = parameters[name], PARAMETERS[name].fitted_as == "logarithm"

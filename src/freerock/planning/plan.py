@@ -17,7 +17,7 @@ from freerock.config.step_settings import laboratory
 from freerock.errors import FreerockError
 from freerock.identification.settings import freed
 from freerock.models.block import Block
-from freerock.models.free_parameters import unit_of
+from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import simulate
 from freerock.planning.bound import ExpectedRun, information_bound
@@ -137,7 +137,7 @@ def _rows(
             )
             note = "not determined by such a run" if np.isnan(total).any() else ""
         for i, parameter in enumerate(CANDIDATES[run.model].parameters):
-            what = parameter, unit_of(parameter), run.values[parameter]
+            what = parameter, PARAMETERS[parameter].unit, run.values[parameter]
             numbers = (math.nan, math.nan, "", "", math.nan) if note else _numbers(run, bound, total, i)
             yield *names, name, *choice, run.model, math.degrees(sigma), *what, *numbers, note
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from freerock.models.free_parameters import SYMBOLS, unit_of
+from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import MODEL_LABELS, PAPER_MODELS
 from freerock.report.printed import PROCEDURE, Labels, Printed, identified
 from freerock.tables.number_text import fixed, percent, quantity, unit_text, with_unit
@@ -28,7 +28,7 @@ def printed_summary(frame: pd.DataFrame, runs: pd.DataFrame, labels: Labels) -> 
     rows = []
     for row in frame.to_dict("records"):
         parameters = [
-            f"{SYMBOLS[name]} = {identified(row[name], row[f'{name}_u'])} {unit_text(unit_of(name))}"
+            f"{SYMBOLS[name]} = {identified(row[name], row[f'{name}_u'])} {unit_text(PARAMETERS[name].unit)}"
             for name in ("r", "k", "c", "lambda")
             if pd.notna(row[name])
         ]

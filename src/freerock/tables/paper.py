@@ -10,7 +10,7 @@ import xarray as xr
 
 from freerock.columns import columns_of
 from freerock.models.block import Block
-from freerock.models.free_parameters import unit_of
+from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import MODELS, PAPER_MODELS, law_of
 from freerock.products.groups import usable_runs
 from freerock.tables.choices import laws_of_foundations, rejected_laws
@@ -96,7 +96,7 @@ def table2(
                 usable = own[own["success"].astype(bool)]
                 rows.append(
                     {"block": block, "foundation": foundation, "model": model, "parameter": parameter}
-                    | {"unit": unit_of(parameter), "n_records": own["test"].nunique() or len(means)}
+                    | {"unit": PARAMETERS[parameter].unit, "n_records": own["test"].nunique() or len(means)}
                     | {"n_runs": len(own) or means["n_runs"].sum(), **_mean(means)}
                     | {"rejected": (block, foundation, model) in rejected}
                     | (_by_procedure(usable) if block else {})

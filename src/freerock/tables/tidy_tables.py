@@ -11,7 +11,7 @@ import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.columns import columns_of
-from freerock.models.free_parameters import unit_of
+from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import MODELS
 from freerock.populations.impact_energy import of_measured
 from freerock.products.groups import (
@@ -157,7 +157,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
                     **of_fit,
                     "parameter": parameter,
                     **{key: column[i] for key, column in numbers.items()},
-                    "unit": unit_of(parameter),
+                    "unit": PARAMETERS[parameter].unit,
                     "given": _given(fit, i),
                     "success": bool(fit.attrs["success"]),
                 }
@@ -293,7 +293,7 @@ def paper_table(fits: Trees) -> pd.DataFrame:
             told = {"epsilon_theta": fit["epsilon_theta"].item(), "final_time_s": fit.attrs["final_time_s"]}
             told |= {**_identity(tree, run), "model": law, "success": bool(fit.attrs["success"])}
             rows += [
-                told | {"parameter": name, "unit": unit_of(name), "value": values[name]}
+                told | {"parameter": name, "unit": PARAMETERS[name].unit, "value": values[name]}
                 for name in MODELS[law]
             ]
     return pd.DataFrame(rows, columns=columns_of("paper")).astype({"success": bool})
