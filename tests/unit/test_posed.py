@@ -9,6 +9,7 @@ from scattered import BLOCK, SIGMA, scattered_run
 from freerock.config.fit_settings import FitSettings
 from freerock.identification.fit import Followers, settled
 from freerock.identification.posed import Posed, minimised
+from freerock.identification.posterior import Posterior
 from freerock.identification.run_model import Point, RunModel
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
@@ -97,8 +98,7 @@ def test_a_search_has_ended_where_nothing_more_is_foretold():
     i = list(end.at.values).index("theta0")
     alone = 1 / np.linalg.norm(posterior.rows[:, i])
     beside = moved(end.posed, end.at, i, alone)
-    theta, rows = replace(end, at=beside).derived
-    off = replace(posterior, at=beside, theta=theta, rows=rows)
+    off = Posterior.of(replace(end, at=beside))
     assert off.ahead == pytest.approx(1.0, rel=0.3)
 
 

@@ -203,13 +203,6 @@ class Ended:
     minimizer: lmfit.Minimizer
 
     @cached_property
-    def derived(self) -> tuple[Floats, Floats]:
-        """The curve [rad], and derivatives of the residual by all numbers, inputs and impacts."""
-        posed = self.posed
-        theta, rows = posed.jacobian(self.at, posed.model.by_inputs(self.at, posed.samples, posed.rtol))
-        return theta, posed.by_impacts(rows)
-
-    @cached_property
     def n_samples(self) -> int:
         """Rows of the residual that are samples."""
         return len(self.posed.samples.time_s) // self.posed.samples.m
@@ -234,12 +227,9 @@ class _Objective:
 
     def __init__(self, posed: Posed, begun: Point, renews: bool) -> None:
         self.posed, self.renews, self.inputs = posed, renews, begun.inputs
-        self.refer(posed.model.held(begun, posed.samples, posed.rtol))
+        held = posed.model.held(begun, posed.samples, posed.rtol)
+        self.before = held.passages[:, 4] / (1 + held.impacts)  # rates before the impacts
         self.by_inputs = posed.model.by_inputs(begun, posed.samples, posed.rtol)
-
-    def refer(self, held: Point) -> None:
-        """Count rates from those before the impacts of a point; there the parameters are δ."""
-        self.before = held.passages[:, 4] / (1 + held.impacts)
 
     def point(self, moved: lmfit.Parameters) -> Point:
         """Where parameters are, with rates held."""
@@ -300,7 +290,7 @@ def minimised(
         raise FreerockError("fits", what, "correct values, bounds and ties of fits.parameters") from error
     held = posed.model.held(objective.point(result.params), posed.samples, posed.rtol)
     del minimizer.kws["max_nfev"]
-    objective.refer(held)
+    objective.before = held.passages[:, 4] / (1 + held.impacts)  # so that at the end the parameters are δ
     for i, value in enumerate(held.impacts.tolist()):
         impact = result.params[f"impact_{i + 1}"]
         if abs(value) > WIDEST_IMPACT:  # the search bounds what rates change from its start

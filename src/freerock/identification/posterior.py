@@ -56,14 +56,13 @@ class Posterior:
     @classmethod
     def of(cls, ended: Ended) -> "Posterior":
         """At the end of a fit."""
-        posed, at, noise = ended.posed, ended.at, ended.posed.model.noise
-        theta, rows = ended.derived
-        parameters = ended.result.params
+        posed, at, parameters = ended.posed, ended.at, ended.result.params
+        theta, by_rates = posed.jacobian(at, posed.model.by_inputs(at, posed.samples, posed.rtol))
         varied = np.array([each.vary for each in parameters.values()])
         ties = np.eye(len(varied))[:, varied]
         if any(each.expr for each in parameters.values()):
             ties = tied(parameters, np.flatnonzero(varied).tolist())
-        return cls(posed, at, noise, theta, rows, varied, ties)
+        return cls(posed, at, posed.model.noise, theta, posed.by_impacts(by_rates), varied, ties)
 
     @property
     def n_names(self) -> int:

@@ -95,20 +95,17 @@ def crossings_s(motion: Motion, clear: float = START.clear) -> Floats:
     return np.asarray(found[: longer[0] + 3] if longer.size else found)
 
 
-def moving_s(motion: Motion) -> float:
-    """Last instant at which the block moves [s]; 0 where it never does."""
-    # what stands out of the noise, and of the ringing of a base in full contact
-    moves = np.abs(motion.theta) > max(10 * motion.sigma_theta, 1e-3 * abs(motion.theta0))
-    return float(motion.time_s[moves][-1]) if moves.any() else 0.0
-
-
 def whole_s(motion: Motion) -> float:
     """End of what a fit takes of a run [s]: the last impact that is seen.
 
     What follows it is no more than noise, and holds impacts that no one sees.
     """
     crossings = crossings_s(motion)
-    return float(crossings[-1]) if crossings.size > 2 else 1.1 * moving_s(motion) + 0.1
+    if crossings.size > 2:
+        return float(crossings[-1])
+    # the last that stands out of the noise, and of the ringing of a base in full contact
+    moves = np.abs(motion.theta) > max(10 * motion.sigma_theta, 1e-3 * abs(motion.theta0))
+    return 1.1 * (float(motion.time_s[moves][-1]) if moves.any() else 0.0) + 0.1
 
 
 def first_peak_s(motion: Motion) -> float:
