@@ -202,15 +202,10 @@ class Ended:
     result: "lmfit.minimizer.MinimizerResult"
     minimizer: lmfit.Minimizer
 
-    @cached_property
-    def n_samples(self) -> int:
-        """Rows of the residual that are samples."""
-        return len(self.posed.samples.time_s) // self.posed.samples.m
-
     @property
     def mean_square(self) -> float:
         """Mean square of the samples' residual over their level, with what the priors add to it."""
-        return float(self.result.chisqr) / self.n_samples
+        return float(self.result.chisqr) / self.posed.samples.measured.size
 
     @property
     def over_noise(self) -> float:

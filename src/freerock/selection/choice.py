@@ -128,21 +128,20 @@ def choose(fits: Fits, missing: Mapping[str, str]) -> Choice:
         Why other candidates were not fitted.
     """
     usable = {name: own for name, own in fits.items() if all(fit.success for fit in own.values())}
-    left_out = [_not_fitted(name, why) for name, why in missing.items()]
     failed = [
-        _not_fitted(name, next(fit.message for fit in own.values() if not fit.success))
+        (name, next(fit.message for fit in own.values() if not fit.success))
         for name, own in fits.items()
         if name not in usable
     ]
+    left_out = [
+        Judged(name, "not_fitted", why, n_parameters=n_numbers(name))
+        for name, why in (*failed, *missing.items())
+    ]
     if not usable:
-        return Choice("", "none", "none", "no fit is to be used", (*failed, *left_out))
+        return Choice("", "none", "none", "no fit is to be used", tuple(left_out))
     good = [name for name, own in usable.items() if all(fit.evidence.agrees for fit in own.values())]
     found = _by_evidence(usable, good) if good else _by_prediction(usable)
-    return Choice(*found[:4], (*found[4], *failed, *left_out))
-
-
-def _not_fitted(model: str, why: str) -> Judged:
-    return Judged(model, "not_fitted", why, n_parameters=n_numbers(model))
+    return Choice(*found[:4], (*found[4], *left_out))
 
 
 def _over_noise(own: Mapping[int, Fit]) -> float:

@@ -148,7 +148,7 @@ def _missed(name: str, found: Identified) -> Iterator[None]:
 
 
 def _contends(end: Ended, least: float) -> bool:
-    return end.n_samples * (end.over_noise - least) <= SEARCH.hopeless * max(least, 1.0)
+    return end.posed.samples.measured.size * (end.over_noise - least) <= SEARCH.hopeless * max(least, 1.0)
 
 
 def _suffices(found: Identified) -> bool:
