@@ -15,7 +15,7 @@ from freerock.identification.posed import bounds_of
 from freerock.identification.run_model import RunModel
 from freerock.identification.start import Followed
 from freerock.models.block import Block
-from freerock.models.free_parameters import PARAMETERS, PER_RUN
+from freerock.models.free_parameters import LOGARITHMS, PARAMETERS, PER_RUN
 from freerock.models.given import legal
 from freerock.models.laws import GEOMETRIC, LAWS, Candidate, Rules
 from freerock.models.simulate import Solver
@@ -193,7 +193,7 @@ class HuntCrossleyModel(RockingModel):
 
 def _upper(name: str, high: float) -> float:
     """The upper bound of a parameter; none of those that the optimiser of `fit_run` moves by logarithms."""
-    return np.inf if PARAMETERS[name].is_logarithm else high
+    return np.inf if PARAMETERS[name].fitted_as in LOGARITHMS else high
 
 
 def _first_value(name: str) -> float:

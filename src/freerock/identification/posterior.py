@@ -12,7 +12,7 @@ from freerock.identification.goodness import Goodness, goodness, level_of, loude
 from freerock.identification.posed import Ended, Posed, tied
 from freerock.identification.run_model import Point
 from freerock.identification.scatter import Told, told_by
-from freerock.models.free_parameters import PARAMETERS
+from freerock.models.free_parameters import LOGARITHMS, PARAMETERS
 from freerock.models.laws import law_of
 from freerock.noise.spectrum import Noise
 from freerock.runs.u_total import Contributions
@@ -217,7 +217,10 @@ class Posterior:
                 and law_of(model.candidate).is_foundation
             ):
                 for i, name in enumerate(model.names):
-                    if PARAMETERS[name].is_logarithm and name in law_of(model.candidate).parameters:
+                    if (
+                        PARAMETERS[name].fitted_as in LOGARITHMS
+                        and name in law_of(model.candidate).parameters
+                    ):
                         found.values[i, at] = self.at.values[name] * source.u / model.block.mass_kg
         return found
 

@@ -17,7 +17,7 @@ from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.settings import freed
 from freerock.models.block import Block
-from freerock.models.free_parameters import OF_RECORD, PARAMETERS, PER_RUN
+from freerock.models.free_parameters import LOGARITHMS, OF_RECORD, PARAMETERS, PER_RUN
 from freerock.models.laws import CANDIDATES, Foundation, Rules, law_of
 from freerock.models.simulate import Solver, simulate_fitted, tangents
 from freerock.noise.spectrum import Noise, averaged, white_noise
@@ -419,7 +419,7 @@ class RunModel:
         """Derivative of curve and δ by a number of the law or the release angle."""
         value = at.values[name]
         step = STEP if self.is_smooth else STEP_BOTH_WAYS
-        if PARAMETERS[name].is_logarithm or name == "width":
+        if PARAMETERS[name].fitted_as in LOGARITHMS or name == "width":
             step *= abs(value)
         elif name == "r":
             step = -step

@@ -44,11 +44,8 @@ class Parameter:
     trace: float = 0.0
     ratio_unit: str = ""
 
-    @property
-    def is_logarithm(self) -> bool:
-        """Whether the optimiser moves a logarithm, so that the value is positive."""
-        return self.fitted_as in ("logarithm", "ratio")
 
+LOGARITHMS = ("logarithm", "ratio")  # ways to fit a number that is positive
 
 PARAMETERS = {
     "r": Parameter("1", "r", "value", -1e-5, bounds=(1e-3, 1.0), grid=(1e-4, 0.95, 170)),

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from freerock.errors import FreerockError
-from freerock.models.free_parameters import PARAMETERS
+from freerock.models.free_parameters import LOGARITHMS, PARAMETERS
 from freerock.models.laws import LAWS
 
 LONGEST = 200  # characters of an expression
@@ -128,7 +128,7 @@ def _faults_of_one(name: str, given: Given) -> Iterator[tuple[str, str]]:
     for key, number in numbers.items():
         if number is not None and not low <= number <= high:
             yield f"{key} is {number:g}", f"give {low:g} to {high:g}"
-        elif number == 0 and PARAMETERS[name].is_logarithm:
+        elif number == 0 and PARAMETERS[name].fitted_as in LOGARITHMS:
             yield f"{key} is 0", "give a value above 0" if key == "value" else "leave it out"
     least = -math.inf if given.min is None else given.min
     most = math.inf if given.max is None else given.max
