@@ -1,8 +1,8 @@
 """The columns of the CSV tables: their name, unit and meaning, and which tables have them.
 
 `columns.csv` has a row per column, in the order in which a table has them. A name is changed there and where
-its rows are written: `tables/`, and of a netCDF variable `products/`. The site is made from it. The unit
-`unit` is that in the row's own column `unit`.
+its rows are written: `tables/`, `planning/`, and of a netCDF variable `products/`; `report/` and `review/`
+read some by name. The site is made from it. The unit `unit` is that in the row's own column `unit`.
 """
 
 import csv

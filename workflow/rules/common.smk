@@ -1,4 +1,4 @@
-"""Configuration, and what input functions and parameters of the rules have in common."""
+"""Configuration and input functions of the rules; `config.step_settings` makes the params of a step."""
 
 import os
 import sys

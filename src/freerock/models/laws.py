@@ -1,6 +1,7 @@
 """The rocking models: a law is one row; the candidates of a fit follow from the laws.
 
-Whatever lists models (configuration, fits, tables, figures, report) reads these rows.
+Whatever lists models (configuration, fits, tables, figures, report) reads these rows. Unit, bounds and grid
+of a number stand in `free_parameters`.
 What a law of the foundation does is written in `kernel` and, as sums, in `series`; of a rigid block, in
 `housner`. The configuration reads the rows too, so nothing is imported here that is slow to load.
 """
