@@ -106,6 +106,7 @@ def test_a_number_in_an_imported_module_is_an_edit(tmp_path, monkeypatch):
     ],
 )
 def test_forms_of_imports(tmp_path, text, modules):
-    names = checksums._imports(checksums.ast.parse(text))
+    statements = checksums._statements(checksums.ast.parse(text))
+    names = {name for each in statements for name in checksums._imported(each)}
     files = {Path(path).stem for name in names for path in checksums._files_of(name)}
     assert files == {"__init__", *modules}
