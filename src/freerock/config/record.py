@@ -106,7 +106,7 @@ class Record(Section):
 
     @property
     def scene(self) -> Scene:
-        """What was recorded by what."""
+        """The block, the foundation and the lasers of the record."""
         return Scene(self.block, self.foundation, self.lasers)
 
     @property

@@ -35,11 +35,12 @@ class RoundSettings:
     changed : float
         Relative change of σ_r or of the level from which a further round is worth its time.
     ahead : float
-        Fall of the objective that is still foretold, below which a search has ended; 1 is a standard
-        uncertainty.
+        A search has ended where its objective is foretold to fall by less. A step of one standard
+        uncertainty lowers it by 1.
     poor, lost : float
-        Times the mean square of the best run of the record, from which a run is sought once more; of a law
-        that is far from the runs. A law that leaves `lost` times the noise has no exact σ_r.
+        A run is sought once more from so many times the mean square of the best run of its record; `lost`
+        counts where the law is far from the runs. A run whose residual is `lost` times the noise has no exact
+        σ_r, and is fitted again for its level alone.
     exact : (int, float)
         Evaluations of the residual in a round, and the relative change at which it ends.
     """
@@ -194,7 +195,7 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple
 
 
 def _is_steady(end: Ended, posterior: Posterior, sigma_r: float) -> bool:
-    """Whether a further round would change little of a run."""
+    """Whether another round would change little of a run."""
     if abs(math.log(posterior.level / end.posed.level)) >= ROUNDS.changed:
         return False
     if posterior.goodness.over_noise > ROUNDS.lost:

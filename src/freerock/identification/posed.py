@@ -209,7 +209,7 @@ class Ended:
 
     @property
     def over_noise(self) -> float:
-        """As `mean_square`, over the noise that a sample has."""
+        """As `mean_square`, over the noise of a sample instead of the level."""
         return self.mean_square * (self.posed.level / self.posed.model.sigma) ** 2
 
 

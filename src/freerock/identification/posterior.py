@@ -91,7 +91,7 @@ class Posterior:
 
     @cached_property
     def ahead(self) -> float:
-        """Fall of the objective that the linear model still foretells."""
+        """Fall of the objective that the linear model still foretells; 0 at a minimum."""
         slope = self.rows.T @ self.posed.residual(self.at, self.theta)
         return float(slope @ self.inverse @ slope)
 
@@ -149,7 +149,7 @@ class Posterior:
         return self.level_by(np.flatnonzero(self.varied[: self.n_names]))
 
     def level_by(self, own: Indices) -> float:
-        """As `level`, of some numbers; without any of one sample."""
+        """As `level`, of the numbers at these places; without any, of one sample."""
         louder_by = 1.0 if self.goodness.agrees else max(1.0, self.goodness.over_noise)
         return level_of(self.noise, self.rows[: len(self.residual), own]) * louder_by
 

@@ -14,7 +14,7 @@ DAMAGED = "delete the file and run snakemake again"
 
 @contextmanager
 def errors_of(path: str | Path) -> Iterator[None]:
-    """An error of its own for a file that can't be read."""
+    """Raise a `FreerockError` with a remedy where a file can't be read."""
     if not Path(path).is_file():
         raise FreerockError(path, *MISSING)
     try:

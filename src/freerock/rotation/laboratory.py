@@ -119,7 +119,7 @@ class Laboratory:
         return moved
 
     def read_by(self, other: Self) -> tuple[float, tuple[float, ...]]:
-        """What another laboratory multiplies a reading of the laser with, and its beam."""
+        """Factor from a reading of the one laser to that of another laboratory, and the beam there."""
         return other.scales[0] / self.scales[0], beam_of(other.block, next(iter(other.lasers.values())))
 
     def reread(self, theta: Floats, by: Self) -> Floats:

@@ -1,7 +1,7 @@
-"""Reasons why a run is `warn` or `fail` as measured, before any fit: a function for each part of the run.
+"""Reasons why a run is `warn` or `fail` as measured, before any fit: a function for each part of a run.
 
-A new check stands in one of `CHECKS`, in whose order the reasons stand. `verdict`
-says where other reasons are made.
+A new check belongs to one of `CHECKS`. Reasons stand in the order of that list. `verdict` says where other
+reasons are made.
 """
 
 import math

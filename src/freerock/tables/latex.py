@@ -171,7 +171,7 @@ def _letters(name: str) -> str:
 
 
 def tex(text: object) -> str:
-    """A text as LaTeX sets it, without what steers it."""
+    """A text with the signs that steer LaTeX escaped."""
 
     def command(match: re.Match[str]) -> str:
         place = "_" if match[0][0] in "₀₁₂₃₄₅₆₇₈₉ₙ" else "^"
