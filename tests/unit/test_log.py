@@ -2,6 +2,7 @@
 
 import errno
 import os
+import re
 import subprocess
 import sys
 
@@ -58,3 +59,18 @@ def test_a_log_that_a_full_disk_does_not_take_hides_no_error():
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.returncode == 1
     assert done.stderr == "a.nc: cannot be written; free some space\n"
+
+
+@pytest.mark.parametrize("ends", ["", "raise FreerockError('a.nc', 'is empty', 'make it again')"])
+def test_the_last_line_of_a_log_is_what_the_script_took(tmp_path, ends):
+    path = tmp_path / "fit.log"
+    script = (
+        "from freerock.errors import FreerockError; from freerock.jobs.log import log, log_to; "
+        f"log_to({str(path)!r}); log.info('run 1: ok'); {ends}"
+    )
+    subprocess.run([sys.executable, "-c", script], capture_output=True, check=not ends)
+    first, *_, last = path.read_text().splitlines()
+    assert first == "run 1: ok"
+    seconds, memory_mb = re.fullmatch(r"(\S+) s of processor time, at most (\S+) MB of memory", last).groups()
+    assert 0 < float(seconds) < 60
+    assert 5 < float(memory_mb) < 5000
