@@ -190,7 +190,7 @@ def verdict_of_run(number: int, run: xr.DataTree, fits: xr.DataTree | None) -> V
     """Verdict of a run: as measured, then with the reasons of its fits.
 
     Where a model could not be fitted to a usable run, its reasons say why; where none could, it is failed.
-    What fits say against a run is found by `selection.reasons_after_fits`.
+    What fits say against a run is found by `selection.reasons`.
 
     Parameters
     ----------
