@@ -196,7 +196,7 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple
 
 def _is_steady(end: Ended, posterior: Posterior, sigma_r: float) -> bool:
     """Whether another round would change little of a run."""
-    if abs(math.log(posterior.level / end.posed.level)) >= ROUNDS.changed:
+    if not math.exp(-ROUNDS.changed) < posterior.level / end.posed.level < math.exp(ROUNDS.changed):
         return False
     if posterior.goodness.over_noise > ROUNDS.lost:
         return True

@@ -75,7 +75,7 @@ class StartSettings:
     sure: float = 30.0
     missing: float = 1.4
     screened: int = 6
-    promising: float = 3.0
+    promising: float = 5.0
     misfit: float = 1.5
     same: float = 3e-3
 
