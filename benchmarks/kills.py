@@ -26,12 +26,12 @@ RECORDS = 3
 
 
 def products(folder: Path) -> dict[str, bytes]:
-    """Bytes of each product by its path; measured timings, logs and halves of files are none."""
+    """Bytes of each product by its path; logs and halves of files are none."""
     paths = (path for path in (folder / "results").rglob("*") if path.is_file())
     return {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for path in paths
-        if path.parent.name not in ("logs", "benchmarks") and ".partial" not in path.name
+        if path.parent.name != "logs" and ".partial" not in path.name
     }
 
 
