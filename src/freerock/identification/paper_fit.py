@@ -99,7 +99,7 @@ def paper_fit(
     level = float(np.sqrt(np.mean(model.whole.theta**2)))
     few = model.until(np.inf, SAMPLES)
     is_known = len(near) > 1 and law_of(law).is_foundation  # of a rigid block a scan costs nothing
-    starts = [] if is_known else scan(model, np.inf, STARTS, every=2)
+    starts = [] if is_known else scan(model, np.inf, STARTS, every=2 if near else 1)
     for each in near:
         values = {**each, "theta0": motion.theta0, "t0": 0.0}
         starts.append(Point({name: values[name] for name in model.names}, np.zeros(0), np.zeros(0)))
