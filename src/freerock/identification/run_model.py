@@ -26,6 +26,7 @@ from freerock.rotation.view import View, as_measured, as_released, view_of
 from freerock.runs.motion import Motion
 
 RTOL = 1e-8  # of the integrator: its error is below 1 % of the noise
+# Of searches before the rounds; derivatives at their ends are taken at `RTOL`.
 RTOL_SEARCH = 1e-6
 RTOL_SCREENING = 1e-5
 # Of difference quotients, as a share of a positive number; absolute of δ and of an angle [rad]. A number of
