@@ -5,7 +5,7 @@ depend on how the finger left.
 """
 
 import math
-from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -214,47 +214,40 @@ def _means(
     return _Means(*(x[known] for x in found))
 
 
-@dataclass(frozen=True)
-class _Fall:
-    """A level for the hold and θ = θ_top - a/q² (cosh q(t - t0) - 1) for the early motion.
+class _Fall(NamedTuple):
+    """Means of a hold and of the early motion after it, with what is known of both.
 
-    That is any conservative motion from rest at θ_top to fourth order in t - t0; a and q stay free, so that
-    neither a compliant base nor a width other than nominal matters. The numbers are the level less θ0, θ_top
-    less the level, of which `moved` is the standard deviation, a, q and t0. `factor` is Cholesky's, of the
-    covariance of the means over σ.
+    Of θ_top less the level `moved` is the standard deviation [rad]. `factor` is Cholesky's, of the covariance
+    of the means over σ.
     """
 
     means: _Means
     factor: Floats
     theta0: float
     moved: float
-    weight: Floats
 
-    def whitened(self, columns: Floats) -> Floats:
-        """Columns in standard deviations of what the noise brings that is new, shape (n_means, n_columns)."""
-        found = solve_triangular(self.factor, columns / self.means.sigma[:, None], lower=True)
-        return np.asarray(found * self.weight[:, None])
+    def residual(self, x: Floats, weight: Floats, slopes: bool = False) -> Floats:
+        """Residual by five numbers, shape (n_means + 1,), or its derivatives, shape (n_means + 1, 5).
 
-    def shape(self, q: float, t0: float) -> tuple[Floats, Floats, Floats]:
-        """(cosh q(t - t0) - 1)/q², its derivative by time, and t - t0; 0 in the hold."""
-        at = np.where(self.means.early, self.means.t - t0, 0.0)
-        angle = np.minimum(np.maximum(q * at, -20.0), 20.0)  # within what a search may try
-        return (np.cosh(angle) - 1) / q**2, np.sinh(angle) / q, at
-
-    def residual(self, x: Floats) -> Floats:
-        """Of all means, and of the distance of θ_top from the level."""
-        level, above, pull, q, t0 = x
-        model = self.theta0 + level + self.means.early * above - pull * self.shape(q, t0)[0]
-        return np.append(self.whitened((model - self.means.theta)[:, None])[:, 0], above / self.moved)
-
-    def slopes(self, x: Floats) -> Floats:
-        """Derivatives of the residual by the numbers."""
-        _, _, pull, q, t0 = x
-        fallen, rate, at = self.shape(q, t0)
-        by_q = pull * (2 * fallen - rate * at) / q
-        ones = np.ones(fallen.size)
-        by = self.whitened(np.column_stack([ones, self.means.early, -fallen, by_q, pull * rate]))
-        return np.vstack([by, [0, 1 / self.moved, 0, 0, 0]])
+        A level holds before the release, and θ = θ_top - a/q² (cosh q(t - t0) - 1) after it. That is any
+        conservative motion from rest at θ_top to fourth order in t - t0; a and q stay free, so that neither a
+        compliant base nor a width other than nominal matters. The numbers are the level less θ0, θ_top less
+        the level, a, q and t0. Residuals are in standard deviations of what the noise brings that is new,
+        times the weight of each mean; the last is the distance of θ_top from the level.
+        """
+        (t, theta, sigma, _, early), (level, above, pull, q, t0) = self.means, x
+        since = np.where(early, t - t0, 0.0)
+        angle = np.minimum(np.maximum(q * since, -20.0), 20.0)  # within what a search may try
+        fallen = (np.cosh(angle) - 1) / q**2
+        columns = (self.theta0 + level + early * above - pull * fallen - theta)[:, None]
+        if slopes:
+            rate = np.sinh(angle) / q
+            by_q = pull * (2 * fallen - rate * since) / q
+            columns = np.column_stack([np.ones(t.size), early, -fallen, by_q, pull * rate])
+        seen = solve_triangular(self.factor, columns / sigma[:, None], lower=True) * weight[:, None]
+        if slopes:
+            return np.vstack([seen, [0, 1 / self.moved, 0, 0, 0]])
+        return np.append(seen, above / self.moved)
 
 
 def _early_motion(
@@ -291,26 +284,25 @@ def _early_motion(
     size = abs(held.theta0)
     means = means._replace(sigma=np.maximum(sigma, 1e-6 * size))
     factor = np.asarray(np.linalg.cholesky(noise.by_law(place)), float)
-    fall = _Fall(means, factor, held.theta0, max(moved, 1e-9 * size), np.ones(t.size))
-    pull = FALL * held.theta0 / 0.5 / t[-1] ** 2
+    fall = _Fall(means, factor, held.theta0, max(moved, 1e-9 * size))
+    pull, weight = FALL * held.theta0 / 0.5 / t[-1] ** 2, np.ones(t.size)
     x = np.array([0.0, 0.0, pull, 1 / t[-1], 0.0]) if start is None else start
+    slopes = partial(fall.residual, slopes=True)
     for _ in range(2):
-        x, *_ = leastsq(fall.residual, x, Dfun=fall.slopes, full_output=True, ftol=EXACT, xtol=EXACT)
-        left = fall.residual(x)[:-1]
-        off = np.abs(left / fall.weight) / max(1.0, float(1.4826 * np.median(np.abs(left[early]))))
+        x, *_ = leastsq(fall.residual, x, (weight,), Dfun=slopes, full_output=True, ftol=EXACT, xtol=EXACT)
+        left = fall.residual(x, weight)[:-1]
+        off = np.abs(left / weight) / max(1.0, float(1.4826 * np.median(np.abs(left[early]))))
         if off.max() < HUBER:
             break
-        fall = replace(fall, weight=np.minimum(1.0, np.sqrt(HUBER / np.maximum(off, HUBER))))
+        weight = np.minimum(1.0, np.sqrt(HUBER / np.maximum(off, HUBER)))
     numbers = np.array([*x[:3], max(abs(x[3]), 1 / t[-1]), 0.0])
     if not errors:
         return _EarlyMotion(x[4], math.nan, x[1], math.nan, numbers)
-    by = fall.slopes(x)
+    by = slopes(x, weight)
     scale = np.linalg.norm(by, axis=0)
     inverse = np.linalg.pinv((by / scale).T @ (by / scale)) / np.outer(scale, scale)
     influence = np.zeros((5, int(place[-1]) + 1))
-    influence[:, place] = solve_triangular(
-        factor, by[:-1] * fall.weight[:, None] @ inverse, trans=1, lower=True
-    ).T
+    influence[:, place] = solve_triangular(factor, by[:-1] * weight[:, None] @ inverse, trans=1, lower=True).T
     variance = np.diag(covariance_of_sums(noise, influence)) + (inverse[:, 1] / fall.moved) ** 2
     variance += noise.stuck * influence[:, place[~early]].sum(axis=1) ** 2
     loud = max(1.0, float(np.sum(left[early] ** 2)) / (np.count_nonzero(early) - 3))
