@@ -26,7 +26,7 @@ from freerock.noise.spectrum import (
     tapered_power,
     white_noise,
 )
-from freerock.noise.still import Phase, one_sided, stationary_phases, stretches
+from freerock.noise.still import Phase, stationary_phases, stretches
 
 BLOCK_S = 0.02  # averaging time in which a swing stands out of the noise
 PARTS = 8  # into which a phase is cut
@@ -239,9 +239,3 @@ def in_motion(noise: Noise, theta: Floats, sigma: Floats, swings: Iterable[slice
     octave = np.minimum(np.arange(len(noise.ratio))[::-1], len(excess) - 1)
     known = np.where(louder, dof, CERTAIN)[np.minimum(octave, SIZES - 1)]
     return replace(noise, ratio=noise.ratio * (1 + excess[octave]), dof=np.minimum(noise.dof, known))
-
-
-def swings_of(theta: Floats, lowest: float) -> list[slice]:
-    """The stretches in which |θ| is higher than `lowest` [rad] with one sign, after the first."""
-    first, last = one_sided(theta, lowest)
-    return [slice(int(i), int(j) + 1) for i, j in zip(first[1:], last[1:], strict=True)]

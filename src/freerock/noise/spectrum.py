@@ -119,7 +119,12 @@ class Noise:
             return 0.0
         lowest = OCTAVE * float(self.edges[1])
         density = (self.density(lowest * np.array([1.0, 4.0])) - self.white).tolist()
-        grows = max(_grows(*density), _grows(*self.ratio[[0, 2]].tolist()))
+        exponents = [  # by which what is low falls to what is high two octaves above
+            min(math.log(low / high) / math.log(4.0), 1.0) if high > 0 else 1.0
+            for low, high in (density, self.ratio[[0, 2]].tolist())
+            if low > max(high, 0.0)
+        ]
+        grows = max(exponents, default=0.0)
         a: float = 2 * grows * max(density[0], 0.0) / self.averaged * lowest * unsure(self.dof[0]) ** 2
         return 2 * a * (math.log(max(apart / together, 1.0)) + 1.5)
 
@@ -140,13 +145,6 @@ class Noise:
 def unsure(dof: float) -> float:
     """Student's over the normal quantile of what is known with so many degrees of freedom."""
     return float(stdtrit(max(dof, 1.0), QUANTILE) / ndtri(QUANTILE))
-
-
-def _grows(low: float, high: float) -> float:
-    """Exponent by which what is low falls to what is high two octaves above, from 0 to 1."""
-    if low <= max(high, 0.0):
-        return 0.0
-    return min(math.log(low / high) / math.log(4.0), 1.0) if high > 0 else 1.0
 
 
 def white_noise(
@@ -176,9 +174,10 @@ def averaged(values: Floats, m: int) -> Floats:
 
 def expected_power(noise: Noise, n: int) -> Floats:
     """What `tapered_power` of n samples of noise is on average [rad²]."""
-    lags = autocovariance(noise, n) * _of_tapers(n)
+    window = np.mean(np.abs(rfft(tapers(n), 2 * n)) ** 2, axis=0)
+    of_tapers = irfft(window, 2 * n)[:n]  # their autocovariance
     size = next_fast_len(n, real=True)
-    return round_a_circle(lags, size)[1 : (size + 1) // 2]
+    return round_a_circle(autocovariance(noise, n) * of_tapers, size)[1 : (size + 1) // 2]
 
 
 def round_a_circle(lags: Floats, size: int) -> Floats:
@@ -193,13 +192,6 @@ def degrees_of_freedom(band: Indices, taken: Floats, n: int, n_bands: int) -> Fl
     """Degrees of freedom of the mean power in each band, of n samples of which a fit has taken a share."""
     each = n / next_fast_len(n, real=True) * EFFICIENCY
     return np.asarray(each * np.maximum(np.bincount(band, 2 - 2 * taken, n_bands), 0.0))
-
-
-@lru_cache(8)
-def _of_tapers(n: int) -> Floats:
-    """Autocovariance of the tapers of n samples at lags of 0 to n - 1 samples, their mean."""
-    window = np.mean(np.abs(rfft(tapers(n), 2 * n)) ** 2, axis=0)
-    return np.asarray(irfft(window, 2 * n)[:n].copy())
 
 
 @lru_cache(16)

@@ -154,13 +154,13 @@ def between_breaks(breaks: Mask) -> tuple[Indices, Indices]:
     return np.append(0, after), np.append(after - 1, breaks.size)
 
 
-def one_sided(values: Floats, least: float) -> tuple[Indices, Indices]:
-    """First and last index of each stretch whose values have one sign, where they exceed `least`."""
-    high = np.flatnonzero(np.abs(values) > least)
+def swings_of(theta: Floats, least: float) -> list[slice]:
+    """The stretches in which |θ| is higher than `least` with one sign."""
+    high = np.flatnonzero(np.abs(theta) > least)
     if not high.size:
-        return high, high
-    first, last = between_breaks(np.diff(values[high] > 0))
-    return high[first], high[last]
+        return []
+    first, last = between_breaks(np.diff(theta[high] > 0))
+    return [slice(i, j + 1) for i, j in zip(high[first].tolist(), high[last].tolist(), strict=True)]
 
 
 def _classify(

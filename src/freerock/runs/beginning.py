@@ -18,7 +18,7 @@ from freerock.config.processing import RunLimits
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.noise.spectrum import covariance_of_sums
-from freerock.noise.still import MIN_PEAKS, UNSTEADY, Phase, one_sided, stationary_phases, stretches
+from freerock.noise.still import MIN_PEAKS, UNSTEADY, Phase, stationary_phases, stretches, swings_of
 from freerock.runs.release import (
     FALL_MOST,
     FAR,
@@ -172,7 +172,7 @@ def find_tops(time_s: Floats, theta: Floats, sigma_theta: float, lowest: float) 
     """
     known = np.isfinite(theta)
     t, theta = time_s[known], theta[known]
-    begins = one_sided(theta, STANDS_OUT * sigma_theta)[0][1:]
+    begins = [each.start for each in swings_of(theta, STANDS_OUT * sigma_theta)[1:]]
     found = []
     for first, last in pairwise(begins):
         margin = int(MIDDLE * (last - first))

@@ -9,8 +9,9 @@ import numpy as np
 
 from freerock.arrays import Floats, sampled
 from freerock.errors import FreerockError, of_kind
-from freerock.noise.sensor_noise import HIGH_SWING, in_motion, relative_noise, swings_of
+from freerock.noise.sensor_noise import HIGH_SWING, in_motion, relative_noise
 from freerock.noise.spectrum import Noise
+from freerock.noise.still import swings_of
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
 from freerock.runs.runs import Run
@@ -116,7 +117,7 @@ def motions_of(
         )
         if noise is not None:
             at_rest = noise.scaled(float(np.median(relative[during])))
-            swings = swings_of(motion.theta, HIGH_SWING * math.sqrt(at_rest.variance))
+            swings = swings_of(motion.theta, HIGH_SWING * math.sqrt(at_rest.variance))[1:]
             own = in_motion(at_rest, motion.theta, np.ones(len(motion.theta)), swings)
             motion = replace(motion, noise=own)
         motions[run.number] = motion

@@ -7,6 +7,7 @@ reasons are made.
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from scipy.special import stdtr
 from freerock.arrays import Floats
 from freerock.config.processing import RunLimits
 from freerock.models.block import SQUAT, Block
-from freerock.noise.still import Phase, one_sided
+from freerock.noise.still import Phase, swings_of
 from freerock.rotation.flags import BY_HAND, Fault
 from freerock.runs.beginning import Beginning
 from freerock.runs.impacts import Impacts, restitution_covariance
@@ -218,18 +219,16 @@ def _not_free(run: Facts) -> tuple[str, float, float]:
     t, sigma = run.signal.t, run.sigma_theta
     during = run.signal.during(run.beginning.fit_start_s, run.end_s)
     theta = run.signal.smoothed(during, SMOOTH_S)[: during.stop - during.start]
-    starts, ends = one_sided(theta, SWING * sigma)
-    instants = t[during]
-    passages = (instants[ends[:-1]] + instants[starts[1:]]) / 2
-    swings = zip(starts[1:-1], ends[1:-1], strict=True)
-    tops = [float(np.nanmax(np.abs(theta[i : j + 1]))) for i, j in swings]
+    swings, instants = swings_of(theta, SWING * sigma), t[during]
+    passages = [(instants[one.stop - 1] + instants[other.start]) / 2 for one, other in pairwise(swings)]
+    tops = [float(np.nanmax(np.abs(theta[swing]))) for swing in swings[1:-1]]
     times = np.diff(passages)
     theta0 = abs(run.beginning.held.theta0)
     height, longest = theta0, (math.inf, math.inf)  # a moved zero makes one side's longer
     lost = np.append(0, np.cumsum(np.isnan(run.signal.theta[during])))
     for number, (top, time) in enumerate(zip(tops, times.tolist(), strict=True), 1):
-        first, last = starts[number - 1], ends[number]
-        if lost[last + 1] - lost[first] > run.limits.max_flagged_fraction * (last + 1 - first):
+        first, end = swings[number - 1].start, swings[number].stop
+        if lost[end] - lost[first] > run.limits.max_flagged_fraction * (end - first):
             height, longest = top, (longest[1], math.inf)  # what is not seen shows no touch
             continue
         higher = top > (1 + run.limits.max_growth_fraction) * height + 2 * SWING * sigma

@@ -13,9 +13,9 @@ from scipy.linalg import solve_triangular
 
 from freerock.arrays import Floats, Indices, Mask
 from freerock.config.processing import RunLimits
-from freerock.noise.sensor_noise import HIGH_SWING, in_motion, swings_of
+from freerock.noise.sensor_noise import HIGH_SWING, in_motion
 from freerock.noise.spectrum import Noise, covariance_of_sums, stderr_of_mean, unsure_of_sum
-from freerock.noise.still import BLOCKS_PER_WINDOW, Phase
+from freerock.noise.still import BLOCKS_PER_WINDOW, Phase, swings_of
 from freerock.runs.signal import Signal
 
 FALL, FALL_MOST = 0.25, 0.8  # of θ0: the early motion is fitted until the block has fallen by this
@@ -113,7 +113,7 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
     known = sigma[np.isfinite(sigma)]
     lowest = HIGH_SWING * math.sqrt(noise.variance) * float(np.median(known)) if known.size else 0.0
     if lowest:  # as loud as it is while the block swings
-        noise = in_motion(noise, theta, sigma, swings_of(theta, lowest)[:SWINGS])
+        noise = in_motion(noise, theta, sigma, swings_of(theta, lowest)[1 : SWINGS + 1])
     finger_s = limits.finger_s
     release = guess = float(2 * early - late)  # a fall grows as time squared
     late, start = max(late, min(latest, guess + 3 * finger_s)), None
