@@ -8,7 +8,7 @@ import pytest
 
 from freerock.models.block import Block
 from freerock.runs.impacts import Impacts, restitution_covariance, restitution_from_peaks
-from freerock.runs.reasons_as_measured import reasons_of_unevenness
+from freerock.runs.reasons_as_measured import reasons_of_impacts
 
 BLOCK = Block(0.28, 0.07, 5.84)
 STDERR = 5e-5  # of a peak [rad]
@@ -30,7 +30,7 @@ def run(r, stderr=STDERR, theta0=0.17, wrong=None):
 
 
 def names(impacts):
-    return [(reason.verdict, reason.name) for reason in reasons_of_unevenness(impacts, BLOCK)]
+    return [(reason.verdict, reason.name) for reason in reasons_of_impacts(impacts, BLOCK)]
 
 
 EVENLY = 0.94 - 0.004 * np.arange(12) / 10 - 0.01 * 0.5 ** np.arange(12)
@@ -64,7 +64,7 @@ def test_every_other_impact_is_seen(n, by, name, sign):
 def test_one_impact_is_seen_and_named(impact):
     r = EVENLY.copy()
     r[impact - 1] -= 0.02
-    (reason,) = reasons_of_unevenness(run(r), BLOCK)
+    (reason,) = reasons_of_impacts(run(r), BLOCK)
     assert (reason.verdict, reason.name) == ("warn", "outlying_restitution")
     said = re.match(
         r"restitution of impact (\d+) is (0\.\d+) below the value that its neighbours predict: ", reason.text

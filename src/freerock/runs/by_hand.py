@@ -134,16 +134,19 @@ class ByHand:
                 reasons[other - 1].append(Reason.of("by_hand", text))
         return reasons
 
-    def left_out_in_vain(self, runs: Sequence[tuple[float, float]]) -> list[Reason]:
-        """Stretches left out that meet none of the runs, each from its hold to its end [s]."""
+    def reasons_of_stretches(self, runs: Sequence[tuple[float, float]]) -> list[list[Reason]]:
+        """What is left out of each run, from its hold to its end [s]; what meets no run stands with all."""
         lasts = ", ".join(f"{begin_s:.3f} s to {end_s:.3f} s" for begin_s, end_s in runs)
-        return [
-            Reason.of(
-                "by_hand", f"exclude: {from_s:g} s to {to_s:g} s meets no run: they last from {lasts}", "warn"
-            )
-            for from_s, to_s, _ in self.stretches
-            if not any(from_s < end_s and to_s > begin_s for begin_s, end_s in runs)
-        ]
+        own, everywhere = [list[Reason]() for _ in runs], list[Reason]()
+        for from_s, to_s, why in self.stretches:
+            text = f"{from_s:.3f} s to {to_s:.3f} s left out: {why}"
+            met = [i for i, (begin_s, end_s) in enumerate(runs) if from_s < end_s and to_s > begin_s]
+            for i in met:
+                own[i].append(Reason.of("left_out", text))
+            if not met:
+                text = f"exclude: {from_s:g} s to {to_s:g} s meets no run: they last from {lasts}"
+                everywhere.append(Reason.of("by_hand", text, "warn"))
+        return [[*each, *everywhere] for each in own]
 
     @property
     def _overrides(self) -> list[Override]:

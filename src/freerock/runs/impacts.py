@@ -30,7 +30,6 @@ from freerock.runs.impact_kernel import (
     Rigid,
     impact_rows,
 )
-from freerock.runs.verdict import Reason
 
 RELATIVE_NOISE = 1e-6  # of the largest |θ|: what counts as noise in a computed motion
 
@@ -84,7 +83,7 @@ def find_impacts(
     `min_uplift_ratio` times the amplitude under which the base stays in full contact (`uplift`). On a Winkler
     bed a block turned by θ touches along sqrt(θ_uplift/θ) of its base: at twice the uplift amplitude still
     along 71 %. Lower swings dissipate all the time rather than in impacts, and r is no property of an impact
-    (`reasons_of_impacts`).
+    (`reasons_as_measured.reasons_of_impacts`).
 
     Parameters
     ----------
@@ -146,17 +145,6 @@ def find_impacts(
         rows = np.column_stack([rows, *found])
     columns = dict(zip(IMPACT_COLUMNS, rows.T.copy(), strict=True))
     return Impacts(theta_uplift=uplift, **columns)
-
-
-def reasons_of_impacts(impacts: Impacts, limits: ImpactLimits = IMPACT_LIMITS) -> list[Reason]:
-    """A warning where no restitution per impact is meaningful: no swing clearly leaves full contact."""
-    if impacts.time_s.size or not impacts.theta_uplift:
-        return []
-    text = (
-        f"per-impact r is not meaningful here: no swing exceeds {limits.min_uplift_ratio:g} times the "
-        f"{math.degrees(impacts.theta_uplift):.2f}° up to which the base stays in full contact"
-    )
-    return [Reason.beyond(limits, "no_restitution", text, None)]
 
 
 def restitution_from_peaks(

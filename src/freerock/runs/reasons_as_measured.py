@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import stdtr
 
 from freerock.arrays import Floats
-from freerock.config.processing import RunLimits
+from freerock.config.processing import IMPACT_LIMITS, ImpactLimits, RunLimits
 from freerock.models.block import SQUAT, Block
 from freerock.noise.still import Phase, swings_of
 from freerock.rotation.flags import BY_HAND, Fault
@@ -315,8 +315,12 @@ class Unevenness(NamedTuple):
         return times >= SURE_UNEVEN * max(1.0, scatter) and tried * chance < CHANCE
 
 
-def reasons_of_unevenness(impacts: Impacts, block: Block, peak_stderr: float = 0.0) -> list[Reason]:
-    """A warning where the restitutions do not follow a smooth curve.
+def reasons_of_impacts(
+    impacts: Impacts, block: Block, limits: ImpactLimits = IMPACT_LIMITS, peak_stderr: float = 0.0
+) -> list[Reason]:
+    """A warning where no swing clearly leaves full contact, or the restitutions follow no smooth curve.
+
+    Without such a swing no restitution per impact is meaningful.
 
     The scatter was set on 1500 clean runs of the three laws, on foundations of any stiffness and damping, of
     worn corners and of pivoting blocks; docs/validation.md counts the false alarms of others. With fewer than
@@ -326,6 +330,11 @@ def reasons_of_unevenness(impacts: Impacts, block: Block, peak_stderr: float = 0
     The restitution of a free block changes smoothly as its swings get lower, on any foundation. Where every
     other impact has more of it, or one impact falls out, something else acted on the block or on the reading.
     """
+    if not impacts.time_s.size and impacts.theta_uplift:
+        contact = f"the {math.degrees(impacts.theta_uplift):.2f}° up to which the base stays in full contact"
+        times = f"no swing exceeds {limits.min_uplift_ratio:g} times {contact}"
+        text = f"per-impact r is not meaningful here: {times}"
+        return [Reason.beyond(limits, "no_restitution", text, None)]
     n = min(impacts.restitution.size, FIRST)
     r, covariance = impacts.restitution[:n], restitution_covariance(impacts, block, peak_stderr)[:n, :n]
     known = np.flatnonzero(np.isfinite(r) & np.isfinite(covariance.diagonal()))

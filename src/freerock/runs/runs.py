@@ -8,12 +8,14 @@ import math
 from bisect import bisect, bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from freerock.arrays import Floats
 from freerock.config.hand_corrections import Override
 from freerock.config.processing import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, RunLimits
 from freerock.models.block import Block
@@ -24,8 +26,8 @@ from freerock.noise.still_signal import scatter
 from freerock.rotation.flags import SignalQuality, signal_quality
 from freerock.runs.beginning import Beginning, begun_by_hand, find_holds, from_hold, no_release, unseen
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand, Planned
-from freerock.runs.impacts import IMPACT_COLUMNS, Impacts, find_impacts, reasons_of_impacts
-from freerock.runs.reasons_as_measured import Facts, reasons_of_unevenness, verdict_on
+from freerock.runs.impacts import IMPACT_COLUMNS, Impacts, find_impacts
+from freerock.runs.reasons_as_measured import Facts, reasons_of_impacts, verdict_on
 from freerock.runs.signal import OUT_OF_NOISE, Signal, end_of_motion, signal_of
 from freerock.runs.verdict import Reason, Verdict
 
@@ -322,26 +324,12 @@ def measured(
     time_s, theta, sigma, flags = (record[name].values for name in ("time", "theta", "sigma_theta", "flags"))
     quality = signal_quality(record)
     still = at_rest(time_s, theta, sigma, quality.converter_step, of_runs.window_s)
+    find = partial(find_impacts, block=block, limits=of_impacts, noise=still.relative)
     judged, all_impacts = list[Run](), list[Impacts]()
     runs = find_runs(time_s, theta, sigma, flags, block, quality, by_hand, of_runs, still)
-    vain = by_hand.left_out_in_vain([(run.hold_start_s, run.end_s) for run in runs])
-    for run in runs:
-
-        def part(from_s: float, to_s: float, released: bool, run: Run = run) -> Impacts:
-            during = slice(np.searchsorted(time_s, from_s), np.searchsorted(time_s, to_s, "right"))
-            return find_impacts(
-                time_s[during],
-                theta[during],
-                sigma[during],
-                block,
-                theta0=run.theta0 if released else None,
-                theta0_stderr=run.theta0_stderr,
-                limits=of_impacts,
-                noise=still.relative,
-                zero_stderr=run.zero_stderr,
-            )
-
-        impacts, notes = _with_stretches_left_out(part, run, by_hand)
+    notes = by_hand.reasons_of_stretches([(run.hold_start_s, run.end_s) for run in runs])
+    for run, own in zip(runs, notes, strict=True):
+        impacts = _impacts_of(run, by_hand.stretches, (time_s, theta, sigma), find)
         # A peak is known as well as means at rest after the run. Rounded samples have rounded means.
         peak_stderr = quality.converter_step / math.sqrt(12) * (quality.converter_step > run.sigma_theta)
         after = theta[slice(*np.searchsorted(time_s, (run.end_s, run.end_s + AFTER_S)))]
@@ -350,10 +338,9 @@ def measured(
         means = means[np.isfinite(means)]
         if means.size >= FEWEST:
             peak_stderr = max(peak_stderr, scatter(means))
-        uneven = reasons_of_unevenness(impacts, block, peak_stderr)
-        verdict = _as_of_a_tilt(run.verdict) if any(each.name == TILTS for each in uneven) else run.verdict
-        reasons = (*verdict.reasons, *reasons_of_impacts(impacts, of_impacts), *uneven, *notes, *vain)
-        judged.append(replace(run, verdict=Verdict(reasons)))
+        found = reasons_of_impacts(impacts, block, of_impacts, peak_stderr)
+        verdict = _as_of_a_tilt(run.verdict) if any(each.name == TILTS for each in found) else run.verdict
+        judged.append(replace(run, verdict=Verdict((*verdict.reasons, *found, *own))))
         all_impacts.append(impacts)
     return Measured(tuple(judged), on_one_bed(all_impacts), still.noise)
 
@@ -365,29 +352,36 @@ def on_one_bed(impacts: Sequence[Impacts]) -> tuple[Impacts, ...]:
     return tuple(replace(each, theta_uplift=each.theta_uplift or usual) for each in impacts)
 
 
-def _with_stretches_left_out(
-    part: Callable[[float, float, bool], Impacts], run: Run, by_hand: ByHand
-) -> tuple[Impacts, list[Reason]]:
-    """The impacts of a run, with one of NaN in place of those that a stretch left out hides, and its notes.
+def _impacts_of(
+    run: Run,
+    stretches: Sequence[tuple[float, float, str]],
+    samples: tuple[Floats, Floats, Floats],
+    find: Callable[..., Impacts],
+) -> Impacts:
+    """The impacts of a run, with one of NaN in place of those that a stretch left out hides.
 
-    No peak and no restitution spans what is hidden: `part` finds the impacts from an instant to another [s],
-    of the first part with those that the release begins.
+    No peak and no restitution spans what is hidden: `find_impacts` looks at time, θ and its noise of each
+    part.
     """
-    own = [each for each in by_hand.stretches if each[0] <= run.end_s and each[1] >= run.hold_start_s]
-    hidden = sorted(each[:2] for each in own if each[1] > run.release_s and each[0] < run.end_s)
-    notes = [
-        Reason.of("left_out", f"{from_s:.3f} s to {to_s:.3f} s left out: {why}") for from_s, to_s, why in own
-    ]
+    hidden = sorted(each[:2] for each in stretches if each[1] > run.release_s and each[0] < run.end_s)
     begins = np.maximum.accumulate([run.release_s, *(to_s for _, to_s in hidden)]).tolist()
     ends = [*(from_s for from_s, _ in hidden), run.end_s]
-    parts = [part(run.release_s, max(run.release_s, ends[0]), True)]
-    parts += [part(*span, False) for span in zip(begins[1:], ends[1:], strict=True) if span[0] < span[1]]
+    parts = list[Impacts]()
+    for i, (from_s, to_s) in enumerate(zip(begins, ends, strict=True)):
+        if i and from_s >= to_s:
+            continue
+        first = np.searchsorted(samples[0], from_s)
+        last = np.searchsorted(samples[0], max(from_s, to_s), "right")
+        part = (each[first:last] for each in samples)
+        theta0 = None if i else run.theta0
+        errors = {"theta0_stderr": run.theta0_stderr, "zero_stderr": run.zero_stderr}
+        parts.append(find(*part, theta0=theta0, **errors))
     known = [each for i, each in enumerate(parts) if i == 0 or each.time_s.size]
     columns = {
         name: np.concatenate([value for each in known for value in ([np.nan], getattr(each, name))][1:])
         for name in IMPACT_COLUMNS
     }
-    return Impacts(**columns, theta_uplift=max(each.theta_uplift for each in known)), notes
+    return Impacts(**columns, theta_uplift=max(each.theta_uplift for each in known))
 
 
 def _as_of_a_tilt(verdict: Verdict) -> Verdict:
