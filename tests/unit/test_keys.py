@@ -10,7 +10,7 @@ import pytest
 from freerock.config.blocks import BlockSection
 from freerock.config.campaign import ConfigFile
 from freerock.config.campaign_file import CampaignFile
-from freerock.config.fits import FitsSection, FreeSection
+from freerock.config.fit_settings import FitsSection, FreeSection
 from freerock.config.record import Record
 from freerock.config.values import Model, Unit, section_in
 from freerock.models.block import Block

@@ -7,7 +7,7 @@ import pytest
 from laboratory import CSV, YAML, problems
 
 from freerock.config.campaign import load_campaign
-from freerock.config.step_settings import inputs
+from freerock.config.step_settings import laboratory as laboratory_settings
 from freerock.models.block import Block
 from freerock.models.laws import Foundation
 from freerock.rotation.beam import displacement_from_rotation
@@ -59,7 +59,7 @@ def of_record(folder, old, new):
     (folder / "lab.yaml").write_text(YAML.replace(old, new))
     (folder / "lab.csv").write_text(CSV)
     lab = load_campaign(folder / "lab.yaml")
-    return {each["name"]: each for each in inputs(lab, lab.records[0])}
+    return {each["name"]: each for each in laboratory_settings(lab, lab.records[0].scene)["inputs"]}
 
 
 def test_inputs_are_stated_or_defaults(tmp_path):

@@ -7,7 +7,7 @@ from pydantic import ValidationInfo, field_validator, model_validator
 
 from freerock.config import values
 from freerock.config.blocks import BlockSection, FoundationSection
-from freerock.config.fits import FitsSection
+from freerock.config.fit_settings import FitsSection
 from freerock.config.lasers import LaserSection
 from freerock.config.processing import ProcessingSection
 from freerock.config.values import (

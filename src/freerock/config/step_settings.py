@@ -28,30 +28,23 @@ def geometry(campaign: Campaign, record: Record | Scene) -> Settings:
     return section_values(campaign.blocks[record.block], *NOT_OF_BLOCK)
 
 
-def inputs(campaign: Campaign, record: Record | Scene) -> list[Settings]:
-    """What a record's numbers rest on, as `freerock.rotation.laboratory.Input` takes it: stated or default.
+@lru_cache
+def laboratory(campaign: Campaign, scene: Scene) -> Settings:
+    """What `freerock.rotation.laboratory.Laboratory` is made of: block, lasers and inputs of a record.
 
     A base that was levelled to ±a lies within, evenly: u = a/√3. A record has one clock and one response, its
     first laser's.
     """
-    block, lasers = campaign.blocks[record.block], {name: campaign.lasers[name] for name in record.lasers}
+    block, lasers = campaign.blocks[scene.block], {name: campaign.lasers[name] for name in scene.lasers}
     stated = {name: section_values(each.uncertainty) for name, each in lasers.items()}
-    stated |= {record.block: section_values(block.uncertainty)}
-    found: list[Settings] = inputs_of((record.block, block.block), lasers, stated)
-    levelled = campaign.foundations[record.foundation].levelled_deg
+    stated |= {scene.block: section_values(block.uncertainty)}
+    inputs = inputs_of((scene.block, block.block), lasers, stated)
+    levelled = campaign.foundations[scene.foundation].levelled_deg
     if levelled:
         u = levelled / math.sqrt(3)
-        found.append({"owner": record.foundation, "name": "levelled_deg", "stated": True, "u": u})
-    return found
-
-
-@lru_cache
-def laboratory(campaign: Campaign, scene: Scene) -> Settings:
-    """What `freerock.rotation.laboratory.Laboratory` is made of: block, lasers and inputs of a record."""
-    lasers = {
-        name: section_values(campaign.lasers[name], "uncertainty", "calibration") for name in scene.lasers
-    }
-    return {"block": geometry(campaign, scene), "lasers": lasers, "inputs": inputs(campaign, scene)}
+        inputs.append({"owner": scene.foundation, "name": "levelled_deg", "stated": True, "u": u})
+    own = {name: section_values(each, "uncertainty", "calibration") for name, each in lasers.items()}
+    return {"block": geometry(campaign, scene), "lasers": own, "inputs": inputs}
 
 
 def record_attributes(campaign: Campaign, record: Record) -> Settings:
