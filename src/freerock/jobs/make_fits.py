@@ -78,10 +78,9 @@ def make_fits(
     _report(fits, choice, reasons)
     attributes = settings["attributes"] | {key: record.attrs[key] for key in ("verdict", "reasons")}
     attributes |= {key: each for key, each in record.attrs.items() if str(key).startswith("sensor_")}
-    if missed := [name for name in allowed.always if name in found.missing]:
-        attributes["not_fitted"] = [
-            NotFitted(None, f"{name} not fitted: {found.missing[name]}") for name in missed
-        ]
+    missed = [f"{name} not fitted: {found.missing[name]}" for name in allowed.always if name in found.missing]
+    if missed:
+        attributes["not_fitted"] = [NotFitted(None, each) for each in missed]
     attributes["provenance"] = provenance([record_file], settings)
     debonding = allowed.settings(allowed.candidates[0]).debonding
     energies = energies_of_record(fits, motions, block, limits, debonding)

@@ -57,8 +57,7 @@ def make_record(
     try:
         attributes["provenance"] = provenance([file for file in files if file.exists()], settings)
         if settings["excluded"]:
-            excluded = Reason.of("excluded", f"excluded: {settings['excluded']}")
-            write_failure(output, excluded, attributes)
+            write_failure(output, Reason.of("excluded", f"excluded: {settings['excluded']}"), attributes)
             return
         by_hand = ByHand(settings["overrides"], settings["exclusions"], settings.get("stretches", ()))
         record = rotate(settings)

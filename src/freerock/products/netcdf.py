@@ -331,11 +331,10 @@ def _choice(choice: "Choice") -> xr.Dataset:
         Along candidate: status and reason (texts), and `CHOICE_NUMBERS`, NaN where a candidate has no such
         number. Attributes: selected, level, criterion, reason.
     """
-    texts = {name: [getattr(each, name) for each in choice.judged] for name in ("status", "reason")}
-    arrays: dict[str, Any] = {name: ("candidate", np.array(values, str)) for name, values in texts.items()}
-    arrays |= {
-        name: ("candidate", np.array([getattr(each, name) for each in choice.judged], float))
-        for name in CHOICE_NUMBERS
+    kinds: dict[str, type] = {"status": str, "reason": str} | dict.fromkeys(CHOICE_NUMBERS, float)
+    arrays: dict[str, Any] = {
+        name: ("candidate", np.array([getattr(each, name) for each in choice.judged], kind))
+        for name, kind in kinds.items()
     }
     told = {name: getattr(choice, name) for name in ("selected", "level", "criterion", "reason")}
     return xr.Dataset(arrays, {"candidate": [each.model for each in choice.judged]}, told)

@@ -92,8 +92,7 @@ def made_by(path: str | Path) -> dict[str, Any]:
     FreerockError
         No such file, or damaged.
     """
-    found: dict[str, Any] = json.loads(root_text(path, "provenance", "{}"))
-    return found
+    return dict(json.loads(root_text(path, "provenance", "{}")))
 
 
 def git_state() -> str:
