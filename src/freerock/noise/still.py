@@ -154,7 +154,7 @@ def between_breaks(breaks: Mask) -> tuple[Indices, Indices]:
     return np.append(0, after), np.append(after - 1, breaks.size)
 
 
-def swings_of(theta: Floats, least: float) -> list[slice]:
+def swings_of(theta: Floats, least: float | Floats) -> list[slice]:
     """The stretches in which |θ| is higher than `least` with one sign."""
     high = np.flatnonzero(np.abs(theta) > least)
     if not high.size:

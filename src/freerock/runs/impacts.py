@@ -19,7 +19,7 @@ from freerock.errors import of_kind
 from freerock.models.block import Block
 from freerock.noise.sensor_noise import in_motion
 from freerock.noise.spectrum import Noise, covariance_of_means, covariance_of_sums
-from freerock.noise.still import between_breaks
+from freerock.noise.still import swings_of
 from freerock.runs.impact_kernel import (
     PEAK_DEGREE,
     SWING_SAMPLES,
@@ -121,20 +121,24 @@ def find_impacts(
     """
     of_kind("block", block, Block, "give freerock.Block(...)")
     motion = _motion(time_s, theta, sigma_theta)
-    t, y = motion.t, motion.y
-    swings = _swings(motion, limits)
+    t, y, least = motion.t, motion.y, motion.noise * limits.min_amplitude_sigmas / 2
+    swings = swings_of(y, least)
+    short = [np.count_nonzero(np.abs(y[each]) > least[each]) < limits.min_samples for each in swings]
+    swings = swings[: [*short, True].index(True)]  # up to the first of too few samples
     known = noise if motion.left.known and len(swings) > 1 else None
     if known:
-        known = in_motion(known, y, motion.noise, [slice(i, j + 1) for i, j in swings[1:]])
+        known = in_motion(known, y, motion.noise, swings[1:])
         motion = motion._replace(left=left_of(known, swings))
-    passages = [_line_zero(t[i : j + 1], y[i : j + 1]) for (_, i), (j, _) in pairwise(swings)]
+    between = [slice(one.stop - 1, other.start + 1) for one, other in pairwise(swings)]
+    passages = [_line_zero(t[each], y[each]) for each in between]
     uplift, rows = uplift_amplitude(t, y, passages, block), np.empty((0, len(IMPACT_COLUMNS)))
     if passages:
         rigid = Rigid(block.theta_cr, block.p)
         start = _release_peak(motion, theta0, theta0_stderr, rigid)
         released = theta0 is not None and abs(theta0) < rigid.theta_cr
         lowest = Lowest(limits.min_amplitude_sigmas, limits.min_uplift_ratio * uplift)
-        rows = impact_rows(motion, np.array(swings), np.array(passages), start, released, lowest, rigid)
+        ends = np.array([(each.start, each.stop - 1) for each in swings])
+        rows = impact_rows(motion, ends, np.array(passages), start, released, lowest, rigid)
         rows, fits = rows[:, :6], rows[:, 6:]
         shared = under_noise(rows, fits, motion, known) if known and len(rows) else np.zeros(len(rows))
         rows[:, 5] = np.hypot(rows[:, 5], zero_stderr)
@@ -225,17 +229,6 @@ def _motion(time_s: ArrayLike, theta: ArrayLike, sigma_theta: ArrayLike) -> Nois
     return NoisySamples(t, y, noise, Residual(1.0, 1.0, known))
 
 
-def _swings(motion: NoisySamples, limits: ImpactLimits) -> list[tuple[int, int]]:
-    """First and last index of the stretches in which θ stands out of the noise with one sign."""
-    index = np.flatnonzero(np.abs(motion.y) > motion.noise * limits.min_amplitude_sigmas / 2)
-    if index.size == 0:
-        return []
-    first, last = between_breaks(np.diff(motion.y[index] > 0))
-    short = np.flatnonzero(last - first + 1 < limits.min_samples)
-    n = short[0] if short.size else first.size
-    return list(zip(index[first[:n]].tolist(), index[last[:n]].tolist(), strict=True))
-
-
 def _line_zero(t: Floats, theta: Floats) -> float:
     """Instant at which the straight line through a passage is zero."""
     mean, x = float(t.mean()), t - t.mean()
@@ -289,17 +282,16 @@ TYPICAL = 0.5  # of a swing, the window in which a residual is looked at
 COARSE = 2  # steps in a factor of two: white noise is white, however its spectrum was drawn
 
 
-def left_of(noise: Noise, swings: Sequence[tuple[int, int]]) -> Residual:
+def left_of(noise: Noise, swings: Sequence[slice]) -> Residual:
     """What the fit of a peak leaves of the noise, over what it would if that were white and of variance 1.
 
     Parameters
     ----------
     noise : Noise
         Over σ.
-    swings : sequence of (int, int)
-        First and last sample of each.
+    swings : sequence of slice
     """
-    samples = float(np.median([last - first for first, last in swings[1:]]))
+    samples = float(np.median([each.stop - each.start - 1 for each in swings[1:]]))
     together = max(samples / SWING_SAMPLES, 1.0)  # samples in a mean
     n = max(int(min(samples / together, SWING_SAMPLES) * TYPICAL), PEAK_DEGREE + 4)
     covariance = covariance_of_means(noise, together, n) * together
