@@ -177,7 +177,7 @@ def _classify(
             for phase, gap in zip(phases, gaps, strict=False)
             # Swings pass the level of a later hold as well; but from where they end a hand goes there, and
             # that is as far from it as many a peak.
-            if _rocks(gap, phase.level, limit) and np.all(_peaks(gap, phase.level, limit)[-1:] <= DECAYED)
+            if np.any(_peaks(gap, phase.level, limit)[-1:] <= DECAYED)
         ]
         or _rocked_about(phases, gaps, limit)
         or [max(phases, key=lambda p: p.end_s - p.start_s)]
@@ -186,7 +186,9 @@ def _classify(
     resting = {*at_rest}
     zeros = np.interp([phase.mid_s for phase in phases], middles, levels).tolist()
     held = [
-        phase not in resting and abs(phase.level - zero) > NEAR_LEVEL * limit and _rocks(gap, zero, limit)
+        phase not in resting
+        and abs(phase.level - zero) > NEAR_LEVEL * limit
+        and _peaks(gap, zero, limit).size > 0
         for phase, zero, gap in zip(phases, zeros, gaps[1:], strict=True)
     ]
     angle = max((abs(p.level - z) for p, z, h in zip(phases, zeros, held, strict=True) if h), default=0.0)
@@ -204,10 +206,10 @@ def _classify(
 def _rocked_about(phases: list[Phase], gaps: list[Floats], limit: float) -> list[Phase]:
     """The phases about whose level an oscillation goes, at that about which it goes most evenly."""
     found = [
-        (float(np.median(np.abs(np.diff(np.log(_peaks(gap, phase.level, limit)))))), phase)
+        (float(np.median(np.abs(np.diff(np.log(peaks))))), phase)
         for i, phase in enumerate(phases)
         for gap in gaps[max(0, i - AROUND) : i + AROUND + 1]
-        if _rocks(gap, phase.level, limit)
+        if (peaks := _peaks(gap, phase.level, limit)).size
     ]
     if not found:
         return []
@@ -216,14 +218,11 @@ def _rocked_about(phases: list[Phase], gaps: list[Floats], limit: float) -> list
     return list(every.values())
 
 
-def _rocks(signal: Floats, level: float, limit: float) -> bool:
-    """Whether a signal rocks freely about a level: peaks that fall, on each side, between passages of it."""
-    peaks = _peaks(signal, level, limit)[: MIN_PEAKS + 1]  # the two sides may be seen at different scales
-    return peaks.size >= MIN_PEAKS and bool(np.all(peaks[2:] <= peaks[:-2]))
-
-
 def _peaks(signal: Floats, level: float, limit: float) -> Floats:
-    """Largest deviations from a level between passages of it, from the largest on and over it."""
+    """Peaks of a signal that rocks freely about a level, from the largest on and over it; else none.
+
+    A peak is the largest deviation between two passages of the level. On each side they fall.
+    """
     deviation = signal[np.isfinite(signal)] - level
     away = max(PEAK * np.abs(deviation).max(initial=0), NEAR_LEVEL * limit)
     side = np.where(np.abs(deviation) > away, np.sign(deviation), 0)
@@ -235,4 +234,7 @@ def _peaks(signal: Floats, level: float, limit: float) -> Floats:
         return np.empty(0)
     start = np.flatnonzero(np.concatenate(([True], side[1:] != side[:-1])))
     peaks = np.maximum.reduceat(height, start)[side[start] != 0]
-    return np.asarray(peaks[np.argmax(peaks) :] / peaks.max())
+    peaks = peaks[np.argmax(peaks) :] / peaks.max()
+    first = peaks[: MIN_PEAKS + 1]  # the two sides may be seen at different scales
+    falls = first.size >= MIN_PEAKS and bool(np.all(first[2:] <= first[:-2]))
+    return np.asarray(peaks if falls else np.empty(0))
