@@ -84,7 +84,8 @@ class ByHand:
         record_end_s : float
             Last instant of the record [s]; a run released after it is left out.
         """
-        set_by_hand = [each for each in self._overrides if each.release_s < record_end_s]
+        in_order = sorted((Override(*each) for each in self.overrides), key=lambda each: each.release_s)
+        set_by_hand = [each for each in in_order if each.release_s < record_end_s]
         places = [_place(each, found) for each in set_by_hand]
         runs = [Planned(i, None, *times) for i, times in enumerate(found) if i not in places]
         for i, each in enumerate(set_by_hand):
@@ -98,9 +99,9 @@ class ByHand:
         What meets no run stands with all of them. Arguments as of `merged`.
         """
         everywhere = list[Reason]()
-        for each in self._overrides:
-            if each.release_s >= record_end_s:
-                text = f"override: run {each.run} is released at {each.release_s:g} s"
+        for number, release_s, *_ in sorted(self.overrides, key=lambda each: float(each[1])):
+            if release_s >= record_end_s:
+                text = f"override: run {number} is released at {release_s:g} s"
                 text = f"{text}, the record ends at {record_end_s:.3f} s"
                 everywhere.append(Reason.of("by_hand", text, "warn"))
         for number, _ in sorted(self.exclusions):
@@ -147,10 +148,6 @@ class ByHand:
                 text = f"exclude: {from_s:g} s to {to_s:g} s meets no run: they last from {lasts}"
                 everywhere.append(Reason.of("by_hand", text, "warn"))
         return [[*each, *everywhere] for each in own]
-
-    @property
-    def _overrides(self) -> list[Override]:
-        return sorted((Override(*each) for each in self.overrides), key=lambda each: each.release_s)
 
 
 def _place(override: Override, found: Sequence[tuple[float, float]]) -> int | None:
