@@ -1,8 +1,8 @@
 """The cells of a campaign's CSV that correct by hand: read, refused, and written again.
 
 Their way to the fit: `config.record` reads them, `step_settings` passes them to `jobs.make_record`, which
-masks the samples that are left out and sets runs as stated (`runs.by_hand`). `runs.runs` marks runs that are
-excluded, and `jobs.make_fits` passes over them in the record's dataset; a record excluded whole has no runs.
+masks the samples that are left out, sets runs as stated and marks those that are excluded (`runs.by_hand`).
+`jobs.make_fits` passes over them in the record's dataset; a record excluded whole has no runs.
 """
 
 import re

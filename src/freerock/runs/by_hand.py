@@ -94,7 +94,7 @@ class ByHand:
         return sorted(runs, key=lambda run: run.release_s)
 
     def reasons_of_corrections(self, runs: Sequence[Planned], record_end_s: float) -> list[list[Reason]]:
-        """What was set by hand and can't be so, of each run.
+        """What was set by hand of each run, and what can't be so.
 
         What meets no run stands with all of them. Arguments as of `merged`.
         """
@@ -108,8 +108,12 @@ class ByHand:
             if not 1 <= number <= len(runs):
                 name = "name run 1, the only one" if len(runs) == 1 else f"name one of runs 1 to {len(runs)}"
                 everywhere.append(Reason.of("by_hand", f"exclude: there is no run {number}: {name}", "warn"))
-        reasons = [[*everywhere] for _ in runs]
-        for number, (run, own) in enumerate(zip(runs, reasons, strict=True), 1):
+        reasons, left_out = [], dict(self.exclusions)
+        for number, run in enumerate(runs, 1):
+            own = [Reason.of("overridden", f"overridden: {run.override.reason}")] if run.override else []
+            if number in left_out:
+                own.append(Reason.of("excluded", f"excluded: {left_out[number]}"))
+            own += everywhere
             if run.override and run.override.run != number:
                 text = f"set by hand as run {run.override.run}, it is run {number} in the order of release"
                 own.append(Reason.of("renumbered", f"{text}: correct the number, and those in exclude"))
@@ -118,7 +122,7 @@ class ByHand:
                     f"set by hand to end at {run.override.end_s:g} s, the record ends at {record_end_s:.3f} s"
                 )
                 own.append(Reason.of("by_hand", f"{text}: give an end within the record"))
-        left_out = {number for number, _ in self.exclusions}
+            reasons.append(own)
         kept = [number for number in range(1, len(runs) + 1) if number not in left_out]
         for one, other in pairwise(kept):
             before, after = runs[one - 1], runs[other - 1]

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
-from freerock.config.hand_corrections import Override
 from freerock.config.processing import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, RunLimits
 from freerock.models.block import Block
 from freerock.noise.sensor_noise import AtRest, at_rest
@@ -145,7 +144,7 @@ def find_runs(
     own = still or at_rest(signal.t, signal.theta, signal.sigma, signal.converter_step, limits.window_s)
     signal = signal._replace(relative_noise=own.relative or signal.relative_noise)
     rests = [each for each in own.phases if each.kind == "rest"]
-    search = _Search(signal, own.phases, rests, block, quality, by_hand, limits)
+    search = _Search(signal, own.phases, rests, block, quality, limits)
     holds = find_holds(signal, own.phases, limits.window_s)
     found = search.with_unseen([search.found(hold) for hold in holds])
     record_end_s = float(signal.t[-1])
@@ -166,7 +165,6 @@ class _Motion(NamedTuple):
     end_s: float
     rest: Phase | None
     sigma_theta: float
-    override: Override | None = None
 
 
 @dataclass(frozen=True)
@@ -178,7 +176,6 @@ class _Search:
     rests: Sequence[Phase]
     block: Block | None
     quality: SignalQuality
-    by_hand: ByHand
     limits: RunLimits
 
     def found(self, hold: Phase) -> _Motion:
@@ -227,7 +224,7 @@ class _Search:
         if rest and rest.start_s > planned.end_s + (limits.window_s if rest.kind == "rest" else 0.0):
             rest = None
         sigma = its.sigma_theta if its else self._noise_near(planned.end_s)
-        return _Motion(begins, planned.end_s, rest, sigma, override)
+        return _Motion(begins, planned.end_s, rest, sigma)
 
     def _noise_near(self, time_s: float) -> float:
         """Standard deviation of the noise of θ [rad], from the rest nearest to an instant [s]."""
@@ -236,16 +233,13 @@ class _Search:
         nearest = min(self.rests, key=lambda each: abs(each.mid_s - time_s))
         return self.signal.noise(nearest.core(self.signal.t, self.limits.window_s))
 
-    def run(self, number: int, motion: _Motion, reasons: Sequence[Reason]) -> Run:
-        """A run with its verdict."""
+    def run(self, number: int, motion: _Motion, by_hand: Sequence[Reason]) -> Run:
+        """A run with its verdict; `by_hand` says what was set by hand."""
         signal, begins, end_s = self.signal, motion.begins, motion.end_s
         zero_stderr = self._zero_stderr(begins.hold_start_s)
         free = signal.theta[signal.during(begins.release.instant_s + self.limits.finger_s, end_s)]
         side = np.sign(free[np.abs(free) > OUT_OF_NOISE * motion.sigma_theta])
         later = bisect(self.rests, begins.hold_start_s, key=lambda each: each.end_s)
-        notes = [Reason.of("overridden", f"overridden: {motion.override.reason}")] if motion.override else []
-        if (why := dict(self.by_hand.exclusions).get(number)) is not None:
-            notes.append(Reason.of("excluded", f"excluded: {why}"))
         facts = Facts(
             signal=signal,
             faults=self.quality.faults,
@@ -257,7 +251,7 @@ class _Search:
             end_s=end_s,
             sigma_theta=motion.sigma_theta,
             n_impacts=int(np.count_nonzero(np.diff(side))),
-            by_hand=[*notes, *reasons],
+            by_hand=by_hand,
         )
         return Run(
             number=number,
