@@ -75,8 +75,8 @@ def test_contributions_are_those_of_the_record_analysed_with_the_input_moved(bea
             impacts.restitution_stderr,
         ]
     )
-    found = measured_contributions(run.theta0, impacts, laboratory)
-    for source, shift in zip(found.inputs, found.values.T, strict=True):
+    shifts = measured_contributions(run.theta0, impacts, laboratory)
+    for source, shift in zip(laboratory.inputs, shifts.T, strict=True):
         ends = [
             numbers(*analysed(time_s, volts, laboratory.moved(source, side)))[: len(shift)]
             for side in (1, -1)
@@ -93,7 +93,7 @@ def test_a_base_off_level_counts_as_in_the_motion_on_it(lean_deg):
     theta = simulate_fitted("housner", BLOCK, {**law, "theta0": THETA0}, time_s, solver=Solver(1e-11))
     impacts = find_impacts(time_s, theta, 0.0, BLOCK, theta0=THETA0)
     laboratory = Laboratory(BLOCK, {"l": Laser(units="rad")}, (Input("f", "levelled_deg", 0.01, True),))
-    shift = measured_contributions(THETA0, impacts, laboratory).values[-len(impacts.time_s) :, 0]
+    shift = measured_contributions(THETA0, impacts, laboratory)[-len(impacts.time_s) :, 0]
     high = np.abs(impacts.peak_before_rad) > math.radians(3)
     assert np.all(np.abs(impacts.restitution - 0.92)[high] > 1e-3)
     assert (impacts.restitution + shift * lean_deg / 0.01)[high] == pytest.approx(0.92, abs=1e-4)
@@ -110,7 +110,7 @@ def test_the_total_is_a_root_sum_of_squares_and_without_inputs_the_noise():
     two = Laboratory(BLOCK, {"l": NEAR}, (INPUTS["width_m"], INPUTS["position_m"]))
     known, shifts = (
         measured_total(THETA0, 1e-5, impacts, two),
-        measured_contributions(THETA0, impacts, two).values,
+        measured_contributions(THETA0, impacts, two),
     )
     n = len(impacts.time_s)
     squares = impacts.restitution_stderr**2 + np.sum(shifts[-n:] ** 2, axis=1)

@@ -119,9 +119,9 @@ def measured_total(
             impacts.restitution_stderr,
         ]
     )
-    u = np.hypot(
-        measured_contributions(theta0, impacts, laboratory).total(stderr), sunk(theta0, impacts, laboratory)
-    )
+    shifts = measured_contributions(theta0, impacts, laboratory)
+    u = np.sqrt(stderr**2 + np.sum(shifts**2, axis=1))
+    u = np.hypot(u, sunk(theta0, impacts, laboratory))
     return MeasuredTotal(float(u[0]), *np.split(u[1:], 3))
 
 
@@ -143,8 +143,8 @@ def sunk(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Floats:
     return np.nan_to_num(true - seen)
 
 
-def measured_contributions(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Contributions:
-    """What the laboratory's inputs contribute to release angle, peaks and restitutions.
+def measured_contributions(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Floats:
+    """Shifts of release angle, peaks and restitutions for one standard uncertainty of each input.
 
     Rotation counts from the base, so that a base off level moves no peak. It moves where the block balances:
     leant by β to the right, θ_cr - β on the right and θ_cr + β on the left.
@@ -160,7 +160,7 @@ def measured_contributions(theta0: float, impacts: Impacts, laboratory: Laborato
 
     Returns
     -------
-    Contributions
+    ndarray, shape (n_numbers, n_inputs)
         Numbers: θ0 [rad], the peaks before [rad], the peaks after [rad] and the restitutions of all impacts.
     """
     angles, columns = np.hstack([theta0, impacts.peak_before_rad, impacts.peak_after_rad]), []
@@ -169,8 +169,7 @@ def measured_contributions(theta0: float, impacts: Impacts, laboratory: Laborato
         with np.errstate(invalid="ignore", divide="ignore"):  # a peak may be unknown, or overturned there
             high, low = (_with_restitution(laboratory.reread(angles, other), other) for other in others)
         columns.append((high - low) / (2 * SHARE))
-    n_numbers = 1 + 3 * len(impacts.time_s)
-    return Contributions.held(laboratory.inputs, np.reshape(columns, (-1, n_numbers)).T)
+    return np.reshape(columns, (-1, 1 + 3 * len(impacts.time_s))).T
 
 
 def _with_restitution(angles: Floats, laboratory: Laboratory) -> Floats:
