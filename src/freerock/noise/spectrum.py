@@ -244,12 +244,9 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float, m: int = 1) -
     level, weight = float(power[-1]), number.astype(float)
     low, high = np.array([(-FARTHEST, -FARTHEST, np.log(SLOWEST / n)), (FARTHEST, FARTHEST, 0)])
 
-    def law(x: Floats) -> tuple[float, float, float]:
-        a, b, f_0 = np.exp(np.minimum(np.maximum(x, low), high))
-        return float(level * a), float(level * b), float(f_0)
-
     def misfit(x: Floats) -> float:
-        expected = slow_and_white(frequency, *law(x), m)
+        white, slow, corner = np.exp(np.clip(x, low, high)).tolist()
+        expected = slow_and_white(frequency, level * white, level * slow, corner, m)
         return float(weight @ (np.log(expected) + power / expected))
 
     starts = [
@@ -260,7 +257,9 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float, m: int = 1) -
     best = min(starts, key=misfit)
     simplex = np.vstack([best, best - np.eye(3)])  # SciPy's own hardly moves a number that starts at zero
     options = {"maxiter": 400, "xatol": 1e-2, "fatol": 1e-1, "initial_simplex": simplex}
-    return law(minimize(misfit, best, method="Nelder-Mead", options=options).x)
+    found = minimize(misfit, best, method="Nelder-Mead", options=options).x
+    white, slow, corner = np.exp(np.clip(found, low, high)).tolist()
+    return level * white, level * slow, corner
 
 
 def frequencies(n: int) -> Floats:
