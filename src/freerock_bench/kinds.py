@@ -177,7 +177,7 @@ def make(folder: Path, case: tuple[str, float]) -> Path:
             where = OF_TRUTH[key]
             inputs[where] = inputs[where] / (1 + by) if where == "clock" else inputs[where] + by
         else:
-            inputs["block"] = inputs["block"].moved(key, by)
+            inputs["block"] = inputs["block"].moved({key: by})
     inputs["block"] = differs.pop("block", inputs["block"])
     damping = differs.pop("damping", 1.0)
     soil = {

@@ -167,6 +167,8 @@ class Moved:
     Parameters
     ----------
     place : Place
+    turning : Block
+        That of the place, with what a fit has freed of it.
     values : dict
         As `freerock.models.simulate.simulate_fitted` takes them.
     time_s : ndarray, shape (n_time,)
@@ -182,6 +184,7 @@ class Moved:
     """
 
     place: Place
+    turning: Block
     values: dict[str, float]
     time_s: Floats
     turned: Floats
@@ -200,27 +203,34 @@ class Moved:
         """Rotation of each sample [rad], then δ of each impact, shape (n_time + n_impacts,)."""
         return np.append(self.theta, self.impacts)
 
-    def read(self, place: Place | None = None, **by: float) -> Floats:
+    @cached_property
+    def slopes(self) -> tuple[Floats, Floats, Floats]:
+        """Derivatives of `theta` by the rotation, by the depth [1/m] and by time [rad/s]."""
+        by_turned = (self.read(turned=SMALL_STEP) - self.theta) / SMALL_STEP
+        by_z = (self.read(z_cb=SMALL_STEP) - self.theta) / SMALL_STEP
+        rate = by_turned * self.rates[:, -1]
+        return by_turned, by_z, rate + by_z * self.rates[:, 1] if self.rates.shape[1] > 1 else rate
+
+    def read(self, place: Place | None = None, turned: float = 0.0, z_cb: float = 0.0) -> Floats:
         """As `theta`.
 
         Parameters
         ----------
         place : Place, optional
-            Where it is read; by default that of the motion.
-        by : float
-            What is added to the rotation `turned` [rad] and to the depth `z_cb` [m]; of a rigid block nothing
-            is seen of a depth.
+            With the same block, where it is read; by default that of the motion.
+        turned, z_cb : float
+            What is added to the rotation [rad] and to the depth [m]; of a rigid block nothing is seen of a
+            depth.
         """
-        place, stated, theta = place or self.place, self.stated, self.turned + by.get("turned", 0.0)
+        place, theta = place or self.place, self.turned + turned if turned else self.turned
         bed = Foundation.of(self.values) if "k" in self.values else None
-        turning, view = self.place.block.as_found(self.values), place.view.at_once if place.view else None
-        if view is not None and not view.is_plain(turning, bed):
-            z_cb = self.rates[:, 0] + by.get("z_cb", 0.0)
-            if place.moved is None or stated is None:
-                return view.seen(theta[None], z_cb[None], turning, bed)
+        view, moved, stated = place.view.at_once if place.view else None, place.moved, self.stated
+        if view is not None and not view.is_plain(self.turning, bed):
+            sunk = self.rates[:, 0] + z_cb if z_cb else self.rates[:, 0]
             # of one beam, that of the place and of the stated laboratory at once
-            return view.seen(theta[None], z_cb[None], turning, bed, place.moved.read_by(stated))
-        return theta if place.moved is None or stated is None else place.moved.reread(theta, stated)
+            by = None if moved is None or stated is None else moved.read_by(stated)
+            return view.seen(theta[None], sunk[None], self.turning, bed, by)
+        return theta if moved is None or stated is None else moved.reread(theta, stated)
 
 
 @dataclass(frozen=True, eq=False)
@@ -375,39 +385,36 @@ class RunModel:
         """
         at = self.held(at, samples, rtol)
         here = self.here(at, samples, rtol)
-        by_turned, rate = self._slopes(here)
+        by_turned, by_z, rate = here.slopes
         n, n_names = here.theta.size, len(self.names)
         columns = np.zeros((here.whole.size, n_names + at.impacts.size), order="F")
         if at.impacts.size:
             columns[n:, n_names:] = np.diag(1 + at.impacts)
             given = (
                 self.law,
-                here.place.block,
+                here.turning,
                 here.values,
                 here.time_s,
                 (here.turned, here.rates, here.passages),
             )
             steps = (STEP,) if self.is_smooth else (STEP_BOTH_WAYS, -STEP_BOTH_WAYS)
             found = tangents(*given, rules=self.rules, solver=Solver(rtol, MOST_STEPS), steps=steps)
-            found.by_rates(*by_turned, rate, columns[:, n_names:])
+            found.by_rates(by_turned, by_z, rate, columns[:, n_names:])
         for j, name in enumerate(self.names):
             if name == "t0":
                 columns[:n, j] = -rate
             else:
                 columns[:, j] = self._quotient(at, name, samples.middle_s, rtol, here.whole)
-        response_s2 = self._response_s2(at, samples)
+        return self.means(at, samples, rtol), self._averaged(columns, at, samples)
+
+    def _averaged(self, columns: Floats, at: Point, samples: Samples) -> Floats:
+        """Derivatives at the middles of samples, as those of `means`."""
+        n, response_s2 = samples.middle_s.size, self._response_s2(at, samples)
         if response_s2 is None:
             columns[:n] *= math.sqrt(samples.m)
         else:
             columns[:n] = samples.smoothed(columns[:n].T, response_s2).T
-        return self.means(at, samples, rtol), columns
-
-    def _slopes(self, here: Moved) -> tuple[tuple[Floats, Floats], Floats]:
-        """Derivatives of what is read by rotation and depth, and its rate [rad/s]."""
-        by_turned = (here.read(turned=SMALL_STEP) - here.theta) / SMALL_STEP
-        by_z = (here.read(z_cb=SMALL_STEP) - here.theta) / SMALL_STEP
-        rate = by_turned * here.rates[:, -1]
-        return (by_turned, by_z), rate + by_z * here.rates[:, 1] if here.rates.shape[1] > 1 else rate
+        return columns
 
     @cached_property
     def is_smooth(self) -> bool:
@@ -446,29 +453,30 @@ class RunModel:
             return columns
         time_s = samples.middle_s
         here = self.here(at, samples, rtol)
-        means, (_, rate) = self.means(at, samples, rtol), self._slopes(here)
         higher = at.values.get("theta0", self.motion.theta0) + STEP
         from_higher = self._simulated(replace(at, values={**at.values, "theta0": higher}), time_s, rtol)
         by_release = (from_higher.whole - here.whole) / (from_higher.values["theta0"] - here.values["theta0"])
-        is_slow = self._response_s2(at, samples) is None
-        for j, source in enumerate(self.inputs):
-            steps = np.zeros(len(self.inputs))
-            # what a slow sensor does grows with the square of its time
-            steps[j] = 1.0 if source.name == "response_ms" else INPUT_STEP
-            moved = replace(at, inputs=at.inputs + steps)
-            place = self._there(moved)
+        for j, (source, step) in enumerate(zip(self.inputs, np.eye(len(self.inputs)), strict=True)):
+            moved = replace(at, inputs=at.inputs + INPUT_STEP * step)
             if source.name in OF_BLOCK or source.name == "levelled_deg":
-                other = self._simulated(moved, time_s, rtol).whole
-            else:
-                values = as_released(self.law, place.block, self._values(moved, place.moved), place.view)
-                other = here.whole + by_release * (values["theta0"] - here.values["theta0"])
-                other[:n] += here.read(place) - here.theta
-                other[:n] += rate * (time_s * place.clock - here.time_s)
-            columns[n:, j] = (other[n:] - here.impacts) / steps[j]
-            if is_slow or self._response_s2(moved, samples) is None:
-                columns[:n, j] = (self.means(moved, samples, rtol) - means) / steps[j]
-            else:
-                columns[:n, j] = (samples.smoothed(other[:n], place.response_s2) - means) / steps[j]
+                columns[:, j] = (self._simulated(moved, time_s, rtol).whole - here.whole) / INPUT_STEP
+            elif source.name != "response_ms":
+                place = self._there(moved)
+                values = as_released(self.law, here.turning, self._values(moved, place.moved), place.view)
+                off = by_release * (values["theta0"] - here.values["theta0"])
+                late_s = time_s * place.clock - here.time_s
+                off[:n] += here.read(place) - here.theta + here.slopes[2] * late_s
+                columns[:, j] = off / INPUT_STEP
+        columns = self._averaged(columns, at, samples)
+        for j, source in enumerate(self.inputs):
+            if source.name == "response_ms":
+                # what a slow sensor does grows with the square of its time: by one standard uncertainty
+                slower = replace(at, inputs=at.inputs + np.eye(len(self.inputs))[j])
+                if self._response_s2(at, samples) is None:
+                    means = self.means(slower, samples, rtol)
+                else:
+                    means = samples.smoothed(here.theta, self._there(slower).response_s2)
+                columns[:n, j] = means - self.means(at, samples, rtol)
         return columns
 
     @cached_property
@@ -487,13 +495,14 @@ class RunModel:
 
     def _simulated(self, at: Point, time_s: Floats, rtol: float) -> Moved:
         place = self._there(at)
-        values = as_released(self.law, place.block, self._values(at, place.moved), place.view)
+        turning = place.block.as_found(at.values)
+        values = as_released(self.law, turning, self._values(at, place.moved), place.view)
         time_s = time_s * place.clock
         rates = np.empty((time_s.size, 3 if law_of(self.candidate).is_foundation else 1))
         passages, impacts = at.passages, at.impacts
         turned = simulate_fitted(
             self.law,
-            place.block,
+            turning,
             values,
             time_s,
             rules=self.rules,
@@ -505,7 +514,7 @@ class RunModel:
             reached = ~np.isnan(passages[:, 3])
             impacts = np.where(reached, passages[:, 3] - 1, at.impacts)
             values["impacts"] = impacts  # type: ignore[assignment]
-        return Moved(place, values, time_s, turned, rates, passages, impacts, self.motion.laboratory)
+        return Moved(place, turning, values, time_s, turned, rates, passages, impacts, self.motion.laboratory)
 
     def _response_s2(self, at: Point, samples: Samples) -> float | None:
         """Square of the sensor's time [s²] where a smoothed curve tells what it does; else None."""

@@ -170,12 +170,16 @@ class Block:
         """What a beam sees of it: height, width, distance of the corners [m]."""
         return self.height_m, self.width_m, 2 * self.b
 
-    def moved(self, name: str, by: float) -> "Block":
-        """The block with one number larger by so much; one that is not given has its default."""
-        default = {"com_height_m": self.h, "com_offset_m": 0.0, "inertia_kg_m2": self.inertia_cm}
-        default |= {"gravity_m_s2": self.g}
-        value = getattr(self, name)
-        return replace(self, **{name: (default[name] if value is None else value) + by})
+    def moved(self, by: Mapping[str, float]) -> "Block":
+        """The block with some numbers larger by so much; those not given follow from the others before."""
+        given = {name: getattr(self, name) for name in by}
+        moved = replace(self, **{name: each + by[name] for name, each in given.items() if each is not None})
+        if None not in given.values():
+            return moved
+        default = {"com_height_m": moved.h, "com_offset_m": 0.0, "inertia_kg_m2": moved.inertia_cm}
+        default |= {"gravity_m_s2": moved.g}
+        found = {name: default[name] + by[name] for name, each in given.items() if each is None}
+        return replace(moved, **found)
 
     def as_found(self, values: Mapping[str, float]) -> "Block":
         """The block with the width and the edge radius [m] that a fit found, where it freed them."""

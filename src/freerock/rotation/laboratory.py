@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -89,34 +89,33 @@ class Laboratory:
 
     def moved(self, source: Input, uncertainties: float) -> Self:
         """The same with an input moved by so many of its standard uncertainties."""
-        name, by = source.name, uncertainties * source.u
-        if name in OF_BLOCK:
-            return replace(self, block=self.block.moved(name, by))
-        if name == "levelled_deg":
-            return replace(self, tilt=self.tilt + math.radians(by))
-        if name == "sampling_rate_fraction":
-            return replace(self, clock=self.clock / (1 + by))
-        if name == "response_ms":
-            # what the time T of a sensor does to a motion grows with T²: the square is moved
-            time_ms = next(iter(self.lasers.values())).response_ms
-            square = time_ms**2 + uncertainties * ((time_ms + source.u) ** 2 - time_ms**2)
-            response_ms = math.sqrt(max(square, 0.0))
-            slower = {key: each.moved(response_ms=response_ms) for key, each in self.lasers.items()}
-            return replace(self, lasers=slower, less_than_none_ms2=max(-square, 0.0))
-        laser = self.lasers[source.owner]
-        if name == "position_m":
-            moved = laser.moved(position_m=laser.position + by)
-            return replace(self, lasers={**self.lasers, source.owner: moved})
-        at = list(self.lasers).index(source.owner)
-        scales = tuple(scale * (1 + by * (i == at)) for i, scale in enumerate(self.scales))
-        return replace(self, scales=scales)
+        return self.at([source], np.array([uncertainties]))
 
     def at(self, sources: Sequence[Input], uncertainties: Floats) -> Self:
         """The same with each of some inputs moved by so many of its standard uncertainties."""
-        moved = self
-        for source, by in zip(sources, uncertainties.tolist(), strict=True):
-            moved = moved.moved(source, by) if by else moved
-        return moved
+        of_block, lasers, scales = dict[str, float](), {**self.lasers}, [*self.scales]
+        clock, tilt, less_ms2 = self.clock, self.tilt, self.less_than_none_ms2
+        for source, n in zip(sources, uncertainties.tolist(), strict=True):
+            by = n * source.u
+            if source.name in OF_BLOCK:
+                of_block[source.name] = by
+            elif source.name == "levelled_deg":
+                tilt += math.radians(by)
+            elif source.name == "sampling_rate_fraction":
+                clock /= 1 + by
+            elif source.name == "response_ms":
+                # what the time T of a sensor does to a motion grows with T²: the square is moved
+                time_ms = next(iter(lasers.values())).response_ms
+                square = time_ms**2 + n * ((time_ms + source.u) ** 2 - time_ms**2)
+                response_ms, less_ms2 = math.sqrt(max(square, 0.0)), max(-square, 0.0)
+                lasers = {name: each.moved(response_ms=response_ms) for name, each in lasers.items()}
+            elif source.name == "position_m":
+                laser = lasers[source.owner]
+                lasers[source.owner] = laser.moved(position_m=laser.position + by)
+            else:
+                scales[[*lasers].index(source.owner)] *= 1 + by
+        block = self.block.moved(of_block) if of_block else self.block
+        return type(self)(block, lasers, self.inputs, tuple(scales), clock, tilt, less_ms2)
 
     def read_by(self, other: Self) -> tuple[float, tuple[float, ...]]:
         """Factor from a reading of the one laser to that of another laboratory, and the beam there."""
