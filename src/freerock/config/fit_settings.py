@@ -34,11 +34,6 @@ class FitSettings:
         default_factory=dict, hash=False
     )
 
-    @property
-    def loose_release(self) -> bool:
-        """Whether the release may leave what was measured."""
-        return "release" in self.free
-
     def given(self, model: str) -> dict[str, Given]:
         """What is said beforehand of the parameters of a candidate's law, by name."""
         own = self.parameters.get(CANDIDATES[model].law, {})

@@ -184,7 +184,7 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple
     due = list(now)
     for _ in range(0 if roughly else ROUNDS.most):
         for run in due:
-            now[run] = _round(now[run], scatter.sigma_r, posteriors[run].level)
+            now[run] = _round(now[run], scatter.sigma_r, posteriors[run].level())
             posteriors[run] = Posterior.of(now[run])
         if scatter.sigma_r:  # 0 is kept: the impacts are no longer free
             scatter = find_scatter([each.told for each in posteriors.values() if each.at.impacts.size])
@@ -196,7 +196,7 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple
 
 def _is_steady(end: Ended, posterior: Posterior, sigma_r: float) -> bool:
     """Whether another round would change little of a run."""
-    if not math.exp(-ROUNDS.changed) < posterior.level / end.posed.level < math.exp(ROUNDS.changed):
+    if not math.exp(-ROUNDS.changed) < posterior.level() / end.posed.level < math.exp(ROUNDS.changed):
         return False
     if posterior.goodness.over_noise > ROUNDS.lost:
         return True
@@ -235,7 +235,7 @@ def finished(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
     curve = Curve(model.whole.time_s, model.whole.theta, model.curve(at, model.whole.time_s))
     epsilon = epsilon_theta(curve.time, curve.theta_model, curve.theta)
     message = _failure(ended, posterior, epsilon)
-    first = n + posterior.n_inputs
+    first = n + at.inputs.size
     of_impacts = ImpactScatter(
         scatter if at.impacts.size else NONE,
         at.impacts,
@@ -257,7 +257,7 @@ def finished(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
     each = np.ix_(posterior.varied, posterior.varied)
     n_priors = len(posterior.rows) - len(posterior.residual)
     # neighbours share slow noise: not all samples count as independent ones of the level
-    independent = (posterior.level_by(np.empty(0, int)) / ended.posed.level) ** 2
+    independent = (posterior.level(np.empty(0, int)) / ended.posed.level) ** 2
     _complete(ended.result, covariance[each], n_priors + independent * (ended.result.ndata - n_priors))
     return Fit(
         model.candidate,

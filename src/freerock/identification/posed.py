@@ -58,7 +58,7 @@ def release_prior(model: RunModel) -> dict[str, tuple[float, float]]:
     # a finger that fades lowers the top
     fall = block.p**2 * float(np.sin(block.theta_cr - abs(motion.theta0)))
     u_theta0 = float(np.hypot(u_theta0, lowered(fall, motion.fit_start_s)))
-    if model.settings.loose_release:
+    if "release" in model.settings.free:
         u_theta0, u_t0 = RELEASE.loose_share * abs(motion.theta0), RELEASE.loose_s
     return {"theta0": (motion.theta0, u_theta0), "t0": (0.0, u_t0)}
 
@@ -143,13 +143,13 @@ class Posed:
             found.add(f"impact_{i + 1}", value=value, min=-WIDEST_IMPACT, max=WIDEST_IMPACT)
         return found
 
-    def point(self, parameters: lmfit.Parameters) -> Point:
-        """Where parameters are."""
+    def point(self, parameters: lmfit.Parameters, before: Floats | None = None) -> Point:
+        """Where parameters are; with the rates before impacts given [rad/s], those after them are held."""
         value, names = [each.value for each in parameters.values()], self.model.names
         n, n_z = len(names), len(self.model.inputs)
-        return Point(
-            dict(zip(names, value, strict=False)), np.array(value[n : n + n_z]), np.array(value[n + n_z :])
-        )
+        impacts = np.array(value[n + n_z :])
+        rates = None if before is None else (1 + impacts) * before
+        return Point(dict(zip(names, value, strict=False)), np.array(value[n : n + n_z]), impacts, rates)
 
     def residual(self, at: Point, theta: Floats | None = None) -> Floats:
         """Rows of the objective: samples, release, inputs, impacts."""
@@ -157,10 +157,13 @@ class Posed:
         left = (theta - self.samples.measured) / self.level
         release = [(at.values[name] - value) / u for name, value, u in self.release]
         impacts = at.impacts if at.rates is None else self.model.held(at, self.samples, self.rtol).impacts
-        return np.concatenate([left, release, at.inputs, impacts / (self.sigma_r or 1.0)])
+        return np.concatenate([left, release, at.inputs, impacts / self.sigma_r])
 
     def jacobian(self, at: Point, by_inputs: Floats) -> tuple[Floats, Floats]:
-        """The curve [rad], and derivatives of `residual` by all numbers, inputs and logarithms of rates."""
+        """The curve [rad], and derivatives of `residual` by all numbers, inputs and impacts.
+
+        By the logarithms of the rates after impacts where the point holds these, else by δ.
+        """
         theta, columns = self.model.derivatives(at, self.samples, self.rtol)
         n, n_z, n_theta = len(self.model.names), len(at.inputs), theta.size
         first = n_theta + len(self.release)  # row of the inputs
@@ -169,21 +172,16 @@ class Posed:
         for found in (columns[:, :n], by_inputs, columns[:, n:]):
             own = slice(begin, begin + found.shape[1])
             rows[:n_theta, own] = found[:n_theta] / self.level
-            rows[first + n_z :, own] = found[n_theta:] / (self.sigma_r or 1.0)
+            rows[first + n_z :, own] = found[n_theta:] / self.sigma_r
             begin = own.stop
         for row, (name, _, u) in enumerate(self.release):
             rows[n_theta + row, self.model.names.index(name)] = 1 / u
         rows[first : first + n_z, n : n + n_z] = np.eye(n_z)
+        if at.rates is None:
+            n, of_delta = n + n_z, self.sigma_r * rows[first + n_z :]
+            rows[:, n:] = np.linalg.solve(of_delta[:, n:].T, rows[:, n:].T).T
+            rows[:, :n] -= rows[:, n:] @ of_delta[:, :n]
         return theta, rows
-
-    def by_impacts(self, rows: Floats) -> Floats:
-        """Those of `jacobian`, with derivatives by δ of the impacts instead of their rates."""
-        n = len(self.model.names) + len(self.model.inputs)
-        n_impacts = rows.shape[1] - n
-        found, of_delta = rows.copy(), (self.sigma_r or 1.0) * rows[len(rows) - n_impacts :]
-        found[:, n:] = np.linalg.solve(of_delta[:, n:].T, rows[:, n:].T).T
-        found[:, :n] -= found[:, n:] @ of_delta[:, :n]
-        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,14 +226,9 @@ class _Objective:
         self.before = held.passages[:, 4] / (1 + held.impacts)  # rates before the impacts
         self.by_inputs = posed.model.by_inputs(begun, posed.samples, posed.rtol)
 
-    def point(self, moved: lmfit.Parameters) -> Point:
-        """Where parameters are, with rates held."""
-        at = self.posed.point(moved)
-        return replace(at, rates=(1 + at.impacts) * self.before)
-
     def residual(self, moved: lmfit.Parameters) -> Floats:
         """As `Posed.residual`; a block that can't be, as one of no inertia, lies overturned."""
-        at = self.point(moved)
+        at = self.posed.point(moved, self.before)
         try:
             return self.posed.residual(at)
         except FreerockError:
@@ -244,7 +237,7 @@ class _Objective:
 
     def jacobian(self, moved: lmfit.Parameters) -> Floats:
         """Derivatives by the parameters that vary."""
-        at, posed = self.point(moved), self.posed
+        at, posed = self.posed.point(moved, self.before), self.posed
         if self.renews and np.max(np.abs(at.inputs - self.inputs), initial=0.0) > RENEWED:
             self.inputs, self.by_inputs = at.inputs, posed.model.by_inputs(at, posed.samples, posed.rtol)
         rows = posed.jacobian(at, self.by_inputs)[1]
@@ -285,7 +278,7 @@ def minimised(
     except ValueError as error:  # lmfit's answer to a residual that is no number
         what = "a fit met parameters that no motion has"
         raise FreerockError("fits", what, "correct values, bounds and ties of fits.parameters") from error
-    held = posed.model.held(objective.point(result.params), posed.samples, posed.rtol)
+    held = posed.model.held(posed.point(result.params, objective.before), posed.samples, posed.rtol)
     del minimizer.kws["max_nfev"]
     objective.before = held.passages[:, 4] / (1 + held.impacts)  # so that at the end the parameters are δ
     for i, value in enumerate(held.impacts.tolist()):

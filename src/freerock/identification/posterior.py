@@ -57,22 +57,17 @@ class Posterior:
     def of(cls, ended: Ended) -> "Posterior":
         """At the end of a fit."""
         posed, at, parameters = ended.posed, ended.at, ended.result.params
-        theta, by_rates = posed.jacobian(at, posed.model.by_inputs(at, posed.samples, posed.rtol))
+        theta, rows = posed.jacobian(at, posed.model.by_inputs(at, posed.samples, posed.rtol))
         varied = np.array([each.vary for each in parameters.values()])
         ties = np.eye(len(varied))[:, varied]
         if any(each.expr for each in parameters.values()):
             ties = tied(parameters, np.flatnonzero(varied).tolist())
-        return cls(posed, at, posed.model.noise, theta, posed.by_impacts(by_rates), varied, ties)
+        return cls(posed, at, posed.model.noise, theta, rows, varied, ties)
 
     @property
     def n_names(self) -> int:
-        """Numbers of the law and of the release."""
+        """Numbers of the law and of the release; the inputs that the fit moves follow, then the impacts."""
         return len(self.posed.model.names)
-
-    @property
-    def n_inputs(self) -> int:
-        """Inputs that the fit moves."""
-        return len(self.at.inputs)
 
     @cached_property
     def residual(self) -> Floats:
@@ -133,23 +128,22 @@ class Posterior:
         names = list(self.posed.model.names)
         for name, _, u in self.posed.release:
             found[names.index(name)] = u
-        found[self.n_names : self.n_names + self.n_inputs] = 1.0
-        found[self.n_names + self.n_inputs :] = self.posed.sigma_r
+        first = self.n_names + self.at.inputs.size
+        found[self.n_names : first], found[first:] = 1.0, self.posed.sigma_r
         return found
 
     @cached_property
     def told(self) -> Told:
         """What the samples tell of the impacts."""
-        first = self.n_names + self.n_inputs
+        first = self.n_names + self.at.inputs.size
         return told_by(self.inverse[first:, first:], self.at.impacts, self.posed.sigma_r)
 
-    @cached_property
-    def level(self) -> float:
-        """s that the numbers of the law meet: of the noise, times what the residual has more [rad]."""
-        return self.level_by(np.flatnonzero(self.varied[: self.n_names]))
+    def level(self, own: Indices | None = None) -> float:
+        """s that numbers meet: of the noise, times what the residual has more [rad].
 
-    def level_by(self, own: Indices) -> float:
-        """As `level`, of the numbers at these places; without any, of one sample."""
+        Of the numbers at some places, by default of all that vary; without any, of one sample.
+        """
+        own = np.flatnonzero(self.varied[: self.n_names]) if own is None else own
         louder_by = 1.0 if self.goodness.agrees else max(1.0, self.goodness.over_noise)
         return level_of(self.noise, self.rows[: len(self.residual), own]) * louder_by
 
@@ -185,10 +179,11 @@ class Posterior:
         Birge's ratio √(χ²/ν) (Birge 1932, doi:10.1103/PhysRev.40.207), where a χ² as large has a chance below
         `TENSE`. Priors are then too narrow, or an error of the law pulls at them.
         """
-        own = slice(self.n_names, self.n_names + self.n_inputs)
-        if not self.n_inputs:
+        n_inputs = self.at.inputs.size
+        if not n_inputs:
             return 1.0
-        values, vectors = np.linalg.eigh(np.eye(self.n_inputs) - self.inverse[own, own])
+        own = slice(self.n_names, self.n_names + n_inputs)
+        values, vectors = np.linalg.eigh(np.eye(n_inputs) - self.inverse[own, own])
         seen = values > SEEN_SHARE
         chi2 = float(np.sum((vectors.T @ self.at.inputs)[seen] ** 2 / values[seen]))
         n = int(seen.sum())
@@ -200,7 +195,7 @@ class Posterior:
         laboratory = model.motion.laboratory
         inputs = laboratory.inputs if laboratory else ()
         found = Contributions.held(inputs, np.zeros((n, len(inputs))))
-        own = slice(n, n + self.n_inputs)
+        own = slice(n, n + self.at.inputs.size)
         remaining = np.sqrt(np.maximum(np.diag(self.inverse)[own], 0.0))
         values = self.inverse[:n, own]
         for j, source in enumerate(model.inputs):

@@ -267,7 +267,7 @@ def _is_repeatable(own: Mapping[int, Fit]) -> bool:
         posterior = fit.posterior
         if posterior is None or not fit.scatter.delta.size:
             return False
-        n = posterior.n_names + posterior.n_inputs
+        n = posterior.n_names + posterior.at.inputs.size
         columns = posterior.rows[: len(posterior.residual), n:] * posterior.posed.level
         moved = columns * min(fit.scatter.of_record.sigma_r, CHOICE.scatters)
         by_scatter = float(np.sqrt(np.mean(np.sum(moved**2, axis=1))))

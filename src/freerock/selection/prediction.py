@@ -101,7 +101,7 @@ def _left_out(fit: Fit, numbers: Mapping[str, float]) -> Floats:
     model = RunModel(own.candidate, own.block, own.motion, settings, moves_inputs=False)
     crossings = crossings_s(own.motion)
     samples = model.until(whole_s(own.motion), START.samples)
-    level = max(posterior.level, own.motion.sigma_theta)
+    level = max(posterior.level(), own.motion.sigma_theta)
     impacts = posterior.at.impacts
     if impacts.size < crossings.size:
         impacts = np.append(impacts, np.zeros(crossings.size - impacts.size))
