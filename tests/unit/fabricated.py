@@ -166,11 +166,17 @@ def least_squares(names):
     return lmfit.minimizer.MinimizerResult(params=params, method="least_squares", nfev=20)
 
 
+def held(inputs, values):
+    """Contributions of inputs that a fit holds."""
+    n = len(inputs)
+    return Contributions(inputs, values, np.zeros(n), np.ones(n), np.full(n, np.nan), np.array(values))
+
+
 def fit(tree, model, run, failed):
     law, names = CANDIDATES[model].law, named(model)
     rank, n = RANK[law], len(names)
     stderr = np.array([STDERR.get(name, 1e-5) for name in names])
-    contributions = Contributions.held((), np.zeros((n, 0)))
+    contributions = held((), np.zeros((n, 0)))
     delta = 0.005 * np.array([1.0, -1.0, 0.5, -0.5])
     return Fit(
         model=model,

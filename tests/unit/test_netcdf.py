@@ -12,6 +12,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from fabricated import held
 
 from freerock.errors import FreerockError
 from freerock.files import sha256
@@ -35,7 +36,7 @@ from freerock.products.storage import IMPACT_VARIABLES, reasons_in
 from freerock.rotation.laboratory import Input
 from freerock.runs.impacts import Impacts
 from freerock.runs.runs import Measured, Run
-from freerock.runs.u_total import Contributions, MeasuredTotal
+from freerock.runs.u_total import MeasuredTotal
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 from freerock.selection.choice import Choice, Judged
 
@@ -118,7 +119,7 @@ def made_up_result(names):
 def made_up_fit(model, **changes):
     names = (*MODELS[model], *(["width"] if CANDIDATES[model].width else []), "theta0", "t0")
     n, delta = len(names), np.array([0.01, -0.02, 0.005])
-    contributions = Contributions.held(INPUTS, np.full((n, len(INPUTS)), 0.2))
+    contributions = held(INPUTS, np.full((n, len(INPUTS)), 0.2))
     covariance = np.diag(np.full(n, 0.1**2 + 0.3**2 + 2 * 0.2**2))
     fit = {
         "model": model,

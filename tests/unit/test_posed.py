@@ -11,6 +11,7 @@ from freerock.identification.fit import Followers, settled
 from freerock.identification.posed import Posed, minimised
 from freerock.identification.posterior import Posterior
 from freerock.identification.run_model import Point, RunModel
+from freerock.noise.spectrum import averaged
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
 
@@ -87,7 +88,7 @@ def test_the_time_of_a_sensor_counts_on_below_none():
     assert np.linalg.norm(blurred - plain) > SIGMA
     np.testing.assert_allclose(blurred - plain, plain - sharper, atol=1e-12)
     each = posed.model.curve(replace(at, inputs=np.array([-1.0])), posed.samples.time_s)
-    assert np.linalg.norm(posed.samples.averaged(each) - sharper) < 0.05 * np.linalg.norm(sharper - plain)
+    assert np.linalg.norm(averaged(each, posed.samples.m) - sharper) < 0.05 * np.linalg.norm(sharper - plain)
 
 
 def test_a_search_has_ended_where_nothing_more_is_foretold():

@@ -194,7 +194,9 @@ class Posterior:
         model, n = self.posed.model, self.n_names
         laboratory = model.motion.laboratory
         inputs = laboratory.inputs if laboratory else ()
-        found = Contributions.held(inputs, np.zeros((n, len(inputs))))
+        m = len(inputs)
+        none = np.zeros((n, m)), np.zeros(m), np.ones(m), np.full(m, np.nan), np.zeros((n, m))
+        found = Contributions(inputs, *none)  # of inputs that are held
         own = slice(n, n + self.at.inputs.size)
         remaining = np.sqrt(np.maximum(np.diag(self.inverse)[own], 0.0))
         values = self.inverse[:n, own]

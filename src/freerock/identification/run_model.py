@@ -56,32 +56,23 @@ class Samples:
     theta: Floats
     m: int = 1
 
-    def averaged(self, values: Floats) -> Floats:
-        """Means of m samples each, times √m: white noise keeps its variance."""
-        return np.ascontiguousarray(averaged(values, self.m))
-
     @cached_property
     def measured(self) -> Floats:
         """Means of m measured rotations, times √m, shape (n,)."""
-        return self.averaged(self.theta)
+        return averaged(self.theta, self.m)
 
     @cached_property
     def middle_s(self) -> Floats:
         """Mean instant of each m samples [s], shape (n,)."""
-        return self.time_s if self.m == 1 else self.averaged(self.time_s) / math.sqrt(self.m)
+        return self.time_s if self.m == 1 else averaged(self.time_s, self.m) / math.sqrt(self.m)
 
     @cached_property
-    def _spread_s2(self) -> Floats:
-        """Variance of the instants of each m samples [s²], shape (n,)."""
-        if self.m == 1:
-            return np.zeros(1)
+    def spans_s2(self) -> tuple[Floats, float, float]:
+        """Variance of the instants of each m samples, the largest of them, and square of the distance of
+        their middles [s²]."""
         off = self.time_s[: self.middle_s.size * self.m].reshape(-1, self.m) - self.middle_s[:, None]
-        return np.asarray(np.mean(off**2, axis=1))
-
-    @cached_property
-    def spans_s2(self) -> tuple[float, float]:
-        """Largest variance of the instants of m samples, and square of the distance of their middles [s²]."""
-        return float(np.max(self._spread_s2)), float(np.median(np.diff(self.middle_s))) ** 2
+        spread_s2 = np.mean(off**2, axis=1)
+        return spread_s2, float(np.max(spread_s2)), float(np.median(np.diff(self.middle_s))) ** 2
 
     def smoothed(self, theta: Floats, response_s2: float) -> Floats:
         """Means over m samples and over the time of a sensor, times √m, of rotations at their middles.
@@ -92,8 +83,9 @@ class Samples:
         if self.m > 1 or response_s2:
             t = self.middle_s
             slopes = np.diff(theta) / np.diff(t)
-            half = self._spread_s2[1:-1] if self.m > 1 else 0.0
-            found[..., 1:-1] += (half + response_s2 / 12) * np.diff(slopes) / (t[2:] - t[:-2])
+            found[..., 1:-1] += (
+                (self.spans_s2[0][1:-1] + response_s2 / 12) * np.diff(slopes) / (t[2:] - t[:-2])
+            )
         return found * math.sqrt(self.m)
 
 
@@ -352,7 +344,7 @@ class RunModel:
         """Means of m samples of the curve, times √m [rad], shape (n,)."""
         response_s2 = self._response_s2(at, samples)
         if response_s2 is None:
-            return samples.averaged(self.curve(at, samples.time_s, rtol))
+            return averaged(self.curve(at, samples.time_s, rtol), samples.m)
         return samples.smoothed(self.here(at, samples, rtol).theta, response_s2)
 
     def held(self, at: Point, samples: Samples, rtol: float = RTOL) -> Point:
@@ -518,7 +510,7 @@ class RunModel:
 
     def _response_s2(self, at: Point, samples: Samples) -> float | None:
         """Square of the sensor's time [s²] where a smoothed curve tells what it does; else None."""
-        response_s2, (widest_s2, apart_s2) = self._there(at).response_s2, samples.spans_s2
+        response_s2, (_, widest_s2, apart_s2) = self._there(at).response_s2, samples.spans_s2
         return response_s2 if widest_s2 + response_s2 / 12 <= WIDEST**2 * apart_s2 else None
 
     def _values(self, at: Point, moved: Laboratory | None) -> dict[str, float]:

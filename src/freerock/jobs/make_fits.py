@@ -66,11 +66,10 @@ def make_fits(
     motions = {n: replace(each, laboratory=laboratory) for n, each in seen.items() if n in usable}
     found = identify(block, motions, allowed)
     choice, limits = found.choice, ImpactLimits(**settings["impacts"])
-    fits = {
-        number: {name: _with_impacts(own[name], block, limits) for name in MODELS if name in own}
-        for number in motions
-        if (own := found.of_run(number))
-    }
+    fits: dict[int, dict[str, Fit]] = {}
+    for name in MODELS:
+        for number, fit in found.fits.get(name, {}).items():
+            fits.setdefault(number, {})[name] = _with_impacts(fit, block, limits)
     reasons = {
         number: list(reasons_of_fit(motion, fits.get(number, {}).get(choice.selected), choice))
         for number, motion in motions.items()

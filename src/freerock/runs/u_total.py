@@ -12,7 +12,6 @@ shows the stiffness of the bed.
 
 import math
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 from scipy.special import ndtr
@@ -55,12 +54,6 @@ class Contributions:
     remaining: Floats
     pulls: Floats
     impacts: Floats
-
-    @classmethod
-    def held(cls, inputs: tuple[Input, ...], values: Floats) -> Self:
-        """Of a fit that holds the inputs at their stated values."""
-        n = len(inputs)
-        return cls(inputs, values, np.zeros(n), np.ones(n), np.full(n, np.nan), np.array(values))
 
     @property
     def p_of_pulls(self) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from freerock.config.fit_settings import FitSettings
-from freerock.models.laws import CANDIDATES, LAWS, PAPER_MODELS, law_of
+from freerock.models.laws import CANDIDATES, LAWS, law_of
 
 
 @dataclass(frozen=True)
@@ -52,11 +52,6 @@ class Allowed:
         """Candidates that every run is fitted with: the laws as the paper has them, but one with cases."""
         own = [name for name in self.candidates if not CANDIDATES[name].is_rival]
         return tuple(name for name in own if not law_of(name).cases) or tuple(own[:1])
-
-    @property
-    def paper(self) -> tuple[str, ...]:
-        """Laws that are fitted as the paper does, too."""
-        return tuple(name for name in PAPER_MODELS if name in self.laws)
 
     def settings(self, candidate: str) -> FitSettings:
         """How a candidate is fitted."""

@@ -13,7 +13,7 @@ from freerock.identification.paper_fit import PaperFit, paper_fit
 from freerock.identification.posed import Ended
 from freerock.identification.significance_levels import REJECTS
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES
+from freerock.models.laws import CANDIDATES, PAPER_MODELS
 from freerock.runs.motion import Motion
 from freerock.selection.candidates import Allowed, n_numbers
 from freerock.selection.choice import CHOICE, Choice, choose
@@ -65,10 +65,6 @@ class Identified:
     def choice(self) -> Choice:
         """The law that the record needs."""
         return choose(self.fits, self.missing)
-
-    def of_run(self, run: int) -> dict[str, Fit]:
-        """The fits of a run by candidate."""
-        return {name: own[run] for name, own in self.fits.items() if run in own}
 
 
 def identify_record(block: Block, motions: Mapping[int, Motion], allowed: Allowed) -> Identified:
@@ -179,9 +175,10 @@ def _is_far(found: Identified) -> bool:
 def _as_the_paper(block: Block, motions: Mapping[int, Motion], allowed: Allowed, found: Identified) -> None:
     """The paper's fits; those of later runs start from that of the first and from their own fit."""
     rule, first = allowed.settings(allowed.candidates[0]).debonding, dict[str, PaperFit]()
+    laws = [law for law in PAPER_MODELS if law in allowed.laws]
     for run, motion in motions.items():
         found.paper[run] = {}
-        for law in allowed.paper:
+        for law in laws:
             own, near = found.fits.get(law, {}).get(run), list[Mapping[str, float]]()
             near += [own.values] if own else []
             near += [first[law].values] if law in first else []
