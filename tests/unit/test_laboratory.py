@@ -22,7 +22,7 @@ THETA = np.radians([-10.0, -1.0, 0.0, 2.0, 9.0])
 
 def test_a_higher_beam_makes_of_its_reading_a_smaller_angle():
     laboratory = Laboratory(BLOCK, {"high": HIGH})
-    moved = laboratory.moved(Input("high", "position_m", 1e-3, True), 2.0)
+    moved = laboratory.moved({Input("high", "position_m", 1e-3, True): 2.0})
     assert moved.lasers["high"].position_m == pytest.approx(0.202)
     theta = laboratory.reread(THETA, moved)
     np.testing.assert_allclose(
@@ -36,8 +36,8 @@ def test_a_higher_beam_makes_of_its_reading_a_smaller_angle():
 def test_what_one_laboratory_sees_is_reread_by_another_at_once():
     """A corner that sinks under a beam, read by a moved laser, then as stated: one pass or two."""
     stated, bed, depth = Laboratory(BLOCK, {"high": HIGH}), Foundation(6.9e6, 0.0, 1.3e8), np.full(5, 2e-4)
-    sources = Input("high", "position_m", 1e-3, True), Input("high", "scale_fraction", 1e-2, True)
-    moved = stated.at(sources, np.array([1.3, -0.7]))
+    higher, larger = Input("high", "position_m", 1e-3, True), Input("high", "scale_fraction", 1e-2, True)
+    moved = stated.moved({higher: 1.3, larger: -0.7})
     view = view_of(moved.lasers["high"], BLOCK)
     two = moved.reread(view.seen(THETA[None], depth[None], BLOCK, bed), stated)
     one = view.seen(THETA[None], depth[None], BLOCK, bed, moved.read_by(stated))
@@ -47,9 +47,9 @@ def test_what_one_laboratory_sees_is_reread_by_another_at_once():
 
 def test_two_lasers_know_the_angle_by_the_distance_of_their_beams():
     laboratory = Laboratory(BLOCK, {"high": HIGH, "low": LOW})
-    theta = laboratory.reread(THETA, laboratory.moved(Input("low", "position_m", 1e-3, True), 1.0))
+    theta = laboratory.reread(THETA, laboratory.moved({Input("low", "position_m", 1e-3, True): 1.0}))
     np.testing.assert_allclose(np.tan(theta), np.tan(THETA) * 0.1 / 0.099, rtol=1e-9)
-    second = laboratory.reread(THETA, laboratory.moved(Input("low", "scale_fraction", 0.01, True), 1.0))
+    second = laboratory.reread(THETA, laboratory.moved({Input("low", "scale_fraction", 0.01, True): 1.0}))
     s = displacement_from_rotation(THETA, BLOCK, HIGH), displacement_from_rotation(THETA, BLOCK, LOW)
     np.testing.assert_allclose(np.tan(second), (s[0] - 1.01 * s[1]) / 0.1, atol=1e-12)
 

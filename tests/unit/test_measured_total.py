@@ -78,7 +78,7 @@ def test_contributions_are_those_of_the_record_analysed_with_the_input_moved(bea
     shifts = measured_contributions(run.theta0, impacts, laboratory)
     for source, shift in zip(laboratory.inputs, shifts.T, strict=True):
         ends = [
-            numbers(*analysed(time_s, volts, laboratory.moved(source, side)))[: len(shift)]
+            numbers(*analysed(time_s, volts, laboratory.moved({source: side})))[: len(shift)]
             for side in (1, -1)
         ]
         expected = (ends[0] - ends[1]) / 2
@@ -126,7 +126,7 @@ def test_it_holds_where_the_inputs_are_wrong_by_what_is_stated_of_them():
     for _ in range(300):
         stated = true = Laboratory(BLOCK, {"l": NEAR}, known)
         for source in known:
-            true = true.moved(source, float(generator.standard_normal()))
+            true = true.moved({source: float(generator.standard_normal())})
         theta = simulate_fitted("housner", true.block, {"r": 0.9, "theta0": THETA0}, time_s)
         theta = true.reread(theta, stated) + 1e-4 * generator.standard_normal(theta.size)
         held = float(true.reread(np.array([THETA0]), stated)[0])

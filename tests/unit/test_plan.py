@@ -122,7 +122,7 @@ def test_derivatives_by_inputs_are_those_of_a_laboratory_that_is_wrong_by_them(n
     by_numbers, by_input = run.derivatives(TIME)
     scale = np.linalg.norm(by_numbers, axis=0)
     shift = np.linalg.lstsq(by_numbers / scale, by_input[:, 0], rcond=None)[0] / scale
-    true = laboratory.moved(source, 1.0)
+    true = laboratory.moved({source: 1.0})
     theta = simulate_fitted(
         "hunt_crossley", true.block, {**values, "theta0": TEN}, TIME * true.clock, solver=Solver(1e-10)
     )

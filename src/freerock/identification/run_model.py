@@ -83,9 +83,8 @@ class Samples:
         if self.m > 1 or response_s2:
             t = self.middle_s
             slopes = np.diff(theta) / np.diff(t)
-            found[..., 1:-1] += (
-                (self.spans_s2[0][1:-1] + response_s2 / 12) * np.diff(slopes) / (t[2:] - t[:-2])
-            )
+            half = self.spans_s2[0][1:-1] if self.m > 1 else 0.0
+            found[..., 1:-1] += (half + response_s2 / 12) * np.diff(slopes) / (t[2:] - t[:-2])
         return found * math.sqrt(self.m)
 
 
@@ -535,7 +534,7 @@ class RunModel:
             if stated is None or not at.inputs.any():
                 self._places[key] = Place(self.block, self.motion.view)
             else:
-                moved = stated.at(self.inputs, at.inputs)
+                moved = stated.moved(dict(zip(self.inputs, at.inputs.tolist(), strict=True)))
                 view = view_of([*moved.lasers.values()], moved.block)
                 self._places[key] = Place(moved.block, view, moved, moved.clock / stated.clock)
         return self._places[key]

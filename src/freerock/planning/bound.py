@@ -86,7 +86,7 @@ class ExpectedRun:
             # what the response of a sensor does grows with its square, so that its derivative at 0 is none
             low, high = (0.0, 1.0) if source.name == "response_ms" else (-STEP_OF_INPUT, STEP_OF_INPUT)
             below, above = (
-                self._seen(time_s, start, self.laboratory.moved(source, by)) for by in (low, high)
+                self._seen(time_s, start, self.laboratory.moved({source: by})) for by in (low, high)
             )
             return (above - below) / (high - low)
 

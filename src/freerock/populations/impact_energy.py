@@ -118,7 +118,7 @@ def impact_energy(
     total[~own] += unknown[~own] ** 2
     if laboratory is not None:
         for source, shift in zip(contributions.inputs, contributions.values.T, strict=True):
-            moved = laboratory.moved(source, SHARE).block
+            moved = laboratory.moved({source: SHARE}).block
             there = law.of(moved, _shifted(fit, SHARE * shift), delta).restitution
             total += ((there - nominal.restitution) / SHARE) ** 2
     total += (
@@ -271,7 +271,7 @@ def energies_of_record(
             if not fit.success or fit.impacts is None or at is None:
                 continue
             if known.moved.any():  # with the inputs where the fit has moved them
-                at = at.at(known.inputs, known.moved)
+                at = at.moved(dict(zip(known.inputs, known.moved.tolist(), strict=True)))
                 view = view_of([*at.lasers.values()], at.block)
             plain[number] = impact_energy(
                 fit, at.block, fit.impacts.time_s, debonding=debonding, view=view, laboratory=at

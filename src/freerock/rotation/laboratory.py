@@ -1,7 +1,7 @@
 """The laboratory's knowledge of a record: block, lasers, clock and base; and the same with a moved input."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -87,22 +87,18 @@ class Laboratory:
         lasers = {name: Laser(**each) for name, each in settings["lasers"].items()}
         return cls(Block(**settings["block"]), lasers, tuple(Input(**each) for each in settings["inputs"]))
 
-    def moved(self, source: Input, uncertainties: float) -> Self:
-        """The same with an input moved by so many of its standard uncertainties."""
-        return self.at([source], np.array([uncertainties]))
-
-    def at(self, sources: Sequence[Input], uncertainties: Floats) -> Self:
+    def moved(self, by: Mapping[Input, float]) -> Self:
         """The same with each of some inputs moved by so many of its standard uncertainties."""
         of_block, lasers, scales = dict[str, float](), {**self.lasers}, [*self.scales]
         clock, tilt, less_ms2 = self.clock, self.tilt, self.less_than_none_ms2
-        for source, n in zip(sources, uncertainties.tolist(), strict=True):
-            by = n * source.u
+        for source, n in by.items():
+            more = n * source.u
             if source.name in OF_BLOCK:
-                of_block[source.name] = by
+                of_block[source.name] = more
             elif source.name == "levelled_deg":
-                tilt += math.radians(by)
+                tilt += math.radians(more)
             elif source.name == "sampling_rate_fraction":
-                clock /= 1 + by
+                clock /= 1 + more
             elif source.name == "response_ms":
                 # what the time T of a sensor does to a motion grows with T²: the square is moved
                 time_ms = next(iter(lasers.values())).response_ms
@@ -111,9 +107,9 @@ class Laboratory:
                 lasers = {name: each.moved(response_ms=response_ms) for name, each in lasers.items()}
             elif source.name == "position_m":
                 laser = lasers[source.owner]
-                lasers[source.owner] = laser.moved(position_m=laser.position + by)
+                lasers[source.owner] = laser.moved(position_m=laser.position + more)
             else:
-                scales[[*lasers].index(source.owner)] *= 1 + by
+                scales[[*lasers].index(source.owner)] *= 1 + more
         block = self.block.moved(of_block) if of_block else self.block
         return type(self)(block, lasers, self.inputs, tuple(scales), clock, tilt, less_ms2)
 

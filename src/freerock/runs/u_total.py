@@ -158,7 +158,7 @@ def measured_contributions(theta0: float, impacts: Impacts, laboratory: Laborato
     """
     angles, columns = np.hstack([theta0, impacts.peak_before_rad, impacts.peak_after_rad]), []
     for source in laboratory.inputs:
-        others = (laboratory.moved(source, by) for by in (SHARE, -SHARE))
+        others = (laboratory.moved({source: by}) for by in (SHARE, -SHARE))
         with np.errstate(invalid="ignore", divide="ignore"):  # a peak may be unknown, or overturned there
             high, low = (_with_restitution(laboratory.reread(angles, other), other) for other in others)
         columns.append((high - low) / (2 * SHARE))
