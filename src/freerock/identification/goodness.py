@@ -13,7 +13,6 @@ from freerock.noise.spectrum import (
     Noise,
     degrees_of_freedom,
     expected_power,
-    frequencies,
     tapered,
     tapered_power,
 )
@@ -72,8 +71,8 @@ def goodness(residual: Floats, columns: Floats, noise: Noise) -> Goodness:
     kept = values > NO_TRACE * values[-1:]
     basis = used @ (vectors[:, kept] / np.sqrt(values[kept]))  # orthonormal
     share = np.mean(np.sum(np.abs(tapered(basis.T)) ** 2, axis=0), axis=0)
-    at, n_bands = frequencies(n), len(noise.ratio)
-    band, power = noise.band(at), tapered_power(residual)
+    frequency, power = tapered_power(residual)
+    band, n_bands = noise.band(frequency), len(noise.ratio)
     expected = expected_power(noise, n) * np.maximum(1 - share, 1e-3)
     dof = np.maximum(degrees_of_freedom(band, np.minimum(share, 1.0), n, n_bands), 1.0)
     some = np.flatnonzero(np.bincount(band, minlength=n_bands))

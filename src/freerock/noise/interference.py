@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Complexes, Floats
-from freerock.noise.spectrum import frequencies, tapered_power
+from freerock.noise.spectrum import tapered_power
 from freerock.noise.still_signal import StillSignal
 
 BAND_HZ = 0.25  # the mains frequency is sought this far either side of its nominal value
@@ -278,13 +278,15 @@ def slow_line(rest: Floats, step: float) -> tuple[float, float] | None:
         None as well where the rest is too short.
     """
     still = rest[: round(LONGEST_S / step)]
-    frequency = frequencies(still.size) / step
-    lowest, highest = 1 + FEWEST + WIDE, int(np.searchsorted(frequency, LOWEST_HZ))
-    if highest <= lowest or highest + WIDE + BESIDE > frequency.size:
+    lowest = 1 + FEWEST + WIDE
+    if still.size < lowest:
         return None
     time = np.arange(still.size) - (still.size - 1) / 2
     level = still - still.mean()
-    power = tapered_power(level - time * (time @ level) / (time @ time))
+    frequency, power = tapered_power(level - time * (time @ level) / (time @ time))
+    frequency, highest = frequency / step, int(np.searchsorted(frequency / step, LOWEST_HZ))
+    if highest <= lowest or highest + WIDE + BESIDE > frequency.size:
+        return None
     floor = np.array(
         [
             max(

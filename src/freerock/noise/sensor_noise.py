@@ -21,7 +21,6 @@ from freerock.noise.spectrum import (
     degrees_of_freedom,
     expected_power,
     fit_law,
-    frequencies,
     samples_averaged,
     tapered_power,
     white_noise,
@@ -172,14 +171,14 @@ def noise_at_rest(stretches: Iterable[Floats], rate_hz: float, step: float = 0.0
     alone = replace(white_noise(step / math.sqrt(12), rate_hz, n_bands, COARSELY), step=step)
     if not loud:
         return alone
-    where = [frequencies(len(each))[1:] for each in loud]  # the lowest goes with the level
-    power = [tapered_power(each)[1:] for each in loud]
-    white, slow, corner = fit_law(np.concatenate(where), np.concatenate(power), longest, LINE, m)
+    seen = [np.array(tapered_power(each))[:, 1:] for each in loud]  # the lowest goes with the level
+    at, every = np.hstack(seen)
+    white, slow, corner = fit_law(at, every, longest, LINE, m)
     law = replace(alone, white=white, slow=slow, corner=corner)
     total, count, dof = np.zeros((3, n_bands))
-    for each, frequency, own in zip(loud, where, power, strict=True):
+    for each, (frequency, power) in zip(loud, seen, strict=True):
         band = law.band(frequency)
-        total += np.bincount(band, own / expected_power(law, len(each))[1:], n_bands)
+        total += np.bincount(band, power / expected_power(law, len(each))[1:], n_bands)
         count += np.bincount(band, minlength=n_bands)
         dof += degrees_of_freedom(band, np.zeros(len(band)), len(each), n_bands)
     law = replace(law, ratio=total / count, dof=dof)

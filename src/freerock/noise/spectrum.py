@@ -262,21 +262,23 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float, m: int = 1) -
     return level * white, level * slow, corner
 
 
-def frequencies(n: int) -> Floats:
-    """Frequencies [cycles per sample] of `tapered_power` of n samples, without zero and the highest."""
-    size = next_fast_len(n, real=True)
-    return np.asarray(np.arange(1, (size + 1) // 2) / size)
-
-
-def tapered_power(values: Floats) -> Floats:
-    """Power at `frequencies`, by sine tapers: of white noise it is the variance of a sample.
+def tapered_power(values: Floats) -> tuple[Floats, Floats]:
+    """Frequencies without zero and the highest, and the power there by sine tapers.
 
     Parameters
     ----------
     values : ndarray, shape (n_time,)
+
+    Returns
+    -------
+    frequency : ndarray, shape (n_frequencies,)
+        [cycles per sample].
+    power : ndarray, shape (n_frequencies,)
+        Of white noise it is the variance of a sample.
     """
-    transform = tapered(values)
-    return np.asarray(np.mean(transform.real**2 + transform.imag**2, axis=0))
+    transform, size = tapered(values), next_fast_len(len(values), real=True)
+    power = np.mean(transform.real**2 + transform.imag**2, axis=0)
+    return np.arange(1, (size + 1) // 2) / size, np.asarray(power)
 
 
 @lru_cache(8)

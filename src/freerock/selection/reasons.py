@@ -12,7 +12,7 @@ from freerock.identification.scatter import Told, find_scatter
 from freerock.identification.significance_levels import PULLED, WARNS
 from freerock.identification.start import crossings_s
 from freerock.models.laws import MODEL_LABELS
-from freerock.noise.spectrum import frequencies, tapered_power
+from freerock.noise.spectrum import tapered_power
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason
 from freerock.selection.choice import CHOICE, Choice
@@ -156,11 +156,11 @@ def line_hz(fit: Fit) -> float:
     posterior = fit.posterior
     if posterior is None:
         return 0.0
-    power, at = tapered_power(posterior.residual), frequencies(len(posterior.residual))
+    frequency, power = tapered_power(posterior.residual)
     n = REASONS.neighbours
     if len(power) < 4 * n:
         return 0.0
     windows = np.lib.stride_tricks.sliding_window_view(power, 2 * n + 1)
     over = power[n:-n] / np.median(windows, axis=1)
     best = int(np.argmax(over))
-    return float(at[n + best] * posterior.noise.rate_hz) if over[best] > REASONS.line else 0.0
+    return float(frequency[n + best] * posterior.noise.rate_hz) if over[best] > REASONS.line else 0.0
