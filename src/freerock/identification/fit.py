@@ -130,7 +130,7 @@ class Followers:
     def __init__(
         self, candidate: str, block: Block, motions: Mapping[int, Motion], settings: FitSettings
     ) -> None:
-        check(candidate, (block,), settings)
+        check(candidate, block, settings)
         for each in motions.values():
             of_kind("motion", each, Motion, "give run.motion or freerock.Motion(...)")
         self.models = {run: RunModel(candidate, block, each, settings) for run, each in motions.items()}

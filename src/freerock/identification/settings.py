@@ -18,24 +18,22 @@ def freed(model: str, free: Sequence[str]) -> tuple[str, ...]:
     return ("width", *kept) if CANDIDATES[model].width and "width" not in kept else kept
 
 
-def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
+def check(model: str, block: Block, settings: FitSettings) -> None:
     """Refuse a fit that has no meaning.
 
     Parameters
     ----------
     model : str
-    blocks : sequence of Block
-        The block of each run that is fitted jointly.
+    block : Block
     settings : FitSettings
 
     Raises
     ------
     FreerockError
         Unknown model or nuisance; what is given of a parameter is wrong, or leaves nothing to fit; debonding
-        that is not implemented for the model; one width for several blocks.
+        that is not implemented for the model.
     """
-    for block in blocks:
-        of_kind("block", block, Block, "give freerock.Block(...)")
+    of_kind("block", block, Block, "give freerock.Block(...)")
     of_kind("settings", settings, FitSettings, "give freerock.FitSettings(...)")
     if model not in CANDIDATES:
         raise FreerockError("fits.models", f"unknown model {model!r}", f"use one of {', '.join(CANDIDATES)}")
@@ -64,6 +62,3 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
     if "edge_radius" in settings.free and settings.debonding != GEOMETRIC.debonding:
         what = "rounded edges require the geometric rule"
         raise FreerockError("fits.debonding", what, f"use geometric or remove edge_radius from {key}")
-    if "width" in freed(model, settings.free) and len(set(blocks)) > 1:
-        remedy = f"use {model.removesuffix('_width')}" if CANDIDATES[model].width else "remove width"
-        raise FreerockError(key, "one width for several blocks", remedy)
