@@ -1,6 +1,7 @@
 """One model of a run with impacts that scatter, fitted by lmfit alone."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import lmfit
 import numpy as np
@@ -15,8 +16,9 @@ from freerock.identification.fit import Followers, fit_record, fit_run
 from freerock.identification.goodness import goodness
 from freerock.identification.paper_fit import RELEASE_WALLS, paper_fit
 from freerock.identification.posed import release_prior
+from freerock.identification.posterior import Posterior
 from freerock.identification.run_model import Point, RunModel, Samples
-from freerock.identification.scatter import Told, find_scatter, told_by
+from freerock.identification.scatter import Told, find_scatter
 from freerock.identification.start import Followed, crossings_s, in_step, whole_s
 from freerock.models.block import Block
 from freerock.models.simulate import Solver, simulate_fitted
@@ -230,5 +232,8 @@ def test_a_width_that_is_freed_is_found_below_the_stated_one():
 
 
 def test_an_impact_that_leaves_no_trace_tells_nothing():
-    told = told_by(np.diag([1e-4, 0.0]), np.array([0.01, 0.0]), 0.02)
+    at, rows = Point({}, np.zeros(0), np.array([0.01, 0.0])), np.diag([100.0, 0.0])
+    posed = SimpleNamespace(model=SimpleNamespace(names=()), sigma_r=0.02)
+    noise, every = white_noise(1e-4, 1e3), np.ones(2, bool)
+    told = Posterior(posed, at, noise, np.zeros(2), rows, every, np.eye(2)).told
     assert np.isfinite(told.precision).all() and find_scatter([told]).sigma_r < 0.1

@@ -11,7 +11,7 @@ from freerock.arrays import Floats, Indices, Mask
 from freerock.identification.goodness import Goodness, goodness, level_of, louder, minus_two_log, through
 from freerock.identification.posed import Ended, Posed, tied
 from freerock.identification.run_model import Point
-from freerock.identification.scatter import Told, told_by
+from freerock.identification.scatter import Told
 from freerock.models.free_parameters import LOGARITHMS, PARAMETERS
 from freerock.models.laws import law_of
 from freerock.noise.spectrum import Noise
@@ -136,7 +136,10 @@ class Posterior:
     def told(self) -> Told:
         """What the samples tell of the impacts."""
         first = self.n_names + self.at.inputs.size
-        return told_by(self.inverse[first:, first:], self.at.impacts, self.posed.sigma_r)
+        # a δ that leaves no trace tells nothing
+        with_prior = np.linalg.pinv(self.inverse[first:, first:], hermitian=True)
+        precision = with_prior - np.eye(self.at.impacts.size) / self.posed.sigma_r**2
+        return Told(0.5 * (precision + precision.T), with_prior @ self.at.impacts)
 
     def level(self, own: Indices | None = None) -> float:
         """s that numbers meet: of the noise, times what the residual has more [rad].

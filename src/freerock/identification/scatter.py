@@ -55,23 +55,6 @@ class Scatter:
 NONE = Scatter(0.0, 0.0, 0.0, 0.0)
 
 
-def told_by(inverse: Floats, delta: Floats, sigma_r: float) -> Told:
-    """What the samples tell, of a fit under a prior.
-
-    Parameters
-    ----------
-    inverse : ndarray, shape (n_impacts, n_impacts)
-        Covariance of δ after the fit.
-    delta : ndarray, shape (n_impacts,)
-        Where the fit has δ.
-    sigma_r : float
-        Prior of the fit.
-    """
-    with_prior = np.linalg.pinv(inverse, hermitian=True)  # a δ that leaves no trace tells nothing
-    precision = with_prior - np.eye(len(delta)) / sigma_r**2
-    return Told(0.5 * (precision + precision.T), with_prior @ delta)
-
-
 def find_scatter(runs: Sequence[Told]) -> Scatter:
     """σ_r of some runs by the marginal likelihood, δ integrated out.
 

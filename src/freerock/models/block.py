@@ -165,11 +165,6 @@ class Block:
         """Centre of mass to the right of and above the base centre, at the sine and cosine of θ [m]."""
         return self.h * s + self.e * cos, self.h * cos - self.e * s
 
-    @property
-    def face(self) -> tuple[float, float, float]:
-        """What a beam sees of it: height, width, distance of the corners [m]."""
-        return self.height_m, self.width_m, 2 * self.b
-
     def moved(self, by: Mapping[str, float]) -> "Block":
         """The block with some numbers larger by so much; those not given follow from the others before."""
         given = {name: getattr(self, name) for name in by}

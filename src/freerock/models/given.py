@@ -90,15 +90,6 @@ def names_in(text: str) -> set[str]:
     return {node.id for node in ast.walk(_tree(text)) if isinstance(node, ast.Name)}
 
 
-def in_order(given: Mapping[str, Given]) -> list[str]:
-    """Names of the tied parameters, each after those that it is tied to; without those tied in a circle."""
-    left, found = {name for name in given if given[name].expr}, list[str]()
-    while ready := sorted(n for n in left if not names_in(given[n].expr) & {legal(each) for each in left}):
-        found += ready
-        left -= {*ready}
-    return found
-
-
 def faults(law: str, given: Mapping[str, Given]) -> Iterator[tuple[str, str, str]]:
     """What is wrong with what is given of a law's parameters: parameter, what, and what to do."""
     names = LAWS[law].parameters
@@ -113,9 +104,11 @@ def faults(law: str, given: Mapping[str, Given]) -> Iterator[tuple[str, str, str
             except FreerockError as error:
                 yield name, error.what, error.remedy
                 return
-    circle = {name for name in given if given[name].expr} - {*in_order(given)}
-    if circle:
-        yield min(circle), "is tied in a circle", "free or fix one of them"
+    left = {name for name in given if given[name].expr}
+    while free := {name for name in left if not names_in(given[name].expr) & {*map(legal, left)}}:
+        left -= free
+    if left:
+        yield min(left), "is tied in a circle", "free or fix one of them"
 
 
 def _faults_of_one(name: str, given: Given) -> Iterator[tuple[str, str]]:

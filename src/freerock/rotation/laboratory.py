@@ -130,13 +130,13 @@ class Laboratory:
         sensors, others = list(self.lasers.values()), list(by.lasers.values())
         if sensors[0].beam is None:  # the channel holds the rotation itself
             return theta * by.scales[0] / self.scales[0]
-        if (self.block.face, sensors, self.scales) == (by.block.face, others, by.scales):
+        beam, (gain, expected) = beam_of(self.block, sensors[0]), self.read_by(by)
+        if (beam, self.scales, sensors) == (expected, by.scales, others):
             return theta
         if len(sensors) == 1:
             each, out = np.array(theta, ndmin=2), np.empty(theta.size)
-            gain, expected = self.read_by(by)
             sign = -1.0 if mirrored(others[0]) else 1.0
-            seen(each, each, np.array([gain]), math.nan, sign, beam_of(self.block, sensors[0]), expected, out)
+            seen(each, each, np.array([gain]), math.nan, sign, beam, expected, out)
             return out
         readings = [
             displaced(theta, self.block, laser) * now / then
