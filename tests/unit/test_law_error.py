@@ -1,6 +1,7 @@
 """Uncertainty of restitution by energy where no law is true: swings that have another zero than the rest."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from test_impact_energy import BLOCK, LAW, THETA0, TIME, N, measured, true_restitutions
@@ -13,8 +14,9 @@ from freerock.runs.impacts import find_impacts
 LEAN, LIFTED = 6e-4, 0.01  # zero of a swing, and the rotation from which the block has lifted off [rad]
 
 
-def found_of(lean, seed=3):
-    """(r - truth)/u without and with the error of the law, and the fits, of three runs."""
+@cache
+def fitted(lean, seed=3):
+    """Fits of three runs, their impacts as seen, and the true motions."""
     draw, motions, truth = np.random.default_rng(seed), {}, {}
     for run in (1, 2, 3):
         law = {**LAW, "impacts": 0.01 * draw.standard_normal(30)[:N]}
@@ -33,6 +35,12 @@ def found_of(lean, seed=3):
         )
         for run, fit in fits.items()
     }
+    return fits, seen, truth
+
+
+def found_of(lean):
+    """(r - truth)/u without and with the error of the law, and both r."""
+    fits, seen, truth = fitted(lean)
     plain = {run: impact_energy(fit, BLOCK, fit.impacts.time_s[:N]) for run, fit in fits.items()}
     whole = with_law_error(plain, fits, seen, BLOCK)
     true_r = {run: true_restitutions(each) for run, each in truth.items()}
@@ -53,3 +61,23 @@ def test_a_law_that_agrees_keeps_its_u():
     *_, plain, whole = found_of(0.0)
     for run, each in plain.items():
         np.testing.assert_array_equal(whole[run].u_total, each.u_total)
+
+
+def test_a_zero_that_scatter_takes_up_widens_u_where_chance_does_not_explain_it():
+    """As of a base that slips: the law agrees, each run has a zero of its own."""
+    fits, seen, _ = fitted(0.0)
+    shifted, zeros = {}, {1: 4e-3, 2: -4e-3, 3: 0.0}
+    for run, fit in fits.items():
+        per_zero = np.sign(fit.impacts.peak_after_rad) / np.abs(fit.impacts.peak_after_rad)
+        n = min(fit.scatter.delta.size, per_zero.size)
+        delta = fit.scatter.delta[:n] + zeros[run] * per_zero[:n]
+        covariance = fit.scatter.covariance[:n, :n]
+        scatter = replace(fit.scatter, delta=delta, u_delta=fit.scatter.u_delta[:n], covariance=covariance)
+        assert fit.evidence.agrees
+        shifted[run] = replace(fit, scatter=scatter)
+    plain = {run: impact_energy(fit, BLOCK, fit.impacts.time_s[:N]) for run, fit in fits.items()}
+    whole = with_law_error(plain, shifted, seen, BLOCK)
+    for run, zero in zeros.items():
+        tops = np.abs(fits[run].impacts.peak_after_rad[:N])
+        grown = np.sqrt(whole[run].u_total ** 2 - plain[run].u_total ** 2)[1:] / plain[run].restitution[1:]
+        np.testing.assert_allclose(grown, abs(zero) * (1 / tops[:-1] + 1 / tops[1:]) / 2, rtol=0.6)

@@ -6,7 +6,9 @@ alone is not its energy, and the restitution from two peaks of a rigid block is 
 An error of the law adds to the uncertainty of restitution by energy. A law that leaves more than the noise
 has energies of swings wrong. Two traces of it are seen. The duration of a swing over that of the law at the
 same height tells by what share a couple is wrong. A δ that alternates, more so the lower the swing, tells
-that swings have another zero than the block at rest: a bed is softer on one side, or a base slips.
+that swings have another zero than the block at rest: a bed is softer on one side, or a base slips. The
+scatter takes this up, so that it counts under a law that agrees with the noise, too, where chance does not
+explain it.
 """
 
 import math
@@ -17,9 +19,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtr
 
 from freerock.arrays import Floats
 from freerock.config.processing import RUN_LIMITS, ImpactLimits
+from freerock.identification.significance_levels import REJECTS
 from freerock.models.block import Block
 from freerock.models.contact import energy
 from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, Foundation, law_of
@@ -287,7 +291,7 @@ def with_law_error(
     measured: Mapping[int, Impacts],
     block: Block,
 ) -> dict[int, ImpactEnergy]:
-    """Restitution by energy whose u holds the error of the law, where a fit leaves more than the noise.
+    """Restitution by energy whose u holds the error of the law.
 
     Parameters
     ----------
@@ -299,21 +303,22 @@ def with_law_error(
         As seen.
     block : Block
     """
-    wrong = [run for run in energies if not fits[run].evidence.agrees and fits[run].impacts is not None]
-    found = dict(energies)
-    if not wrong:
-        return found
-    shares = {run: _shares(fits[run], measured[run], block) for run in wrong}
-    seen = np.concatenate([*shares.values()])
+    drawn = {run: fits[run] for run in energies if fits[run].impacts is not None}
+    if not drawn:
+        return dict(energies)
+    shares = {
+        run: _shares(fit, measured[run], block) for run, fit in drawn.items() if not fit.evidence.agrees
+    }
+    seen = np.concatenate([np.zeros(0), *shares.values()])
     usual = float(np.sqrt(np.mean(seen**2))) if seen.size else 0.0
-    zero = _zero([fits[run] for run in wrong], block)
-    for run in wrong:
+    found, zeros = dict(energies), _zeros([*drawn.values()], block)
+    for (run, fit), zero in zip(drawn.items(), zeros.tolist(), strict=True):
         r = energies[run].restitution
-        after = np.full(r.size, usual)
-        known = min(r.size, shares[run].size)
-        after[:known] = shares[run][:known]
+        after = np.full(r.size, usual if run in shares else 0.0)
+        known = shares.get(run, np.zeros(0))[: r.size]
+        after[: known.size] = known
         before = np.append(after[:1], after[:-1])
-        by_zero = zero * _per_zero(fits[run], block)[: r.size]
+        by_zero = zero * _per_zero(fit, block)[: r.size]
         of_law = r * np.sqrt((before**2 + after**2) / 4 + by_zero**2)
         found[run] = energies[run]._replace(u_total=np.hypot(energies[run].u_total, of_law))
     return found
@@ -350,27 +355,32 @@ def _per_zero(fit: "Fit", block: Block) -> Floats:
     return np.asarray((slopes[:-1] + slopes[1:]) / 2)
 
 
-def _zero(fits: "list[Fit]", block: Block) -> float:
-    """By how much swings of a record may have another zero than the block at rest [rad].
+def _zeros(fits: "list[Fit]", block: Block) -> Floats:
+    """By how much the swings of each run may have another zero than the block at rest [rad], shape (n_runs,).
 
-    Of a least squares of δ: a constant of each run, a slope over the logarithm of the height, and the zero.
-    Root of the squares of its value and its standard uncertainty; 0 where too few impacts are free.
+    Of a least squares of δ: a constant and the zero of each run, a slope over the logarithm of the height. Of
+    a law that leaves more than the noise the root of the squares of the zero and its standard uncertainty, of
+    one that agrees the zero where it is beyond chance; 0 where too few impacts are free.
     """
     rows, delta, weight = [], [], []
     for j, fit in enumerate(fits):
         assert fit.impacts is not None
         n = min(fit.scatter.delta.size, fit.impacts.peak_after_rad.size)
-        tops, own = fit.impacts.peak_after_rad[:n], np.zeros((n, len(fits)))
-        own[:, j] = 1.0
-        rows.append(np.column_stack([own, np.log(np.abs(tops)), np.sign(tops) * _per_zero(fit, block)[:n]]))
+        tops, own = fit.impacts.peak_after_rad[:n], np.zeros((n, 2, len(fits)))
+        own[:, 0, j], own[:, 1, j] = np.sign(tops) * _per_zero(fit, block)[:n], 1.0
+        rows.append(np.column_stack([own[:, 0], own[:, 1], np.log(np.abs(tops))]))
         delta.append(fit.scatter.delta[:n])
         weight.append(1 / np.hypot(fit.scatter.u_delta[:n], fit.scatter.of_record.sigma_r))
     design, seen, by = np.vstack(rows), np.concatenate(delta), np.concatenate(weight)
     sound = np.isfinite(design).all(axis=1) & np.isfinite(by)
     design, seen = design[sound] * by[sound, None], (seen * by)[sound]
-    if len(seen) <= design.shape[1]:
-        return 0.0
+    free = len(seen) - design.shape[1]
+    if free <= 0:
+        return np.zeros(len(fits))
     found, *_ = np.linalg.lstsq(design, seen, rcond=None)
-    variance = np.linalg.pinv(design.T @ design)[-1, -1]
-    scatter = float(np.sum((seen - design @ found) ** 2)) / (len(seen) - design.shape[1])
-    return float(np.sqrt(found[-1] ** 2 + variance * min(scatter, 1.0)))
+    zeros, variances = found[: len(fits)], np.diag(np.linalg.pinv(design.T @ design))[: len(fits)]
+    scatter = float(np.sum((seen - design @ found) ** 2)) / free
+    agree = np.array([fit.evidence.agrees for fit in fits])
+    t = np.abs(zeros) / np.sqrt(np.maximum(variances * scatter, np.finfo(float).tiny))
+    sure = np.where(2 * stdtr(free, -t) < REJECTS, np.abs(zeros), 0.0)
+    return np.where(agree, sure, np.hypot(zeros, np.sqrt(variances * min(scatter, 1.0))))
