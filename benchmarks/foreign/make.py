@@ -34,7 +34,10 @@ def runs_of(scene):
 
 
 def moved(scene, runs, until_s):
-    """How far the target moves away [m], θ [rad], and what a rigid block knows of its impacts."""
+    """How far the target moves away [m], θ [rad], and what is known of impacts.
+
+    Of a rigid block these are instants [s] and rates before and after, of a planar one its energies [J].
+    """
     block, (height, _) = BLOCKS[scene["block"]], LASERS[scene["block"]]
     if scene["motion"] == "planar":
         found = planar.rock(
@@ -46,10 +49,10 @@ def moved(scene, runs, until_s):
             until_s,
             **scene["extra"],
         )
-        x, z, theta = found.T
+        x, z, theta, energy = found.T
         u, w = -block["width_m"] / 2 - scene["off"].get("centre_off_m", 0.0), -block["height_m"] / 2
         x, z = x + u * np.cos(theta) + w * np.sin(theta), z + w * np.cos(theta) - u * np.sin(theta)
-        return laser.reading(x, z, theta, height), theta, []
+        return laser.reading(x, z, theta, height), theta, energy
     if scene["motion"] == "rigid":
         theta, impacts = rigid.rock(block, scene["restitution"], runs, until_s, scene["radius"])
         x, z = rigid.left_corner(block, theta, scene["radius"])
@@ -63,8 +66,12 @@ def moved(scene, runs, until_s):
     return x - x[0], theta, []
 
 
-def true_runs(block, theta, runs, impacts):
-    """Of each release: when, from where, the impacts and what they leave of the rate."""
+def true_runs(block, theta, runs, known):
+    """Of each release: when, from where, the impacts and what they leave: √(energy after / energy before).
+
+    Energies are those at the tops of the swings, the first that when the hand has left. Of an engine's box
+    they are those of a rigid block.
+    """
     b, h = block["width_m"] / 2, block["height_m"] / 2
     critical, radius = math.atan2(b, h), math.hypot(b, h)
     told = []
@@ -77,14 +84,22 @@ def true_runs(block, theta, runs, impacts):
         part = part - float(np.mean(part[-300:]))
         crossing = np.flatnonzero(part[:-1] * part[1:] < 0)
         ends = [0, *crossing, part.size - 1]
-        tops = [float(np.max(np.abs(part[a : z + 1]))) for a, z in pairwise(ends)]
-        kept = [j for j in range(len(crossing)) if min(tops[: j + 2]) > LEAST_RAD]
+        places = [a + int(np.argmax(np.abs(part[a : z + 1]))) for a, z in pairwise(ends)]
+        tops = [float(abs(part[place])) for place in places]
+        if isinstance(known, np.ndarray):
+            places[0] = math.ceil(1000 * fade)
+            energy = known[first:last][places] - float(np.mean(known[first:last][-300:]))
+        else:
+            cosines = np.cos(np.maximum(critical - np.array(tops), 0.0))
+            energy = 9.81 * radius * (cosines - math.cos(critical))
+        # a bed with hysteresis may hold more energy at rest than in a low swing
+        high = [top > LEAST_RAD and at_top > 0 for top, at_top in zip(tops, energy, strict=True)]
+        kept = [j for j in range(len(crossing)) if all(high[: j + 2])]
         instants = [time[c] + 1e-3 * part[c] / (part[c] - part[c + 1]) for c in crossing[kept]]
-        energy = [9.81 * radius * (math.cos(max(critical - top, 0.0)) - math.cos(critical)) for top in tops]
         left = [math.sqrt(energy[j + 1] / energy[j]) for j in kept]
-        # of a rigid block, whose energy is known
-        for j, at in enumerate(instants):
-            left[j] = next((after / before for t, before, after in impacts if abs(t - at) < 2e-3), left[j])
+        if isinstance(known, list):
+            for j, at in enumerate(instants):
+                left[j] = next((after / before for t, before, after in known if abs(t - at) < 2e-3), left[j])
         told.append(
             {
                 "let_go_s": round(let_go, 4),
@@ -101,7 +116,7 @@ def make(name, seed):
     """Write a record, and tell what is true of it."""
     scene = SCENES[name]
     runs, until_s = runs_of(scene)
-    away, theta, impacts = moved(scene, runs, until_s)
+    away, theta, known = moved(scene, runs, until_s)
     block, (_, range_m) = BLOCKS[scene["block"]], LASERS[scene["block"]]
     laser.write(RAW / f"{name}.{scene['format']}", laser.counts(away, range_m, seed))
     return {
@@ -111,7 +126,7 @@ def make(name, seed):
         "block": block | scene.get("off", {}),
         "right_choices": scene["choices"],
         "parameters": scene["truth"],
-        "runs": true_runs(block, theta, runs, impacts),
+        "runs": true_runs(block, theta, runs, known),
     }
 
 

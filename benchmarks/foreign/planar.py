@@ -135,6 +135,45 @@ def _forces(y, t, body, u, w, slope, share, law, p, memory, extra, runs):
 
 
 @njit(fastmath=False)
+def _stored(law, p, depth, a, b):
+    """Energy per metre of base [J/m] that a point would give back; a and b are what it remembers."""
+    if law == CREEP:
+        spring, relaxing = p[0] * (depth - b) ** 2 / 2, a * a / (2 * p[1])
+        return spring + relaxing if _normal(law, p, depth, 0.0, a, b) > 0.0 else 0.0
+    if depth <= 0.0:
+        return 0.0
+    if law == HERTZ:
+        return p[0] * depth**2.5 / 2.5
+    if law == HYSTERESIS:  # it is let off along the steeper line
+        return _normal(law, p, depth, 0.0, a, b) ** 2 / (2 * p[1])
+    return p[0] * depth * depth / 2
+
+
+@njit(fastmath=False)
+def _energy(y, body, u, w, slope, share, law, p, memory, extra):
+    """Mechanical energy [J]: kinetic, of weight, of the bed and of what holds the base sideways."""
+    m, inertia, h, off = body
+    _, side_k, _, tilt, _, load_m, load_k, _, load_up, _, _ = extra
+    sin, cos, up = math.sin(y[2]), math.cos(y[2]), np.array([-math.sin(tilt), math.cos(tilt)])
+    found = 0.5 * m * (y[5] ** 2 + y[6] ** 2) + 0.5 * inertia * y[7] ** 2
+    found += m * GRAVITY * (y[0] * up[0] + y[1] * up[1])
+    for i in range(u.size):
+        depth = -(y[1] + (w[i] - h) * cos - (u[i] - off) * sin)
+        deeper = 0.5 * share[i] * (sin - cos * slope[i])
+        for gauss in (-GAUSS, GAUSS):
+            at = depth + deeper * gauss
+            found += 0.5 * share[i] * _stored(law, p, at, memory[0, i], memory[1, i])
+        if _normal(law, p, depth, 0.0, memory[0, i], memory[1, i]) > 0.0:
+            slid = y[0] + (u[i] - off) * cos + (w[i] - h) * sin - memory[2, i]
+            found += 0.5 * share[i] * side_k * slid**2
+    if load_m > 0.0:
+        dx, dz = y[3] - y[0] - load_up * sin, y[4] - y[1] - load_up * cos
+        found += 0.5 * load_m * (y[8] ** 2 + y[9] ** 2) + load_m * GRAVITY * (y[3] * up[0] + y[4] * up[1])
+        found += 0.5 * load_k * (dx * cos - dz * sin) ** 2 + 0.5 * SLOT[0] * (dx * sin + dz * cos) ** 2
+    return found
+
+
+@njit(fastmath=False)
 def _remember(y, body, u, w, law, p, memory, mu, side_k, dt):
     """Slip, creep and hysteresis of all points over a step."""
     h, off = body[2], body[3]
@@ -162,8 +201,8 @@ def _remember(y, body, u, w, law, p, memory, mu, side_k, dt):
 
 @njit(fastmath=False)
 def _march(y, samples, every, dt, body, u, w, slope, share, law, p, memory, extra, runs):
-    found = np.empty((samples, 10))
-    found[0] = y
+    found, energy = np.empty((samples, 10)), np.empty(samples)
+    found[0], energy[0] = y, _energy(y, body, u, w, slope, share, law, p, memory, extra)
     for i in range(1, samples * every):
         t = (i - 1) * dt
         middle = y + 0.5 * dt * _forces(y, t, body, u, w, slope, share, law, p, memory, extra, runs)
@@ -171,7 +210,8 @@ def _march(y, samples, every, dt, body, u, w, slope, share, law, p, memory, extr
         _remember(y, body, u, w, law, p, memory, extra[0], extra[1], dt)
         if i % every == 0:
             found[i // every] = y
-    return found
+            energy[i // every] = _energy(y, body, u, w, slope, share, law, p, memory, extra)
+    return found, energy
 
 
 def rock(block, base, law, values, runs, until_s, *, finer=1, **extra):
@@ -197,8 +237,8 @@ def rock(block, base, law, values, runs, until_s, *, finer=1, **extra):
 
     Returns
     -------
-    ndarray, shape (n_time, 3)
-        x, z of the centre of mass [m] and θ [rad], every millisecond.
+    ndarray, shape (n_time, 4)
+        x, z of the centre of mass [m], θ [rad] and the energy [J], every millisecond.
     """
     m, b, h = block["mass_kg"], block["width_m"] / 2, block["height_m"] / 2
     off = block.get("centre_off_m", 0.0)
@@ -211,7 +251,7 @@ def rock(block, base, law, values, runs, until_s, *, finer=1, **extra):
     y[:5] = off, h, 0.0, off, h + extra["load_up"]
     memory = np.zeros((3, base[0].size))
     memory[2] = base[0]
-    found = _march(
+    found, energy = _march(
         y,
         round(1000 * until_s),
         EVERY * finer,
@@ -224,4 +264,4 @@ def rock(block, base, law, values, runs, until_s, *, finer=1, **extra):
         np.array([extra[name] for name in usual], float),
         np.array(runs, float),
     )
-    return found[:, :3]
+    return np.column_stack([found[:, :3], energy])
