@@ -16,8 +16,8 @@ from freerock.config.fit_settings import FitSettings
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fitted import Curve
 from freerock.identification.posed import Posed, minimised
-from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel
-from freerock.identification.start import promising, scan
+from freerock.identification.run_model import RTOL, RTOL_SCREENING, RunModel
+from freerock.identification.start import point_of, promising, scan
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import law_of
@@ -103,8 +103,7 @@ def paper_fit(
     is_known = len(near) > 1 and law_of(law).is_foundation  # of a rigid block a scan costs nothing
     starts = [] if is_known else scan(model, np.inf, STARTS, every=2 if near else 1)
     for each in near:
-        values = {**each, "theta0": motion.theta0, "t0": 0.0}
-        starts.append(Point({name: values[name] for name in model.names}, np.zeros(0), np.zeros(0)))
+        starts.append(point_of(model, {**each, "theta0": motion.theta0, "t0": 0.0}))
     quick = Posed(model, few, 0.0, level, RTOL_SCREENING, walls=RELEASE_WALLS)
     errors = [float(np.sum(quick.residual(start) ** 2)) for start in starts]
     first, *others = np.argsort(errors)[:STARTS].tolist()

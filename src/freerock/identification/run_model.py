@@ -137,18 +137,15 @@ class Place:
         With its inputs moved; None of the stated one.
     clock : float
         Seconds on its clock, of a second on that of the stated laboratory.
+    response_s2 : float
+        Square of the time of the sensor [s²]; inputs may move it below zero.
     """
 
     block: Block
     view: View | None
-    moved: Laboratory | None = None
-    clock: float = 1.0
-
-    @property
-    def response_s2(self) -> float:
-        """Square of the time of the sensor [s²]; inputs may move it below zero."""
-        own = self.view.laser.response_ms**2 if self.view else 0.0
-        return (own - (self.moved.less_than_none_ms2 if self.moved else 0.0)) / 1e6
+    moved: Laboratory | None
+    clock: float
+    response_s2: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -531,10 +528,12 @@ class RunModel:
         if key not in self._places:
             if len(self._places) > MOST_PLACES:
                 self._places.clear()
-            if stated is None or not at.inputs.any():
-                self._places[key] = Place(self.block, self.motion.view)
-            else:
+            block, view, moved, clock, less_ms2 = self.block, self.motion.view, None, 1.0, 0.0
+            if stated is not None and at.inputs.any():
                 moved = stated.moved(dict(zip(self.inputs, at.inputs.tolist(), strict=True)))
                 view = view_of([*moved.lasers.values()], moved.block)
-                self._places[key] = Place(moved.block, view, moved, moved.clock / stated.clock)
+                block, clock = moved.block, moved.clock / stated.clock
+                less_ms2 = moved.less_than_none_ms2
+            response_ms2 = view.laser.response_ms**2 if view else 0.0
+            self._places[key] = Place(block, view, moved, clock, (response_ms2 - less_ms2) / 1e6)
         return self._places[key]

@@ -215,7 +215,7 @@ def scan(model: RunModel, horizon_s: float, most: int, every: int = 1) -> list[P
         first_k = _first_swing_k(model, first_peak_s(model.motion), middle, beside)
         k_grid = np.unique(np.append(k_grid, first_k))
         points = [
-            _at(
+            point_of(
                 model,
                 {
                     **beside,
@@ -232,8 +232,10 @@ def scan(model: RunModel, horizon_s: float, most: int, every: int = 1) -> list[P
     return [point for _, point in sorted(found, key=lambda each: each[0])[:most]]
 
 
-def _at(model: RunModel, values: Mapping[str, float]) -> Point:
-    return Point({name: values[name] for name in model.names}, np.zeros(len(model.inputs)), np.zeros(0))
+def point_of(model: RunModel, values: Mapping[str, float], inputs: Floats | None = None) -> Point:
+    """A point with these numbers and none of the impacts; inputs are as stated unless given."""
+    inputs = np.zeros(len(model.inputs)) if inputs is None else inputs
+    return Point({name: values[name] for name in model.names}, inputs, np.zeros(0))
 
 
 def _lowest(
@@ -260,7 +262,7 @@ def _first_swing_k(
     while high > 1.002 * low:
         k = float(np.sqrt(low * high))
         values = {"k": k, **{name: k * each for name, each in ratios.items()}, **beside}
-        theta = model.curve(_at(model, values), time_s, 10 * RTOL_SCREENING)
+        theta = model.curve(point_of(model, values), time_s, 10 * RTOL_SCREENING)
         crossed = np.flatnonzero(theta * model.motion.theta0 < 0)
         late = time_s[crossed[0]] > measured if crossed.size else True
         low, high = (k, high) if late else (low, k)
@@ -280,13 +282,13 @@ def _scan_rigid(model: RunModel, horizon_s: float, beside: Mapping[str, float], 
         stands = 1.002 * model.block.height_m * float(np.tan(abs(model.motion.theta0)))
 
         def error(width: float) -> float:
-            at = _at(model, {"r": 0.9, **beside, "width": width})
+            at = point_of(model, {"r": 0.9, **beside, "width": width})
             return float(np.mean((model.curve(at, fall.time_s) - fall.theta) ** 2))
 
         limits = max(low * model.block.width_m, stands), high * model.block.width_m
         width = float(minimize_scalar(error, bounds=limits, options={"xatol": 1e-3 * limits[1]}).x)
         beside = {**beside, "width": width}
-    points = [_at(model, {"r": r, **beside}) for r in grid.tolist()]
+    points = [point_of(model, {"r": r, **beside}) for r in grid.tolist()]
     samples = model.until(horizon_s, START.grid)
     return [point for _, point in _lowest(model, points, (len(points),), samples, most)]
 
@@ -315,8 +317,7 @@ class Followed:
         end_s = float(sure[-1]) if sure.size > START.screened else whole_s(self.model.motion)
         for end in known:
             values = {**_shared(end.at).values, "theta0": self.model.motion.theta0, "t0": 0.0}
-            inputs = end.at.inputs if self.known else np.zeros(len(self.model.inputs))
-            starts.append(Point({name: values[name] for name in self.model.names}, inputs, np.zeros(0)))
+            starts.append(point_of(self.model, values, end.at.inputs if self.known else None))
         if not (roughly and law_of(self.model.candidate).is_foundation):
             search = START.quick if roughly else START.search
             left = known[0].mean_square * (known[0].posed.level / self.model.sigma) ** 2

@@ -16,10 +16,8 @@ Rodas5P (doi:10.1007/s10543-023-00967-x) with the analytic Jacobian.
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from freerock.models.compiled import compiled
 from freerock.models.ground import VARYING
@@ -806,7 +804,7 @@ def _is_steady(coefficients, segment):
 
 
 @compiled()
-def _integrate(
+def integrate(
     law,
     restitution,
     tensionless,
@@ -821,6 +819,46 @@ def _integrate(
     out,
     rates,
 ):
+    """Integrate from t = 0 and sample at `time`.
+
+    Parameters
+    ----------
+    law : tuple of 10 floats
+        k/m, c/m, λ/m, half the flat part of the base (b, where its edges are sharp), h, (I_cm + m h²)/m, g, b
+        where the block turns about its corners or 0 where it is guided, the radius of its edges, which
+        requires a guided block and the geometric rule of debonding, and the offset e of the centre of mass to
+        the right of the middle (I_cm + m (h² + e²) is then the moment of inertia).
+    restitution : float
+        r of Housner's block; negative for a contact law.
+    tensionless : bool
+        Rule of debonding; needs c = 0 or λ = 0.
+    y : tuple of 4 floats
+        z_cb, ż_cb, θ, θ̇ at t = 0.
+    time : ndarray, shape (n_time,)
+        Increasing; negative times get the initial state.
+    breaks : ndarray, shape (n_segments + 1,); coefficients : ndarray, shape (n_segments, 10)
+        Ground motion, as in `_ground`; no segments for free rocking.
+    tolerance : float
+        Error allowed in θ per step [rad]; that of the other components is scaled by b and p.
+    max_steps : int
+        Steps, taken or rejected, after which to give up.
+    factors : ndarray, shape (n_impacts,)
+        What the rate is multiplied with at the first passages of θ = 0, be a side lifted before or not;
+        beside the restitution of Housner's block.
+    passages : ndarray, shape (n_impacts, 5)
+        Receives instant [s], z_cb, ż_cb, the factor and θ̇ just after each of these passages; without rows
+        they are not wanted. Where it holds a θ̇ > 0, that is the rate after the passage, whatever its factor.
+    out : ndarray, shape (n_time,)
+        Receives θ.
+    rates : ndarray, shape (n_time, 3)
+        Receives z_cb, ż_cb, θ̇; without rows these and the impacts are not wanted.
+
+    Returns
+    -------
+    outcome, steps, rejected, implicit, evaluations : int
+    impacts : ndarray
+        Instants at which θ changes its sign [s], if `rates` has rows.
+    """
     k, c, lam, b, h, inertia, g, corner, radius, e = law
     housner = restitution >= 0
     p = math.sqrt(g * math.sqrt(b * b + h * h) / (inertia + b * b))
@@ -1039,51 +1077,6 @@ def _integrate(
     else:
         _fill(n, math.nan, math.nan, math.nan, out, rates)
     return outcome, steps, rejected, implicit, evaluations, impacts
-
-
-def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.float64]]:
-    """Integrate from t = 0 and sample at `time`.
-
-    Parameters
-    ----------
-    law : tuple of 10 floats
-        k/m, c/m, λ/m, half the flat part of the base (b, where its edges are sharp), h, (I_cm + m h²)/m, g, b
-        where the block turns about its corners or 0 where it is guided, the radius of its edges, which
-        requires a guided block and the geometric rule of debonding, and the offset e of the centre of mass to
-        the right of the middle (I_cm + m (h² + e²) is then the moment of inertia).
-    restitution : float
-        r of Housner's block; negative for a contact law.
-    tensionless : bool
-        Rule of debonding; needs c = 0 or λ = 0.
-    y : tuple of 4 floats
-        z_cb, ż_cb, θ, θ̇ at t = 0.
-    time : ndarray, shape (n_time,)
-        Increasing; negative times get the initial state.
-    breaks : ndarray, shape (n_segments + 1,); coefficients : ndarray, shape (n_segments, 10)
-        Ground motion, as in `_ground`; no segments for free rocking.
-    tolerance : float
-        Error allowed in θ per step [rad]; that of the other components is scaled by b and p.
-    max_steps : int
-        Steps, taken or rejected, after which to give up.
-    factors : ndarray, shape (n_impacts,)
-        What the rate is multiplied with at the first passages of θ = 0, be a side lifted before or not;
-        beside the restitution of Housner's block.
-    passages : ndarray, shape (n_impacts, 5)
-        Receives instant [s], z_cb, ż_cb, the factor and θ̇ just after each of these passages; without rows
-        they are not wanted. Where it holds a θ̇ > 0, that is the rate after the passage, whatever its factor.
-    out : ndarray, shape (n_time,)
-        Receives θ.
-    rates : ndarray, shape (n_time, 3)
-        Receives z_cb, ż_cb, θ̇; without rows these and the impacts are not wanted.
-
-    Returns
-    -------
-    outcome, steps, rejected, implicit, evaluations : int
-    impacts : ndarray
-        Instants at which θ changes its sign [s], if `rates` has rows.
-    """
-    found: tuple[int, int, int, int, int, NDArray[np.float64]] = _integrate(*arguments)
-    return found
 
 
 def accelerations(

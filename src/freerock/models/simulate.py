@@ -429,4 +429,7 @@ class _Scene:
         if self.is_by_series(time):
             return series.integrate_series(self.constants, *given)
         r = -1.0 if self.law.is_foundation else float(self.parameters["r"])
-        return kernel.integrate(self.constants, r, self.is_tensionless, *given)
+        found: tuple[int, int, int, int, int, Floats] = kernel.integrate(
+            self.constants, r, self.is_tensionless, *given
+        )
+        return found
