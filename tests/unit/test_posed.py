@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scattered import BLOCK, SIGMA, scattered_run
 
-from freerock.config.fit_settings import FitSettings
-from freerock.identification.fit import Followers, settled
-from freerock.identification.posed import Posed, minimised
+from freerock.identification.fit import fit_run
+from freerock.identification.posed import Ended, Posed, minimised
 from freerock.identification.posterior import Posterior
 from freerock.identification.run_model import Point, RunModel
 from freerock.noise.spectrum import averaged
@@ -94,12 +93,12 @@ def test_the_time_of_a_sensor_counts_on_below_none():
 def test_a_search_has_ended_where_nothing_more_is_foretold():
     """One standard uncertainty off the end, the objective is foretold to fall by one."""
     motion, _ = motion_of(1, 0.02)
-    posterior, end, _ = settled(Followers(LAW, BLOCK, {1: motion}, FitSettings()).ends())[1]
-    assert posterior.ahead < 0.03
-    i = list(end.at.values).index("theta0")
-    alone = 1 / np.linalg.norm(posterior.rows[:, i])
-    beside = moved(end.posed, end.at, i, alone)
-    off = Posterior.of(replace(end, at=beside))
+    fit = fit_run(LAW, BLOCK, motion)
+    posed, at = fit.posterior.posed, fit.posterior.at
+    assert fit.posterior.ahead < 0.03
+    i = list(at.values).index("theta0")
+    alone = 1 / np.linalg.norm(fit.posterior.rows[:, i])
+    off = Posterior.of(Ended(posed, moved(posed, at, i, alone), fit.result, fit.minimizer))
     assert off.ahead == pytest.approx(1.0, rel=0.3)
 
 
@@ -118,11 +117,10 @@ def test_a_curve_has_no_jump_where_a_swing_ceases_to_lift():
 @pytest.mark.parametrize("seed", [2, 11])
 def test_a_fit_ends_in_the_minimum_that_the_truth_lies_in(seed):
     motion, truth = motion_of(seed, 0.03)
-    followers = Followers(LAW, BLOCK, {1: motion}, FitSettings())
-    posterior, ended, _ = settled(followers.ends())[1]
-    n = ended.at.impacts.size
+    fit = fit_run(LAW, BLOCK, motion)
+    posterior, n = fit.posterior, fit.posterior.at.impacts.size
     assert abs(n - np.count_nonzero(truth.impacts)) <= 1  # no δ of a base that rings
-    best = minimised(ended.posed, replace(truth, impacts=truth.impacts[:n]), 100, 1e-10)
-    assert ended.result.chisqr < best.result.chisqr + 0.5
-    off = ended.at.values["k"] / best.at.values["k"] - 1
+    best = minimised(posterior.posed, replace(truth, impacts=truth.impacts[:n]), 100, 1e-10)
+    assert fit.result.chisqr < best.result.chisqr + 0.5
+    off = fit.values["k"] / best.at.values["k"] - 1
     assert abs(off) < 0.3 * np.sqrt(posterior.covariance[0, 0]) / best.at.values["k"]

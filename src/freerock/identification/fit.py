@@ -118,7 +118,7 @@ def fit_record(
     if not motions:
         return {}
     ends = Followers(candidate, block, motions, settings or FitSettings()).ends()
-    return {run: finished(*each) for run, each in settled(ends).items()}
+    return settled(ends)
 
 
 class Followers:
@@ -164,8 +164,8 @@ class Followers:
         return found
 
 
-def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple[Posterior, Ended, Scatter]]:
-    """The runs of a record with one σ_r, each where its fit ends.
+def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, Fit]:
+    """The fits of the runs of a record, with one σ_r.
 
     Parameters
     ----------
@@ -180,18 +180,18 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, tuple
         samples = replace(model.until(whole_s(model.motion), 10**9), m=model.noise.averaged)
         now[run] = replace(end, posed=replace(end.posed, samples=samples, rtol=RTOL))
     posteriors = {run: Posterior.of(end) for run, end in now.items()}
-    scatter = find_scatter([each.told for each in posteriors.values() if each.at.impacts.size])
+    scatter = find_scatter([each.told for each in posteriors.values()])
     due = list(now)
     for _ in range(0 if roughly else ROUNDS.most):
         for run in due:
             now[run] = _round(now[run], scatter.sigma_r, posteriors[run].level())
             posteriors[run] = Posterior.of(now[run])
         if scatter.sigma_r:  # 0 is kept: the impacts are no longer free
-            scatter = find_scatter([each.told for each in posteriors.values() if each.at.impacts.size])
+            scatter = find_scatter([each.told for each in posteriors.values()])
         due = [run for run, end in now.items() if not _is_steady(end, posteriors[run], scatter.sigma_r)]
         if not due:
             break
-    return {run: (posteriors[run], now[run], scatter) for run in now}
+    return {run: _finished(posteriors[run], now[run], scatter) for run in now}
 
 
 def _is_steady(end: Ended, posterior: Posterior, sigma_r: float) -> bool:
@@ -217,7 +217,7 @@ def _round(end: Ended, sigma_r: float, level: float) -> Ended:
     return found
 
 
-def finished(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
+def _finished(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
     """The fit of a run, of the linear model where it ended."""
     model, at, n = ended.posed.model, ended.at, posterior.n_names
     contributions, found = posterior.contributions(), posterior.goodness

@@ -45,7 +45,8 @@ class Uncertainty:
     @property
     def u_total(self) -> Floats:
         """Standard uncertainty by all of it, shape (n_parameters,)."""
-        return self.contributions.total(self.stderr, self.u_law)
+        of_inputs = np.sum(self.contributions.values**2, axis=1)
+        return np.asarray(np.sqrt(self.stderr**2 + self.u_law**2 + of_inputs))
 
 
 @dataclass(frozen=True)

@@ -156,7 +156,7 @@ class Posed:
         theta = self.model.means(at, self.samples, self.rtol) if theta is None else theta
         left = (theta - self.samples.measured) / self.level
         release = [(at.values[name] - value) / u for name, value, u in self.release]
-        impacts = at.impacts if at.rates is None else self.model.held(at, self.samples, self.rtol).impacts
+        impacts = at.impacts if at.rates is None else self.model.here(at, self.samples, self.rtol).impacts
         return np.concatenate([left, release, at.inputs, impacts / self.sigma_r])
 
     def jacobian(self, at: Point, by_inputs: Floats) -> tuple[Floats, Floats]:

@@ -1,6 +1,6 @@
 """u_total: standard uncertainty of a number by noise, law and every input of the laboratory.
 
-A fit has `Fit.u_total` (`identification.fitted`), by `Contributions.total` of this module; r and θ₀ of a run
+A fit has `Fit.u_total` (`identification.fitted`), with the `Contributions` of this module; r and θ₀ of a run
 `measured_total`; r by energy `populations.impact_energy`; means `populations.random_effects`; plans
 `planning.bound`.
 
@@ -60,11 +60,6 @@ class Contributions:
         """Chance of so large a pull of any input, were all uncertainties right (Bonferroni); at most 1."""
         seen = np.abs(self.pulls[~np.isnan(self.pulls)])
         return min(1.0, 2 * len(seen) * float(ndtr(-seen.max(initial=0.0)))) if len(seen) else 1.0
-
-    def total(self, *others: Floats) -> Floats:
-        """Combined standard uncertainty with those of noise and law, each of shape (n_numbers,)."""
-        squares = [each**2 for each in others]
-        return np.asarray(np.sqrt(np.sum(squares, axis=0) + np.sum(self.values**2, axis=1)))
 
 
 SHARE = 0.1  # of its uncertainty, by which an input is moved to either side

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from freerock.errors import FreerockError
-from freerock.identification.fit import Followers, finished, settled
+from freerock.identification.fit import Followers, settled
 from freerock.identification.fitted import Fit
 from freerock.identification.paper_fit import PaperFit, paper_fit
 from freerock.identification.posed import Ended
@@ -130,8 +130,7 @@ def _fit_tier(
             found.missing[name] = f"on the {where} it leaves {share:.3g} times the best's mean square"
             continue
         with _missed(name, found):
-            runs = settled(own[name].ends(not contends), not contends)
-            found.fits[name] = {run: finished(*each) for run, each in runs.items()}
+            found.fits[name] = settled(own[name].ends(not contends), not contends)
 
 
 @contextmanager
