@@ -35,7 +35,7 @@ def test_the_laboratory_has_the_inputs_that_the_fit_moved():
     height, scale = Input("b1", "height_m", 5e-3, True), Input("laser", "scale_fraction", 1e-3, True)
     view = View(block, Laser("horizontal", 0.4, 0.1))
     known = replace(own, moved={height: 2.0, scale: 1.0}).laboratory(block, view)
-    moved = known.at(known.inputs, np.array([2.0, 1.0]))
+    moved = known.moved({height: 2.0, scale: 1.0})
     assert moved.block == Block(1.01, 0.25, 500.0) and moved.scales[0] == pytest.approx(1.001)
     other = Input("second", "scale_fraction", 1e-3, True)
     assert replace(own, moved={height: 2.0, scale: 1.0, other: 1.0}).laboratory(block, view).inputs == (
