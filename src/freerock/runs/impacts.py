@@ -79,18 +79,15 @@ def find_impacts(
 ) -> Impacts:
     """Find the impacts of one run, measured or computed.
 
-    The list ends at the first peak that is too low: less than `min_amplitude_sigmas` times σ_θ, or than
-    `min_uplift_ratio` times the amplitude under which the base stays in full contact (`uplift`). On a Winkler
-    bed a block turned by θ touches along sqrt(θ_uplift/θ) of its base: at twice the uplift amplitude still
-    along 71 %. Lower swings dissipate all the time rather than in impacts, and r is no property of an impact
-    (`reasons_as_measured.reasons_of_impacts`).
+    The list ends at the first peak below `min_amplitude_sigmas` times σ_θ, or below `min_uplift_ratio` times
+    the amplitude up to which the whole base touches. On a Winkler bed a block turned by θ touches along
+    sqrt(θ_uplift/θ) of its base: at twice that amplitude still along 71 %. Lower swings dissipate all the
+    time, and r is no property of an impact (`reasons_as_measured.reasons_of_impacts`).
 
     Parameters
     ----------
-    time_s : array_like, shape (n_time,)
-        Increasing time [s], from release (or a little later) to rest.
-    theta : array_like, shape (n_time,)
-        Rotation [rad]; NaN samples are left out.
+    time_s, theta : array_like, shape (n_time,)
+        Increasing time from release, or a little later, to rest [s]; rotation [rad], NaN of what is left out.
     sigma_theta : float or array_like, shape (n_time,)
         Standard deviation of the white noise of θ [rad]; 0 for a computed motion.
     block : Block
