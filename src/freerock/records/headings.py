@@ -21,13 +21,13 @@ MONTHS = {
 }
 
 
-def by_word(part: str) -> dict[str, str]:
-    """The key of each word in a part of the file."""
-    return {word: key for key, words in WORDS[part].items() for word in words.split()}
+def by_word(table: Mapping[str, str]) -> dict[str, str]:
+    """The key of each word in a table of words."""
+    return {word: key for key, words in table.items() for word in words.split()}
 
 
-SECOND_UNITS = {unit: float(size) for unit, size in by_word("seconds").items()}
-HERTZ = {"": 1.0} | {unit: float(size) for unit, size in by_word("hertz").items()}
+SECOND_UNITS = {unit: float(size) for unit, size in by_word(WORDS["seconds"]).items()}
+HERTZ = {"": 1.0} | {unit: float(size) for unit, size in by_word(WORDS["hertz"]).items()}
 
 
 Values = Mapping[str, object]  # by name

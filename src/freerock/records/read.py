@@ -1,9 +1,10 @@
-"""The door to record files: a module per format, named in `words.toml`; begin a new one from `tdms`.
+"""The door to record files: a module per format, named in `formats.toml`; begin a new one from `tdms`.
 
 Samples are put on a uniform grid. It is right where they were taken evenly and only their stamps are coarse,
 jittery or missing.
 """
 
+import tomllib
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -25,8 +26,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+FORMATS = tomllib.loads(Path(__file__).with_name("formats.toml").read_text(encoding="utf-8"))
 # By suffix: the module of this room with contents(path), which yields `channels.Contents`; other programs.
-READERS, NOT_READ = by_word("readers"), by_word("not_read")
+READERS, NOT_READ = by_word(FORMATS["readers"]), by_word(FORMATS["not_read"])
 LABVIEW = b"LabVIEW Measurement"
 STATE_RATE = "head the time as Time [s], state the rate in the file as fs in Hz, or give sampling_rate_hz"
 Clocks = tuple[Even | Stamps, tuple[Even | Stamps, ...], int]  # of a channel, others, its length
