@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.populations.means import Mean, Shifts, over_records, over_runs
-from freerock.runs.u_total import OF_LAW
+from freerock.runs.u_of_measured import OF_LAW
 from freerock_bench.campaigns import COLUMNS, Row
 from freerock_bench.document import in_markdown
 

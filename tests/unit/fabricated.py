@@ -19,7 +19,7 @@ from freerock.products import netcdf as datasets
 from freerock.products.runs import runs_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.runs import Measured, Run
-from freerock.runs.u_total import Contributions, MeasuredTotal
+from freerock.runs.u_of_measured import Contributions, MeasuredTotal
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.choice import Choice, Judged
 from freerock.tables.campaign_tables import joined, rows_of

@@ -10,7 +10,7 @@ from freerock.populations import means as of_members
 from freerock.populations.means import over_records, over_runs
 from freerock.populations.priors import RECORDS
 from freerock.populations.random_effects import least_variance, population
-from freerock.runs.u_total import OF_LAW
+from freerock.runs.u_of_measured import OF_LAW
 from freerock_bench import means
 
 

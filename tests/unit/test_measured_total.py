@@ -13,7 +13,7 @@ from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import Impacts, find_impacts
 from freerock.runs.runs import measured, on_one_bed
-from freerock.runs.u_total import measured_contributions, measured_total
+from freerock.runs.u_of_measured import measured_contributions, measured_total
 from freerock.virtual_lab.virtual_record import VirtualRelease, simulate_record
 
 BLOCK = Block(0.28, 0.07, 5.84)

@@ -36,7 +36,7 @@ from freerock.products.storage import IMPACT_VARIABLES, reasons_in
 from freerock.rotation.laboratory import Input
 from freerock.runs.impacts import Impacts
 from freerock.runs.runs import Measured, Run
-from freerock.runs.u_total import MeasuredTotal
+from freerock.runs.u_of_measured import MeasuredTotal
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 from freerock.selection.choice import Choice, Judged
 

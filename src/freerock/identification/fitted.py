@@ -15,7 +15,7 @@ from freerock.models.free_parameters import PARAMETERS
 from freerock.models.given import legal
 from freerock.models.laws import law_of
 from freerock.runs.impacts import Impacts
-from freerock.runs.u_total import Contributions
+from freerock.runs.u_of_measured import Contributions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

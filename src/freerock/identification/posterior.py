@@ -15,7 +15,7 @@ from freerock.identification.scatter import Told
 from freerock.models.free_parameters import LOGARITHMS, PARAMETERS
 from freerock.models.laws import law_of
 from freerock.noise.spectrum import Noise
-from freerock.runs.u_total import Contributions
+from freerock.runs.u_of_measured import Contributions
 
 WORN_M = (
     3e-4  # prior standard uncertainty of a contact width that is freed [m]: that of one measured by a rule

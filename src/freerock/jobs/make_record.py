@@ -18,7 +18,7 @@ from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.rotation import READERS_NOTES, rotation_of
 from freerock.runs.by_hand import ByHand
 from freerock.runs.runs import Run, measured
-from freerock.runs.u_total import measured_total
+from freerock.runs.u_of_measured import measured_total
 from freerock.runs.verdict import Reason
 
 log = logging.getLogger("freerock")

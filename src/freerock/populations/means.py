@@ -9,7 +9,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.populations.priors import RECORDS
 from freerock.populations.random_effects import Population, common_spread, population
-from freerock.runs.u_total import OF_LAW
+from freerock.runs.u_of_measured import OF_LAW
 
 Key = tuple[str, str]  # owner and name of an input
 Shifts = Mapping[Key, float]  # of a number for one standard uncertainty of each input

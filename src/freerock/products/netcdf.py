@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from freerock.populations.impact_energy import ImpactEnergy
     from freerock.runs.impacts import Impacts
     from freerock.runs.runs import Measured
-    from freerock.runs.u_total import MeasuredTotal
+    from freerock.runs.u_of_measured import MeasuredTotal
     from freerock.selection.choice import Choice
 
 

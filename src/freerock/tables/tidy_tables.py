@@ -26,7 +26,7 @@ from freerock.products.groups import (
     verdict_of_run,
 )
 from freerock.products.storage import reasons_in
-from freerock.runs.u_total import OF_LAW
+from freerock.runs.u_of_measured import OF_LAW
 from freerock.runs.verdict import Reason, in_one_line, known_reasons
 from freerock.tables.choices import POSSIBLE
 from freerock.tables.populations import INPUT

@@ -1,8 +1,8 @@
-"""u_total: standard uncertainty of a number by noise, law and every input of the laboratory.
+"""Total standard uncertainty of what is measured of a run, release angle, peaks and r: `measured_total`.
 
-A fit has `Fit.u_total` (`identification.fitted`), with the `Contributions` of this module; r and θ₀ of a run
-`measured_total`; r by energy `populations.impact_energy`; means `populations.random_effects`; plans
-`planning.bound`.
+Other modules have `u_total` of parameters (`identification.fitted`, with the `Contributions` of this module),
+of r by energy (`populations.impact_energy`), of means (`populations.random_effects`) and of plans
+(`planning.bound`).
 
 Of what is measured of a run a moved input changes the angle that a reading means, and so the restitution,
 which follows from two angles by the energies of a rigid block. Instants do not matter. The rotation assumes a
