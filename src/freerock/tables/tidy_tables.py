@@ -32,10 +32,10 @@ from freerock.tables.choices import POSSIBLE
 from freerock.tables.populations import INPUT
 
 # Of impacts: columns, and their variables in the datasets, which not all of them have.
-KINDS_OF_R = ("", "_stderr", "_u", "_energy", "_energy_u")
-OF_IMPACTS = {f"r{kind}": f"restitution{kind}" for kind in KINDS_OF_R}
+OF_IMPACTS = {"r": "restitution", "r_stderr": "restitution_stderr", "r_u": "restitution_u"}
+OF_IMPACTS |= {"r_energy": "restitution_energy", "r_energy_u": "restitution_energy_u"}
 OF_IMPACTS |= {"delta": "delta", "delta_u": "delta_u"}
-PEAKS = {f"{name}_deg": name for name in ("peak_before", "peak_before_u")}
+PEAKS = {"peak_before_deg": "peak_before", "peak_before_u_deg": "peak_before_u"}
 OF_SELECTED = ("restitution_energy", "restitution_energy_u", "delta", "delta_u")  # of its impacts
 NUMBERS_OF_FIT = ("value", "stderr", "u_law", "u_total")
 OF_EVIDENCE = ("residual_over_noise", "noise_p", "sigma_r_low", "sigma_r_high", "n_parameters")
