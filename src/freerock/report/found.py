@@ -8,6 +8,7 @@ from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import MODEL_LABELS, PAPER_MODELS
 from freerock.report.printed import PROCEDURE, Labels, Printed, identified
 from freerock.tables.number_text import fixed, percent, quantity, unit_text, with_unit
+from freerock.tables.paper import QUOTED
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
 FORETOLD = "A run foretold by the others"
@@ -29,7 +30,7 @@ def printed_summary(frame: pd.DataFrame, runs: pd.DataFrame, labels: Labels) -> 
     for row in frame.to_dict("records"):
         parameters = [
             f"{SYMBOLS[name]} = {identified(row[name], row[f'{name}_u'])} {unit_text(PARAMETERS[name].unit)}"
-            for name in ("r", "k", "c", "lambda")
+            for name in QUOTED
             if pd.notna(row[name])
         ]
         longest = str(row["longest"]).split() if pd.notna(row["longest"]) else []
