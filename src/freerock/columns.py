@@ -1,8 +1,10 @@
 """The columns of the CSV tables: their name, unit and meaning, and which tables have them.
 
 `columns.csv` has a row per column, in the order in which a table has them. A name is changed there and where
-its rows are written: `tables/`, `planning/`, and of a netCDF variable `products/`; `report/` and `review/`
-read some by name. The site is made from it. The unit `unit` is that in the row's own column `unit`.
+its rows are written: `tables/`, `planning/`, `populations/`, and of a netCDF variable `products/`.
+`figures/`, `report/`, `review/` and the bench (`src/freerock_bench`) read some by name. Names of a parameter
+or a law, as `k_u` and `epsilon_housner`, are composed. The site is made from `columns.csv`. The unit `unit`
+is that in the row's own column `unit`.
 """
 
 import csv

@@ -1,4 +1,7 @@
-"""What made a product: its inputs, configuration, versions of the software, state of the code."""
+"""What made a product: its inputs, configuration, versions of the software, state of the code.
+
+Checksums of products are made in `jobs/make_report.py` and compared in `cli/verify_command.py`.
+"""
 
 import json
 import platform
