@@ -24,6 +24,7 @@ RAW, TRUTHS = ROOT / "raw/foreign", HERE / "truths.json"
 PEERS = ROOT / ".venv-peers/bin/python"
 REST_S, TILT_S, HOLD_S, FADE_S, AFTER_S = 1.5, 1.0, 1.4, 0.012, 1.6
 LEAST_RAD = 2e-3  # of swings whose impacts are told
+LEAST_SHARE = 0.01  # of the energy at the release
 
 
 def runs_of(scene):
@@ -69,8 +70,8 @@ def moved(scene, runs, until_s):
 def true_runs(block, theta, runs, known):
     """Of each release: when, from where, the impacts and what they leave: √(energy after / energy before).
 
-    Energies are those at the tops of the swings, the first that when the hand has left. Of an engine's box
-    they are those of a rigid block.
+    Energies are those at the tops of the swings; before the first impact it is that at the instant when the
+    hand has left. Of an engine's box they are those of a rigid block.
     """
     b, h = block["width_m"] / 2, block["height_m"] / 2
     critical, radius = math.atan2(b, h), math.hypot(b, h)
@@ -93,7 +94,8 @@ def true_runs(block, theta, runs, known):
             cosines = np.cos(np.maximum(critical - np.array(tops), 0.0))
             energy = 9.81 * radius * (cosines - math.cos(critical))
         # a bed with hysteresis may hold more energy at rest than in a low swing
-        high = [top > LEAST_RAD and at_top > 0 for top, at_top in zip(tops, energy, strict=True)]
+        high = np.array(tops) > LEAST_RAD
+        high &= np.array(energy) > LEAST_SHARE * energy[0]
         kept = [j for j in range(len(crossing)) if all(high[: j + 2])]
         instants = [time[c] + 1e-3 * part[c] / (part[c] - part[c + 1]) for c in crossing[kept]]
         left = [math.sqrt(energy[j + 1] / energy[j]) for j in kept]

@@ -7,7 +7,7 @@ from freerock.columns import columns_of
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
 from freerock.models.simulate import simulate_fitted
-from freerock.populations.band import bands, swings_of
+from freerock.populations.band import bands, peaks_of
 from freerock.populations.estimate import Estimate
 from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
@@ -30,7 +30,7 @@ def record(restitutions, stderr=1e-4):
 
 def test_peaks_are_those_of_the_closed_form():
     theta = simulate_fitted("housner", BLOCK, {"r": 0.9, "theta0": 0.17}, TIME)
-    peaks, times = swings_of(TIME, theta)
+    peaks, times = peaks_of(TIME, theta)
     exact = housner_swings(BLOCK, 0.9, 0.17, max_impacts=6)
     np.testing.assert_allclose(np.radians(peaks[:5]), exact.peak[1:6], rtol=2e-4)
     np.testing.assert_allclose(times[:5], exact.impact_time[:5], atol=1e-4)

@@ -81,3 +81,14 @@ def test_a_zero_that_scatter_takes_up_widens_u_where_chance_does_not_explain_it(
         tops = np.abs(fits[run].impacts.peak_after_rad[:N])
         grown = np.sqrt(whole[run].u_total ** 2 - plain[run].u_total ** 2)[1:] / plain[run].restitution[1:]
         np.testing.assert_allclose(grown, abs(zero) * (1 / tops[:-1] + 1 / tops[1:]) / 2, rtol=0.6)
+
+
+def test_a_run_without_free_impacts_has_the_usual_zero_of_wrong_ones():
+    fits, seen, _ = fitted(LEAN)
+    none = {"delta": np.zeros(0), "u_delta": np.zeros(0), "covariance": np.zeros((0, 0))}
+    fits = {run: replace(fit, evidence=replace(fit.evidence, agrees=False)) for run, fit in fits.items()}
+    plain = {run: impact_energy(fit, BLOCK, fit.impacts.time_s[:N]) for run, fit in fits.items()}
+    fits[3] = replace(fits[3], scatter=replace(fits[3].scatter, **none))
+    whole = with_law_error(plain, fits, seen, BLOCK)
+    for run, each in plain.items():
+        assert (whole[run].u_total[:-1] > each.u_total[:-1]).all()

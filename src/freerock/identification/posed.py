@@ -144,7 +144,7 @@ class Posed:
         return found
 
     def point(self, parameters: lmfit.Parameters, before: Floats | None = None) -> Point:
-        """Where parameters are; with the rates before impacts given [rad/s], those after them are held."""
+        """The point at lmfit's parameters; given rates before impacts [rad/s], it holds those after them."""
         value, names = [each.value for each in parameters.values()], self.model.names
         n, n_z = len(names), len(self.model.inputs)
         impacts = np.array(value[n + n_z :])

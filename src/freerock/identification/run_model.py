@@ -200,7 +200,7 @@ class Moved:
         return by_turned, by_z, rate + by_z * self.rates[:, 1] if self.rates.shape[1] > 1 else rate
 
     def read(self, place: Place | None = None, turned: float = 0.0, z_cb: float = 0.0) -> Floats:
-        """As `theta`.
+        """Rotation as the stated laboratory would read it [rad], at a place, or turned or sunk by more.
 
         Parameters
         ----------
@@ -396,7 +396,7 @@ class RunModel:
         return self.means(at, samples, rtol), self._averaged(columns, at, samples)
 
     def _averaged(self, columns: Floats, at: Point, samples: Samples) -> Floats:
-        """Derivatives at the middles of samples, as those of `means`."""
+        """Derivatives at the middles of samples, made those of `means` in place."""
         n, response_s2 = samples.middle_s.size, self._response_s2(at, samples)
         if response_s2 is None:
             columns[:n] *= math.sqrt(samples.m)

@@ -166,7 +166,7 @@ class Block:
         return self.h * s + self.e * cos, self.h * cos - self.e * s
 
     def moved(self, by: Mapping[str, float]) -> "Block":
-        """The block with some numbers larger by so much; those not given follow from the others before."""
+        """The block with some numbers larger by so much; one that is None starts from its default."""
         given = {name: getattr(self, name) for name in by}
         moved = replace(self, **{name: each + by[name] for name, each in given.items() if each is not None})
         if None not in given.values():

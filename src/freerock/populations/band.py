@@ -103,9 +103,9 @@ def foretold(
     for law, sigma_r in drawn:
         impacts = rng.normal(0.0, sigma_r, 4 * MOST_PEAKS) if sigma_r > 0 else np.zeros(0)
         point = Point(law | _released(own, motion, rng), inputs, impacts)
-        found = swings_of(enough_s, model.curve(point, enough_s))
+        found = peaks_of(enough_s, model.curve(point, enough_s))
         if found.shape[1] < n_peaks:
-            found = swings_of(whole_s, model.curve(point, whole_s))
+            found = peaks_of(whole_s, model.curve(point, whole_s))
         found = found[:, :n_peaks]
         rests = np.array([[0.0], [motion.time_s[-1]]])  # no peak, and no impact within the run
         drawn_swings.append(np.hstack([found, np.tile(rests, n_peaks - found.shape[1])]))
@@ -125,7 +125,7 @@ def _seed(own: Estimate) -> int:
     return zlib.crc32(f"{own.test} {own.run} {own.model}".encode())
 
 
-def swings_of(time_s: Floats, theta: Floats) -> Floats:
+def peaks_of(time_s: Floats, theta: Floats) -> Floats:
     """Largest |θ| after each zero crossing [°] and when that was [s], shape (2, n_swings)."""
     sign = np.sign(theta)
     before = np.flatnonzero(sign[1:] != sign[:-1])

@@ -41,6 +41,7 @@ RTOL, STEP_S = 1e-9, 5e-4  # of the integrator; between instants of the modelled
 RELATIVE, SHARE = 1e-4, 0.1  # steps: of a number, and of the uncertainty of an input
 LEAST = 1e-3  # of a force that the motion hardly determines, where it would become negative
 BEYOND = 2.0  # times the time between the last two impacts, for the top after the last one
+FEWEST = 3  # impacts of a run with a δ, which tell its zero
 APART = 0.25  # of the time between two impacts, by which a measured one may lie off that of the law
 
 
@@ -304,24 +305,28 @@ def with_law_error(
     block : Block
     """
     drawn = {run: fits[run] for run in energies if fits[run].impacts is not None}
-    if not drawn:
-        return dict(energies)
-    shares = {
-        run: _shares(fit, measured[run], block) for run, fit in drawn.items() if not fit.evidence.agrees
-    }
+    wrong = [run for run, fit in drawn.items() if not fit.evidence.agrees]
+    shares = {run: _shares(drawn[run], measured[run], block) for run in wrong}
     seen = np.concatenate([np.zeros(0), *shares.values()])
-    usual = float(np.sqrt(np.mean(seen**2))) if seen.size else 0.0
-    found, zeros = dict(energies), _zeros([*drawn.values()], block)
-    for (run, fit), zero in zip(drawn.items(), zeros.tolist(), strict=True):
+    usual, zeros = _root_mean_square(seen), _zeros(drawn, block)
+    usual_zero = _root_mean_square(np.array([zeros[run] for run in wrong if run in zeros]))
+    found = dict(energies)
+    for run, fit in drawn.items():
         r = energies[run].restitution
-        after = np.full(r.size, usual if run in shares else 0.0)
+        after = np.full(r.size, usual if run in wrong else 0.0)
         known = shares.get(run, np.zeros(0))[: r.size]
         after[: known.size] = known
         before = np.append(after[:1], after[:-1])
+        zero = zeros.get(run, usual_zero if run in wrong else 0.0)
         by_zero = zero * _per_zero(fit, block)[: r.size]
         of_law = r * np.sqrt((before**2 + after**2) / 4 + by_zero**2)
         found[run] = energies[run]._replace(u_total=np.hypot(energies[run].u_total, of_law))
     return found
+
+
+def _root_mean_square(values: Floats) -> float:
+    """That of some values; 0 without any."""
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
 
 
 def _shares(fit: "Fit", measured: Impacts, block: Block) -> Floats:
@@ -355,32 +360,39 @@ def _per_zero(fit: "Fit", block: Block) -> Floats:
     return np.asarray((slopes[:-1] + slopes[1:]) / 2)
 
 
-def _zeros(fits: "list[Fit]", block: Block) -> Floats:
-    """By how much the swings of each run may have another zero than the block at rest [rad], shape (n_runs,).
+def _zeros(fits: "Mapping[int, Fit]", block: Block) -> dict[int, float]:
+    """By how much the swings of each run may have another zero than the block at rest [rad].
 
     Of a least squares of δ: a constant and the zero of each run, a slope over the logarithm of the height. Of
     a law that leaves more than the noise the root of the squares of the zero and its standard uncertainty, of
-    one that agrees the zero where it is beyond chance; 0 where too few impacts are free.
+    one that agrees the zero where it is beyond chance, else 0. A run with few δ has none.
     """
-    rows, delta, weight = [], [], []
-    for j, fit in enumerate(fits):
-        assert fit.impacts is not None
-        n = min(fit.scatter.delta.size, fit.impacts.peak_after_rad.size)
-        tops, own = fit.impacts.peak_after_rad[:n], np.zeros((n, 2, len(fits)))
-        own[:, 0, j], own[:, 1, j] = np.sign(tops) * _per_zero(fit, block)[:n], 1.0
-        rows.append(np.column_stack([own[:, 0], own[:, 1], np.log(np.abs(tops))]))
-        delta.append(fit.scatter.delta[:n])
-        weight.append(1 / np.hypot(fit.scatter.u_delta[:n], fit.scatter.of_record.sigma_r))
-    design, seen, by = np.vstack(rows), np.concatenate(delta), np.concatenate(weight)
-    sound = np.isfinite(design).all(axis=1) & np.isfinite(by)
-    design, seen = design[sound] * by[sound, None], (seen * by)[sound]
-    free = len(seen) - design.shape[1]
+    rows = {run: own for run, fit in fits.items() if len(own := _rows_of_zero(fit, block)) >= FEWEST}
+    n, lengths = len(rows), [len(own) for own in rows.values()]
+    free = sum(lengths) - (2 * n + 1)
     if free <= 0:
-        return np.zeros(len(fits))
-    found, *_ = np.linalg.lstsq(design, seen, rcond=None)
-    zeros, variances = found[: len(fits)], np.diag(np.linalg.pinv(design.T @ design))[: len(fits)]
-    scatter = float(np.sum((seen - design @ found) ** 2)) / free
-    agree = np.array([fit.evidence.agrees for fit in fits])
-    t = np.abs(zeros) / np.sqrt(np.maximum(variances * scatter, np.finfo(float).tiny))
-    sure = np.where(2 * stdtr(free, -t) < REJECTS, np.abs(zeros), 0.0)
-    return np.where(agree, sure, np.hypot(zeros, np.sqrt(variances * min(scatter, 1.0))))
+        return {}
+    zero, one, height, seen = np.vstack([*rows.values()]).T
+    of_run = np.eye(n)[np.repeat(np.arange(n), lengths)]
+    design = np.column_stack([of_run * zero[:, None], of_run * one[:, None], height])
+    best, *_ = np.linalg.lstsq(design, seen, rcond=None)
+    variances = np.maximum(np.diag(np.linalg.pinv(design.T @ design)), 0.0)
+    scatter, found = float(np.sum((seen - design @ best) ** 2)) / free, dict[int, float]()
+    for run, value, variance in zip(rows, np.abs(best).tolist(), variances.tolist(), strict=False):
+        if fits[run].evidence.agrees:
+            t = value / math.sqrt(max(variance * scatter, np.finfo(float).tiny))
+            found[run] = value if 2 * stdtr(free, -t) < REJECTS else 0.0
+        else:
+            found[run] = math.hypot(value, math.sqrt(variance * min(scatter, 1.0)))
+    return found
+
+
+def _rows_of_zero(fit: "Fit", block: Block) -> Floats:
+    """Of each known δ: what a zero, a constant, the logarithm of the height add, and δ itself, over its u."""
+    assert fit.impacts is not None
+    n = min(fit.scatter.delta.size, fit.impacts.peak_after_rad.size)
+    tops, delta = fit.impacts.peak_after_rad[:n], fit.scatter.delta[:n]
+    per_zero = np.sign(tops) * _per_zero(fit, block)[:n]
+    by = 1 / np.hypot(fit.scatter.u_delta[:n], fit.scatter.of_record.sigma_r)
+    found = np.column_stack([per_zero, np.ones(n), np.log(np.abs(tops)), delta]) * by[:, None]
+    return np.asarray(found[np.isfinite(found).all(axis=1)])

@@ -12,7 +12,7 @@ from freerock.models.kernel import depth_at_rest
 
 CLOSE = 1e-14  # share of a reading to which the angle of a held block is found
 MOST = 12  # secants to that
-SMALL = 0.02  # rad: the series of an arctangent leaves 1e-16 of it
+SMALL = 0.02  # up to it the series of an arctangent is exact to 6e-17
 STILL = 1e-12  # rad: a horizontal beam shows it as it is
 BEYOND = 1.5  # rad: the block has fallen
 
@@ -49,7 +49,7 @@ def half_tangent(s, near, beam):
 
 @compiled(forceinline=True)
 def arctangent(x):
-    """atan x; of what is small by its series, to 1e-15."""
+    """atan x; of what is small by its series."""
     if abs(x) < SMALL:
         square = x * x
         return x * (1 - square * (1 / 3 - square * (1 / 5 - square / 7)))

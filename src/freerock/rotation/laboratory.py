@@ -88,7 +88,7 @@ class Laboratory:
         return cls(Block(**settings["block"]), lasers, tuple(Input(**each) for each in settings["inputs"]))
 
     def moved(self, by: Mapping[Input, float]) -> Self:
-        """The same with each of some inputs moved by so many of its standard uncertainties."""
+        """The laboratory with each of some inputs moved by so many of its standard uncertainties."""
         of_block, lasers, scales = dict[str, float](), {**self.lasers}, [*self.scales]
         clock, tilt, less_ms2 = self.clock, self.tilt, self.less_than_none_ms2
         for source, n in by.items():
