@@ -81,8 +81,7 @@ def find_impacts(
 
     The list ends at the first peak below `min_amplitude_sigmas` times σ_θ, or below `min_uplift_ratio` times
     the amplitude up to which the whole base touches. On a Winkler bed a block turned by θ touches along
-    sqrt(θ_uplift/θ) of its base: at twice that amplitude still along 71 %. Lower swings dissipate all the
-    time, and r is no property of an impact (`reasons_as_measured.reasons_of_impacts`).
+    sqrt(θ_uplift/θ) of its base. Lower swings dissipate all the time, and r is no property of an impact.
 
     Parameters
     ----------
