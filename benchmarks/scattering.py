@@ -12,11 +12,21 @@ import numpy as np
 import yaml
 
 from freerock.virtual_lab.published import BLOCKS, RELEASE_ANGLES, TABLE_2
-from freerock_bench.scattered import BEAMS_M, KNOWN, RATE_HZ, Truth, inputs, runs_of, volts_of
+from freerock_bench.scattered import BEAMS_M, FADES_S, KNOWN, RATE_HZ, RUNS, Run, Truth, inputs, volts_of
+from freerock_bench.springs import Motion, Scene
 
 ROOT = Path(__file__).parents[1]
 SIGMA_R, KNOWLEDGE = 0.02, "callipers"
 LABELS = {"config1": "Configuration #1", "config2": "Configuration #2", "config3": "Configuration #3"}
+
+
+def released(truth: Truth, draw: np.random.Generator) -> Run:
+    """A run that a hand lets go from the paper's angle, or from near it."""
+    law, deltas = truth.of_run(draw), truth.sigma_r * draw.standard_normal(400)
+    theta0 = float(RELEASE_ANGLES[truth.block_name] + np.radians(draw.uniform(-0.3, 0.3)))
+    impacts = np.column_stack([1 + deltas, np.ones((400, 2))])
+    scene = Scene(truth.block, law, False, theta0, draw.uniform(*FADES_S), impacts=impacts)
+    return Run(law, deltas, Motion(scene, RATE_HZ / truth.clock))
 
 
 def main(folder: Path) -> None:
@@ -33,7 +43,7 @@ def main(folder: Path) -> None:
         draw, law = np.random.default_rng([7, i]), "hunt_crossley"
         known = inputs(BLOCKS[name], BEAMS_M[name], KNOWLEDGE, draw)
         truth = Truth(law, "guided", name, base, SIGMA_R, 0.0, {**TABLE_2[base][law]}, KNOWLEDGE, **known)
-        volts, _ = volts_of(truth, runs_of(truth, draw, least=1.0), draw)
+        volts, _ = volts_of(truth, [released(truth, draw) for _ in range(RUNS)], draw)
         rows = np.column_stack([np.arange(len(volts)) / RATE_HZ, volts])
         head = {"delimiter": ",", "header": "time [s],laser [V]", "comments": ""}
         np.savetxt(raw / f"{name}_{base}.csv", rows, fmt=["%.5f", "%.6f"], **head)
