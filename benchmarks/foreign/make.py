@@ -95,7 +95,7 @@ def true_runs(block, theta, runs, known):
             energy = 9.81 * radius * (cosines - math.cos(critical))
         # a bed with hysteresis may hold more energy at rest than in a low swing
         high = np.array(tops) > LEAST_RAD
-        high &= np.array(energy) > LEAST_SHARE * energy[0]
+        high &= energy > LEAST_SHARE * energy[0]
         kept = [j for j in range(len(crossing)) if all(high[: j + 2])]
         instants = [time[c] + 1e-3 * part[c] / (part[c] - part[c + 1]) for c in crossing[kept]]
         left = [math.sqrt(energy[j + 1] / energy[j]) for j in kept]

@@ -325,7 +325,7 @@ def with_law_error(
 
 
 def _root_mean_square(values: Floats) -> float:
-    """That of some values; 0 without any."""
+    """Root mean square of some values; 0 without any."""
     return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
 
 
