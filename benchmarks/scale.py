@@ -66,10 +66,10 @@ rule printed_tables:
     output: PRINTED
     log: f"{L}/printed_tables.log"
     shell: "touch {output}"
-rule figures:
+rule figure:
     input: RECORDS, FITS, TABLES
-    output: DRAWN
-    log: f"{L}/figures.log"
+    output: files("figures/{n}.{suffix}", suffix=["png", "pdf", "csv", "txt"])
+    log: f"{L}/figure_{{n}}.log"
     shell: "touch {output}"
 rule report:
     input: RECORDS, FITS, PAGES, TABLES, PRINTED, DRAWN

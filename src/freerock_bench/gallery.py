@@ -24,7 +24,7 @@ MADE |= {"blocks": BLOCKS, "set_ups": "set_ups = settings.set_ups(campaign)"}
 
 def program(name: str) -> str:
     """Python that draws a figure from the folder of results of a campaign."""
-    reads = caption_of(f"freerock.figures.{name}")["reads"]
+    reads = caption_of(name)["reads"]
     given = [each if each in MADE else f'tables["{each}"]' for each in reads]
     lines, configured = ["import freerock"], bool({"blocks", "set_ups"} & {*reads})
     lines += ["from freerock.config import step_settings as settings"] * configured

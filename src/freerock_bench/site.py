@@ -164,7 +164,7 @@ def gallery() -> str:
         f"## {each['title']}\n\n"
         f"```{{figure}} images/report_{name}.png\n\n{each['caption']}\n```\n\n"
         f"```python\n{program(name)}\n```\n"
-        for name, each in ((name, caption_of(f"freerock.figures.{name}")) for name in FIGURES)
+        for name, each in ((name, caption_of(name)) for name in FIGURES)
     ]
     return "# Gallery\n\nAll records shown are simulated.\n\n" + "\n".join(figures)
 

@@ -13,7 +13,7 @@ from test_figures import BLOCKS, LABELS, texts
 
 from freerock.figures import captions, parameters, residuals, restitution
 from freerock.figures.captions import FIGURES
-from freerock.jobs import make_figures
+from freerock.jobs.make_figure import make_figure
 from freerock.tables.csvfile import write_csv
 from freerock_bench.gallery import program
 
@@ -29,12 +29,12 @@ def of_swings(tables):
 
 def test_each_figure_has_a_title_and_a_caption():
     for name in FIGURES:
-        assert {*captions.caption_of(f"freerock.figures.{name}")} == {"title", "caption", "reads"}
+        assert {*captions.caption_of(name)} == {"title", "caption", "reads"}
 
 
 def test_the_gallery_s_programs_take_what_a_figure_reads():
     for name in FIGURES:
-        reads = captions.caption_of(f"freerock.figures.{name}")["reads"]
+        reads = captions.caption_of(name)["reads"]
         draw = inspect.signature(import_module(f"freerock.figures.{name}").draw)
         assert list(draw.parameters) == [*reads, "origin", "labels"], name
         compile(program(name), name, "exec")
@@ -126,16 +126,14 @@ def test_a_law_that_is_rejected_leaves_the_band_of_chance_and_one_that_explains_
     assert own["zero off"] == pytest.approx(own["noise"])
 
 
-def test_a_caption_has_a_title_what_is_drawn_of_which_runs_and_that_it_is_simulated(
-    tables, tmp_path, monkeypatch
-):
-    monkeypatch.setattr(make_figures, "FIGURES", (restitution,))
+def test_a_caption_has_a_title_what_is_drawn_of_which_runs_and_that_it_is_simulated(tables, tmp_path):
     files = [tmp_path / f"{name}.csv" for name in ("runs", "restitution", "epsilon")]
     for file in files:
         write_csv(tables[file.stem], file)
     settings = {"origin": "simulated", "labels": LABELS, "scenes": [], "set_ups": {}}
     settings["blocks"] = {name: asdict(block) for name, block in BLOCKS.items()}
-    make_figures.make_figures(settings, [], [], files, tmp_path)
+    files = {"records": [], "fits": [], "tables": files}
+    make_figure(restitution, settings, files, tmp_path / "restitution")
     title, told = (tmp_path / "restitution.txt").read_text(encoding="utf-8").splitlines()
     assert title == "Restitution of each impact, from peaks."
     assert told.endswith(

@@ -17,10 +17,10 @@ from freerock.virtual_lab.write_tdms import write_tdms
 REPORT = {"report": 1, "complete": 1}
 PAGES = REPORT | {"quality": 2}
 PRINTED = REPORT | {"printed_tables": 1}
-AFTER_TABLES = PRINTED | {"figures": 1}
-AFTER_FITS = PAGES | AFTER_TABLES | {"tables": 1}
-EVERYTHING = AFTER_FITS | {"record": 2, "fit": 2}
-OF_ONE_RECORD = EVERYTHING | {"record": 1, "fit": 1, "quality": 1}
+AFTER_TABLES = PRINTED | {"figure": 5}
+AFTER_FITS = PAGES | AFTER_TABLES | {"tables": 1, "figure": 6}
+EVERYTHING = AFTER_FITS | {"record": 2, "fit": 2, "figure": 7}
+OF_ONE_RECORD = EVERYTHING | {"record": 1, "fit": 1, "quality": 1, "figure": 8}
 
 YAML = "config/campaigns/small.yaml"
 CSV = "config/campaigns/small.csv"
@@ -49,14 +49,14 @@ def test_a_record_added(checkout):
 
 def test_a_record_replaced(checkout):
     write_tdms(checkout / "raw/small/squat_mat.tdms", simulated("squat", 7))
-    assert checkout.planned() == OF_ONE_RECORD
+    assert checkout.planned() == OF_ONE_RECORD | {"figure": 7}
 
 
 def test_a_picture_deleted_is_drawn_again_alone(checkout):
     picture = checkout / "results/small/figures/restitution.png"
     before = picture.read_bytes()
     picture.unlink()
-    assert checkout.planned() == REPORT | {"figures": 1}
+    assert checkout.planned() == REPORT | {"figure": 1}
     assert checkout.snakemake().returncode == 0
     assert picture.read_bytes() == before
 
@@ -71,7 +71,7 @@ def test_a_picture_deleted_is_drawn_again_alone(checkout):
         (YAML, "title: Two", "fits: {debonding: tensionless}\ntitle: Two", AFTER_FITS | {"fit": 2}),
         (YAML, "title: Two", "processing: {rotation: {mains_hz: 60}}\ntitle: Two", EVERYTHING),
         (CSV, "tall,mat,high,,,,", "tall,mat,high,,,,cold day", REPORT),
-        (CSV, "squat,mat,low,,,,", "squat,mat,low,record,,wet base,", OF_ONE_RECORD),
+        (CSV, "squat,mat,low,,,,", "squat,mat,low,record,,wet base,", OF_ONE_RECORD | {"figure": 7}),
     ],
 )
 def test_a_line_of_the_configuration_edited(checkout, path, old, new, jobs):
@@ -85,8 +85,8 @@ def test_a_line_of_the_configuration_edited(checkout, path, old, new, jobs):
         ("src/freerock/identification/fit.py", "# a comment\n", {}),
         ("src/freerock/identification/fit.py", "EDITED = 1\n", AFTER_FITS | {"fit": 2}),
         ("src/freerock/records/tdms.py", "EDITED = 1\n", EVERYTHING),
-        ("src/freerock/figures/restitution.py", "EDITED = 1\n", REPORT | {"figures": 1}),
-        ("src/freerock/figures/freerock.mplstyle", "# edited\n", PAGES | {"figures": 1}),
+        ("src/freerock/figures/restitution.py", "EDITED = 1\n", REPORT | {"figure": 1}),
+        ("src/freerock/figures/freerock.mplstyle", "# edited\n", PAGES | {"figure": 8}),
         ("src/freerock/tables/tidy_tables.py", "EDITED = 1\n", AFTER_TABLES | {"tables": 1}),
         ("src/freerock/report/report.html.j2", "edited\n", PRINTED),
         ("src/freerock/config/campaign.py", "EDITED = 1\n", {}),

@@ -8,7 +8,7 @@ from freerock.config import step_settings as settings
 from freerock.config.campaign import check_options, load_config
 from freerock.config.review_log import log_of
 from freerock.errors import FreerockError
-from freerock.figures.captions import FIGURES, drawn_tables
+from freerock.figures.captions import FIGURES, caption_of, tables_of
 from freerock.files import listed_checksums
 from freerock.jobs.code_checksum import code_checksum
 from freerock.jobs.home import PACKAGE
@@ -37,6 +37,7 @@ config["descriptions"] = {name: settings.descriptions(section) for name, section
 
 wildcard_constraints:
     campaign="|".join(CAMPAIGNS),
+    figure="|".join(FIGURES),
     test=r"\w+",
 
 
@@ -62,6 +63,13 @@ def of_tests(product):
 def of_figures(suffix):
     """A file of each figure of a rule's campaign."""
     return [f"results/{{campaign}}/figures/{name}.{suffix}" for name in FIGURES]
+
+
+def figure_files(wildcards):
+    """Input function: datasets of all tests and tables that a figure reads."""
+    datasets = [kind for kind in ("records", "fits") if kind in caption_of(wildcards.figure)["reads"]]
+    files = {kind: of_tests(f"{kind}/{{test}}.nc")(wildcards) for kind in datasets}
+    return files | {"tables": expand(csv_tables(*tables_of(wildcards.figure)), campaign=wildcards.campaign)}
 
 
 def csv_tables(*names):
@@ -93,11 +101,11 @@ def products(name):
     of_campaign = [
         *rules.tables.output,
         *rules.printed_tables.output,
-        *rules.figures.output,
         *rules.report.output,
         *rules.complete.output,
     ]
-    return expand(of_record, campaign=name, test=RECORDS[name]) + expand(of_campaign, campaign=name)
+    made = expand(of_record, campaign=name, test=RECORDS[name]) + expand(of_campaign, campaign=name)
+    return made + expand(rules.figure.output, campaign=name, figure=FIGURES)
 
 
 def printed_table(name, suffix, title):

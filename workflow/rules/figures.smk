@@ -1,34 +1,29 @@
 """Figures of a campaign: modules of freerock.figures; captions.toml says title, caption and what they read."""
 
 
-rule figures:
+rule figure:
     input:
-        records=of_tests("records/{test}.nc"),
-        fits=of_tests("fits/{test}.nc"),
-        tables=csv_tables(*drawn_tables()),
+        unpack(figure_files),
     output:
-        png=[
-            report(
-                f"results/{{campaign}}/figures/{name}.png",
-                caption="../report/figure.rst",
-                category="{campaign}",
-                subcategory="Figures",
-                labels={"figure": name},
-            )
-            for name in FIGURES
-        ],
-        pdf=of_figures("pdf"),
-        data=of_figures("csv"),
-        captions=of_figures("txt"),
+        png=report(
+            "results/{campaign}/figures/{figure}.png",
+            caption="../report/figure.rst",
+            category="{campaign}",
+            subcategory="Figures",
+            labels={"figure": "{figure}"},
+        ),
+        pdf="results/{campaign}/figures/{figure}.pdf",
+        data="results/{campaign}/figures/{figure}.csv",
+        caption="results/{campaign}/figures/{figure}.txt",
     log:
-        "results/{campaign}/logs/figures.log",
+        "results/{campaign}/logs/figure_{figure}.log",
     priority: 1
     conda:
         "../envs/freerock.yaml"
     params:
-        code=code("figures"),
+        code=lambda w: code("figure", f"freerock.figures.{w.figure}"),
         settings=of_campaign(settings.figure_settings),
     message:
-        "{wildcards.campaign}: figures"
+        "{wildcards.campaign}: figure {wildcards.figure}"
     script:
-        "../scripts/figures.py"
+        "../scripts/figure.py"

@@ -109,7 +109,7 @@ def fit_settings(campaign: Campaign, record: Record) -> Settings:
 
 
 def figure_settings(campaign: Campaign) -> Settings:
-    """What `freerock.jobs.make_figures.make_figures` needs."""
+    """What `freerock.jobs.make_figure.make_figure` needs."""
     return {
         "origin": campaign.origin,
         "labels": drawn_labels(campaign),

@@ -1,0 +1,58 @@
+"""A figure of a campaign: what it shows is read, drawn and saved."""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from freerock.figures.captions import caption_of
+from freerock.figures.style import save
+from freerock.files import write_text
+from freerock.models.block import Block
+from freerock.products.groups import one_of_each, runs_of, usable_runs
+from freerock.products.netcdf import open_fits, open_record
+from freerock.tables.csvfile import read_csv
+from freerock.tables.number_text import SIMULATED_NOTE
+
+OF_RECORDS = ("time", "theta", "theta0", "release", "end", "frequency", "noise_density")  # shown
+OF_FITS = ("time", "theta", "theta_model", "residual", "epsilon_theta")
+DATASETS = {
+    "records": (partial(open_record, only=OF_RECORDS), usable_runs),
+    "fits": (partial(open_fits, only=OF_FITS), runs_of),
+}
+
+
+def make_figure(
+    figure: ModuleType, settings: Mapping[str, Any], files: Mapping[str, Sequence[str | Path]], stem: Path
+) -> None:
+    """Write a figure as `stem`.pdf and .png, the numbers drawn as .csv, the caption as .txt.
+
+    The first line of a caption is the figure's title, the second says what is drawn, of which runs and with
+    which errors.
+
+    Parameters
+    ----------
+    figure : module
+        Draws it, with functions draw and caption; its entry in `freerock.figures.captions` has its name.
+    settings : mapping
+        origin, labels, scenes (of the datasets), blocks and set_ups: plain values.
+    files : mapping
+        By kind: records and fits, the datasets of all tests (drawn is the first of each scene with a usable
+        or fitted run), and tables, as CSV. Needed are those that the figure reads.
+    stem : path
+        Files to write, without suffix.
+    """
+    scenes, origin, labels = (settings[name] for name in ("scenes", "origin", "labels"))
+    known: dict[str, Any] = {Path(path).stem: read_csv(path) for path in files["tables"]}
+    for kind, opened_and_usable in DATASETS.items():
+        if files[kind]:
+            known[kind] = one_of_each(files[kind], scenes, *opened_and_usable)
+    known["blocks"] = {name: Block(**block) for name, block in settings["blocks"].items()}
+    known["set_ups"] = settings["set_ups"]
+    told = caption_of(figure.__name__.rpartition(".")[2])
+    drawn, data = figure.draw(*(known[each] for each in told["reads"]), origin, labels)
+    save(drawn, data, stem, origin)
+    note = SIMULATED_NOTE if origin == "simulated" else ""
+    about = " ".join(filter(None, [told["caption"], figure.caption(data, labels), note]))
+    write_text(Path(f"{stem}.txt"), f"{told['title']}.\n{about}\n")
