@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from freerock.identification.fit import fit_run
 from freerock.identification.run_model import Point, RunModel, Samples
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import static_depth
 from freerock.models.laws import Foundation
 from freerock.rotation.beam import displaced, rotation_from_displacement
+from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
-from freerock.rotation.view import View, view_of
+from freerock.rotation.view import View, as_measured, view_of
 from freerock.runs.motion import Motion
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -83,6 +85,27 @@ def test_the_held_angle_is_the_one_that_is_seen(name, sign):
     true = view.released(theta0, BLOCK, SOIL)
     z_cb = static_depth(BLOCK, SOIL, true)
     assert_allclose(view.seen(np.array([[true]]), np.array([[z_cb]]), BLOCK, SOIL), theta0, rtol=1e-13)
+
+
+def test_theta0_of_a_fit_is_the_angle_seen_and_its_u_leaves_out_the_laser():
+    """The law tells the rotation; what a fit says of θ₀ is the reading, however badly the lever is known."""
+    time_s, view, sigma = np.arange(5e-4, 1.5, 5e-4), view_of(LEFT, BLOCK), 1e-4
+    seen_at = {**PARAMETERS, "theta0": 0.1715, "t0": 0.0}
+    held = view.released(seen_at["theta0"], BLOCK, SOIL)
+    theta = as_measured("hunt_crossley", BLOCK, seen_at, time_s, view)
+    theta += sigma * np.random.default_rng(1).standard_normal(time_s.size)
+    motion = Motion(time_s, theta, sigma, seen_at["theta0"], 1e-4, 1e-4, view=view)
+    fits = []
+    for u_m in (1e-5, 3e-3):
+        laboratory = Laboratory(BLOCK, {"left": LEFT}, (Input("left", "position_m", u_m, True),))
+        fits.append(fit_run("hunt_crossley", BLOCK, replace(motion, laboratory=laboratory)).params)
+    for params in fits:
+        value, u = params["theta0"].value, params["theta0"].stderr
+        assert abs(value - seen_at["theta0"]) < 4 * u < (value - held) / 4
+        bed = Foundation(params["k"].value, 0.0, params["lambda_"].value)
+        assert view.released(value, BLOCK, bed) == pytest.approx(held, abs=4 * u + 1e-4)
+    exact, rough = (params["theta0"].stderr for params in fits)
+    assert rough < 1.5 * exact < 0.1 * held * 3e-3 / LEFT.position_m  # what the lever does to the rotation
 
 
 def test_an_averaged_sine_is_smaller():
