@@ -4,17 +4,20 @@ import json
 import math
 import re
 
+import numpy as np
 import pandas as pd
 import pytest
 from fabricated import campaign, fits, record
 from reported import PUBLISHED, make, tables_of
 
 from freerock.config.review_log import Change
+from freerock.models.block import Block
 from freerock.report.found import printed_summary
 from freerock.report.limitations import limits
 from freerock.report.methods import REFERENCES
-from freerock.report.printed import AGAINST, TRUTH, printed_tables
+from freerock.report.printed import AGAINST, OF_BLOCKS, TRUTH, printed_tables
 from freerock.tables.number_text import percent, quantity
+from freerock.tables.paper import table1
 
 HOSTILE = "<script>alert(1)</script>&\"'"
 LABELS = {"b1": "Slender", "b2": "Squat", "marble": "Marble", "mat": "Soft mat"}
@@ -103,6 +106,33 @@ def test_printed_numbers_are_those_of_the_tables(tables):
     assert told["Hunt–Crossley"] == f"{hunt['r']:.3f}"
     assert printed["table1"].text.set_index("").loc["α / °", "Slender"] == "10"
     assert printed["table1"].text.set_index("").loc["θ_cr / °", "Slender"] == "14.04"
+
+
+@pytest.mark.parametrize("reason", ["hold_unseen", "braked"])
+def test_table_1_has_the_mean_angle_of_runs_that_were_held_and_u_of_shared_inputs_does_not_shrink(reason):
+    one, two = record(), record()
+    one["run_1"].attrs["reasons"] = json.dumps([["warn", reason, "why", None, None, "", ""]])
+    blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
+    frame = table1([one, two], blocks).set_index("block")
+    own, noise = frame.loc["b1"], np.degrees(1e-4)
+    assert own["n_runs"] == 3 and own["alpha_deg"] == pytest.approx((10.2 + 10.1 + 10.2) / 3)
+    shared = math.sqrt(0.02**2 - noise**2)
+    assert own["alpha_u_deg"] == pytest.approx(math.hypot(shared, noise / math.sqrt(3)))
+    assert own["alpha_std_deg"] == pytest.approx(np.std([10.2, 10.1, 10.2], ddof=1))
+    assert frame.loc["b2", ["alpha_deg", "alpha_u_deg", "alpha_std_deg"]].isna().all()
+
+
+def test_the_note_of_table_1_explains_what_stands_in_it(tables):
+    def printed(frame):
+        return printed_tables(tables | {"table1": frame}, "measured", labels=LABELS)["table1"]
+
+    whole = printed(tables["table1"])
+    row = tables["table1"].set_index("block").loc["b1"]
+    cells = whole.text.set_index("")["Slender"]
+    assert cells["α recorded / °"] == quantity(row["alpha_deg"], row["alpha_u_deg"])
+    assert all(each in whole.notes[0] for each in OF_BLOCKS.values())
+    unheld = printed(tables["table1"].assign(alpha_deg=math.nan, alpha_u_deg=math.nan))
+    assert "±" in whole.notes[0] and "±" not in unheld.notes[0]
 
 
 def test_table_2_has_each_block_by_the_papers_procedure_and_the_mean_of_a_foundation(tables):

@@ -24,6 +24,14 @@ TOLD = {  # where it occurs in a table
     "pivoting": "pivoting: about the corners; the paper holds the middle of the base.",
     "width free": "width free: the width in contact is identified (populations.csv).",
 }
+OF_BLOCKS = {  # by the head of a row of table 1
+    "α / °": "α: nominal release angle.",
+    "α recorded / °": "Recorded: as the sensor shows it, mean of the runs ± total standard uncertainty.",
+    "θ_cr / °": "θ_cr: critical angle.",
+    "R / m": "R: from corner to centre of mass.",
+    "p / (rad s⁻¹)": "p² = m g R over the moment of inertia about the corner.",
+    "r (Housner)": "r (Housner): ideal restitution of the rigid block.",
+}
 # Of simulated records beside published values, and of a law that the paper found worse.
 TRUTH = " (the records are simulated, so that agreement proves nothing; a wrong law takes another k̄)"
 AGAINST = "§: against the paper: impacts and motion count as exact, so that a wrong law may fit better."
@@ -77,7 +85,7 @@ def _table1(frame: pd.DataFrame, labels: Labels) -> Printed:
         "h/b": lambda row: _stated(row.slenderness),
         "m / kg": lambda row: _stated(row.mass_kg),
         "α / °": lambda row: _stated(row.alpha_nominal_deg),
-        "α recorded / °": lambda row: quantity(row.alpha_deg, row.alpha_std_deg),
+        "α recorded / °": lambda row: quantity(row.alpha_deg, row.alpha_u_deg),
         "θ_cr / °": lambda row: quantity(row.theta_cr_deg, digits=4),
         "R / m": lambda row: quantity(row.R_m, digits=4),
         "p / (rad s⁻¹)": lambda row: quantity(row.p_rad_s, digits=4),
@@ -90,8 +98,8 @@ def _table1(frame: pd.DataFrame, labels: Labels) -> Printed:
     text = pd.DataFrame(list(cells.values()), index=list(cells), columns=names)
     beside = len(names) <= MOST_BESIDE
     text = text.reset_index(names="") if beside else text.T.reset_index(names="Block")
-    about = "α: release angle; recorded: mean of the runs ± their standard deviation. θ_cr: critical angle."
-    return Printed(text, "Block configurations", [about])
+    told = [meaning for head, meaning in OF_BLOCKS.items() if head in cells]
+    return Printed(text, "Block configurations", [" ".join(told)])
 
 
 def _table2(frame: pd.DataFrame, labels: Labels, doi: str, simulated: bool) -> Printed:

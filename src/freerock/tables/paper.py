@@ -1,7 +1,7 @@
 """Tables 1 to 3 of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024), and each foundation, as numbers."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,12 @@ from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import MODELS, PAPER_MODELS, law_of
 from freerock.products.groups import usable_runs
+from freerock.products.storage import reasons_in
 from freerock.tables.choices import laws_of_foundations, rejected_laws
 
 Published = Mapping[str, Any] | None  # values by block, foundation, model and quantity
 QUOTED = ("r", "k", "c", "lambda")  # parameters of a foundation
+NOT_HELD = {"hold_unseen", "braked"}  # reasons of a run that begins at a peak, and so has no release angle
 
 
 def table1(
@@ -24,7 +26,7 @@ def table1(
     blocks: Mapping[str, Block],
     release_angles_deg: Mapping[str, float] | None = None,
 ) -> pd.DataFrame:
-    """Block configurations with the release angle as measured.
+    """Block configurations with the release angle as the sensor shows it, of runs whose hold was seen.
 
     Parameters
     ----------
@@ -40,10 +42,9 @@ def table1(
     pandas.DataFrame
         Columns of table1.csv but origin; a row per block.
     """
-    held: dict[str, list[float]] = {name: [] for name in blocks}
+    held: dict[str, list[xr.DataTree]] = {name: [] for name in blocks}
     for tree in records:
-        angles = (run["theta0"].item() for run in usable_runs(tree).values())
-        held[tree.attrs["block"]] += [abs(math.degrees(angle)) for angle in angles]
+        held[tree.attrs["block"]] += filter(_was_held, usable_runs(tree).values())
     rows = [
         {
             "block": name,
@@ -52,8 +53,7 @@ def table1(
             "slenderness": block.height_m / block.width_m,
             "mass_kg": block.mass_kg,
             "alpha_nominal_deg": (release_angles_deg or {}).get(name, math.nan),
-            "alpha_deg": np.mean(held[name]) if held[name] else math.nan,
-            "alpha_std_deg": np.std(held[name], ddof=1) if len(held[name]) > 1 else math.nan,
+            **_released_from(held[name]),
             "n_runs": len(held[name]),
             "theta_cr_deg": math.degrees(block.theta_cr),
             "R_m": block.R,
@@ -63,6 +63,29 @@ def table1(
         for name, block in blocks.items()
     ]
     return pd.DataFrame(rows)
+
+
+def _was_held(run: xr.DataTree) -> bool:
+    """Whether the sensor saw the angle from which a run was released."""
+    return not NOT_HELD & {reason.name for reason in reasons_in(run.attrs)}
+
+
+def _released_from(runs: Sequence[xr.DataTree]) -> dict[str, float]:
+    """Mean release angle of some runs of a block [degree], its total u, and the spread of the runs.
+
+    The noise of the runs averages out. Inputs and corners that sink are alike in all runs and do not.
+    """
+    angle, u, noise = (
+        np.degrees([abs(run[name].item()) for run in runs])
+        for name in ("theta0", "theta0_u", "theta0_stderr")
+    )
+    n = len(runs)
+    alike = np.sqrt(np.maximum(u**2 - noise**2, 0.0))
+    return {
+        "alpha_deg": float(angle.mean()) if n else math.nan,
+        "alpha_u_deg": math.hypot(alike.mean(), np.linalg.norm(noise) / n) if n else math.nan,
+        "alpha_std_deg": float(angle.std(ddof=1)) if n > 1 else math.nan,
+    }
 
 
 def table2(
