@@ -127,6 +127,32 @@ def test_what_can_not_be_added(capsys, words, place):
     assert line.startswith(f"{place}: ") and "; " in line
 
 
+OTHERS = {
+    "a length": ("mm", [5, 3], "'mm'"),
+    "a rotation": ("deg", [5, 3], "'deg'"),
+    "no number": ("V", [np.nan, np.nan], "no sample is a number"),
+}
+
+
+@pytest.mark.parametrize("case", OTHERS)
+@pytest.mark.parametrize("words", [[], ["--channel", "laser"]])
+def test_a_channel_that_is_not_the_lasers_is_refused(capsys, case, words):
+    """The laser scales volts."""
+    unit, samples, value = OTHERS[case]
+    write("stick/other.tdms", laser=(unit, samples), heat=("°C", [20, 21]))
+    (line,) = refused(capsys, "stick/other.tdms", "--block", "tall", *words)
+    assert line.startswith("stick/other.tdms: channel laser") and value in line and "; " in line
+
+
+def test_why_a_channel_cannot_be_read_is_told(capsys):
+    rows = [f"{i / 100},{i},{i if i != 400 else 'lost'}" for i in range(500)]
+    Path("stick/text.csv").write_text("time [s],heat [°C],laser [V]\n" + "\n".join(rows) + "\n")
+    for words in ([], ["--channel", "laser"]):
+        (line,) = refused(capsys, "stick/text.csv", "--block", "tall", *words)
+        assert line.startswith("stick/text.csv: channel laser: ")
+        assert "line 402" in line and "'lost'" in line
+
+
 def test_a_copy_that_fails_leaves_the_campaign_as_it_was(monkeypatch):
     before = CSV.read_bytes(), MANIFEST.read_bytes()
 

@@ -28,12 +28,13 @@ test,file,channel,block,foundation,laser
 a,a.tdms,,tall,marble,near
 b,b.tdms,top,tall,marble,table
 """
+RAMP = np.linspace(4, 6, 9)
 
 
-def write_volts(path, unit, *channels):
+def write_volts(path, unit, *channels, samples=RAMP):
     waveform = {"wf_increment": 1e-3, "wf_start_offset": 0.0, "unit_string": unit}
     with TdmsWriter(path) as writer:
-        writer.write_segment([ChannelObject("g", name, np.zeros(9), waveform) for name in channels])
+        writer.write_segment([ChannelObject("g", name, samples, waveform) for name in channels])
 
 
 @pytest.fixture
@@ -110,7 +111,7 @@ FILES = {
     ),
     "unit other than declared": (
         lambda raw: edit("config/campaigns/lab.yaml", "0.05}", "0.05, units: mA}"),
-        "config/campaigns/lab.csv:2: laser: lasers: units: 'mA' is declared and the file states 'V'; "
+        "config/campaigns/lab.csv:2: laser: 'mA' is declared and the file states 'V'; "
         "correct the one that is wrong, or name the channel that is meant",
     ),
     "no scale": (
@@ -179,4 +180,42 @@ def test_a_sample_that_cannot_be_read_is_a_problem_unless_its_record_is_excluded
     edit("config/campaigns/lab.csv", "foundation,laser\n", "foundation,laser,exclude,reason\n")
     edit("config/campaigns/lab.csv", "marble,near\n", "marble,near,record,damaged file\n")
     edit("config/campaigns/lab.csv", "marble,table\n", "marble,table,,\n")
+    assert problems() == []
+
+
+def test_every_file_is_read_and_doubts_stand_beside_problems(lab):
+    """A block of no name, no number, other units, text, a file that is gone, and thousandths of volts."""
+    still = np.full(600, 5.0)
+    swing = still + np.r_[np.zeros(300), np.sin(np.arange(300) / 20)]
+    write_volts(lab / "nan.tdms", "V", "laser", samples=still * np.nan)
+    write_volts(lab / "mm.tdms", "mm", "laser", samples=swing)
+    write_volts(lab / "deg.tdms", "deg", "laser", samples=swing)
+    write_volts(lab / "small.tdms", "V", "laser", samples=1e-3 * swing)
+    rows = [f"{i / 1000},{volts}" for i, volts in enumerate([*swing[:-1], "lost"])]
+    (lab / "text.csv").write_text("\n".join(["time [s],laser [V]", *rows]) + "\n")
+    files = ["nan.tdms", "mm.tdms", "deg.tdms", "text.csv", "gone.tdms", "small.tdms"]
+    tests = [f"{file.partition('.')[0]},{file},,tall,marble,near\n" for file in files]
+    Path("config/campaigns/lab.csv").write_text(CSV + "".join(tests) + "c,a.tdms,,short,marble,near\n")
+    sound, found, doubts = check_config()
+    assert sound == []
+    told = [str(each).removeprefix("config/campaigns/lab.csv:") for each in found]
+    assert [line.split(": ")[0:2] for line in told] == [
+        ["10", "block"],
+        ["4", "file"],
+        ["5", "laser"],
+        ["6", "laser"],
+        ["7", "file"],
+        ["8", "file"],
+    ]
+    assert "short" in told[0] and "raw/lab/nan.tdms" in told[1]
+    assert "range_m" in told[2] and "'mm'" in told[2] and "'deg'" in told[3]
+    assert "'lost'" in told[4] and "line 601" in told[4] and "raw/lab/gone.tdms" in told[5]
+    assert "config/campaigns/lab.csv:9: small" in [doubt.where for doubt in doubts]
+
+
+def test_a_table_of_volts_scales_no_length(lab):
+    write_volts(lab / "b.tdms", "mm", "top", "low")
+    (line,) = problems()
+    assert line.startswith("config/campaigns/lab.csv:3: laser: ") and "calibration" in line and "'mm'" in line
+    edit("config/campaigns/lab.yaml", ", calibration: table.csv", "")
     assert problems() == []

@@ -113,6 +113,18 @@ def test_a_new_campaign_lists_proposes_and_marks_what_is_to_be_filled_in(folder,
     assert all(": is still to be filled in; give " in blank for blank in blanks)
 
 
+def test_a_channel_that_cannot_be_read_is_to_be_filled_in(folder):
+    rows = [f"{i / 100},{i if i != 400 else 'lost'},{i}" for i in range(500)]
+    for name, unit in (("heat.csv", "°C"), ("load.csv", "V")):
+        (folder / name).write_text(f"time [s],laser [V],other [{unit}]\n" + "\n".join(rows) + "\n")
+    assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
+    cells = [line.split(",") for line in Path("config/campaigns/lab.csv").read_text().splitlines()]
+    found = {row[1]: (row[2], row[5]) for row in cells if len(row) > 5 and not row[0].startswith("#")}
+    assert found["heat.csv"] == (FILL_IN, FILL_IN)
+    assert found["load.csv"] == (FILL_IN, "laser2")
+    assert "laser3" not in Path("config/campaigns/lab.yaml").read_text()
+
+
 def test_filled_in_it_is_sound(folder):
     assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
     values = {"title": "Tests", "origin": "measured", "height_m": "0.28", "width_m": "0.07"}

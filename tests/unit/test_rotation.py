@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from freerock.config.processing import RotationOptions
+from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.flags import listed_faults
@@ -74,6 +75,15 @@ def test_the_same_motion_in_any_quantity(quantity):
     assert names(found) == []
     recorded = {"millivolts": "voltage", "sensitivity": "voltage", "calibration": "voltage"}
     assert recorded.get(quantity, "rotation" if quantity == "anticlockwise" else quantity) in found
+
+
+@pytest.mark.parametrize("scale", [{"range_m": 0.1}, {"sensitivity_per_mm": 0.1}, {"calibration": TABLE}])
+@pytest.mark.parametrize("stated", ["mm", "deg"])
+def test_a_scale_of_volts_is_no_scale_of_another_quantity(scale, stated):
+    laser = replace(HIGH, **{"range_m": None, **scale})
+    with pytest.raises(FreerockError) as caught:
+        find_rotation(TIME, volts(), laser, BLOCK, stated)
+    assert next(iter(scale)) in caught.value.what and repr(stated) in caught.value.what
 
 
 def test_a_bent_calibration_scales_the_noise_too():

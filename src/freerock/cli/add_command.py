@@ -15,15 +15,17 @@ from argparse import Namespace
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from freerock.cli.inspect_command import RecordLook, look_text, looks_to_take, take
-from freerock.cli.new_campaign_command import plain_name
+from freerock.cli.inspect_command import ChannelLook, RecordLook, look_text, looks_to_take, take
+from freerock.cli.new_campaign_command import plain_name, proposed
 from freerock.config.campaign import Source, campaign_paths, read_campaign
+from freerock.config.lasers import LaserSection
 from freerock.config.mistakes import refuse
 from freerock.config.record import rows_in
 from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError, attempt
 from freerock.files import CHECKSUM_COLUMNS, MANIFEST, atomic, listed_checksums, sha256, write_bytes
-from freerock.units import in_base_units
+from freerock.rotation.channel import CHECK, NO_NUMBER
+from freerock.rotation.sensor import recorded_of
 
 CELLS = ("channel", "block", "foundation", "laser")  # the same for all files of a command
 Row = dict[str, str]
@@ -149,24 +151,31 @@ def _channel(look: RecordLook, cells: Mapping[str, str], source: Source) -> str:
     """The cell of the channels: as requested, else the only one that may be the laser's."""
     lasers = [name.strip() for name in cells["laser"].split(";")]
     names = {channel.name: channel for channel in look.channels}
-    units = source.lasers[lasers[0]].units
-    fitting = [name for name, each in names.items() if not _contradiction(units, each.units)] or [*names]
+    first = source.lasers[lasers[0]]
+    fitting = [name for name, each in names.items() if not _fault(first, each)]
+    fitting = fitting or [channel.name for channel in proposed(look)] or [*look.faults]
     wanted = [name.strip() for name in cells["channel"].split(";")] if cells["channel"] else fitting
-    if cells["channel"] and (unknown := [name for name in wanted if name not in names]):
-        what = f"no channel {unknown[0]!r} that can be read; its channels are {', '.join(names)}"
-        raise FreerockError(look.path, what, "correct --channel")
+    for name in wanted:
+        if error := look.faults.get(name):
+            raise FreerockError(f"{look.path}: channel {name}", error.what, error.remedy)
+        if name not in names:
+            what = f"no channel {name!r} that can be read; its channels are {', '.join(names)}"
+            raise FreerockError(look.path, what, "correct --channel")
     if len(wanted) != len(lasers):
         what = f"has the channels {', '.join(names)}"
         raise FreerockError(look.path, what, "say which with --channel, those of two lasers as a;b")
     for laser, name in zip(lasers, wanted, strict=True):
-        if error := _contradiction(source.lasers[laser].units, names[name].units):
+        if error := _fault(source.lasers[laser], names[name]):
             where = f"{look.path}: channel {name} of laser {laser}"
             raise FreerockError(where, error.what, error.remedy)
     return "" if len(look.channels) + len(look.faults) == 1 else ";".join(wanted)
 
 
-def _contradiction(declared: str, stated: str) -> FreerockError | None:
-    found = attempt(in_base_units, [], declared, stated)
+def _fault(laser: LaserSection, channel: ChannelLook) -> FreerockError | None:
+    """Why a channel can't be the laser's."""
+    found = attempt(recorded_of, [], laser, channel.units)
+    if not isinstance(found, FreerockError) and channel.n_missing == channel.n_samples:
+        return FreerockError("laser signal", NO_NUMBER, CHECK)
     return found if isinstance(found, FreerockError) else None
 
 

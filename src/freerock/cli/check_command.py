@@ -4,8 +4,9 @@ example:
   freerock check palermo_virtual
 
 Lists every mistake of the configuration, and each record file, channel, unit, calibration and
-checksum that contradicts it. Improbable values, such as angles in radians or time in milliseconds,
-are printed as doubts. Doubts do not change the exit code. Nothing is written.
+checksum that contradicts it. Every file that can be read is read whole. Improbable values, such as
+angles in radians or time in milliseconds, are printed as doubts. Doubts do not change the exit code.
+Nothing is written.
 """
 
 import math
@@ -23,7 +24,6 @@ from freerock.config.step_settings import section_values
 from freerock.errors import FreerockError, attempt
 from freerock.files import check_file, listed_checksums, sha256
 from freerock.models.block import density_if_square
-from freerock.units import in_base_units
 
 if TYPE_CHECKING:
     from freerock.arrays import Floats
@@ -80,28 +80,29 @@ def check_config(
     problems : list of FreerockError
         All problems of all files.
     doubts : list of FreerockError
-        What is possible and unusual in the campaigns without a problem.
+        What is possible and unusual.
     """
     sound, problems, doubts = list[str](), list[FreerockError](), list[FreerockError]()
     for each in campaign_paths(path, campaign and [Path(campaign).stem], problems):
         source = read_campaign(each)
-        found = [*source.problems, *(check_files(source) if each.exists() else ())]
-        asked = [] if found else [*configuration_doubts(source), *signal_doubts(source, found)]
+        found, asked = check_files(source) if source.lines else ([], [])
+        found = [*source.problems, *found]
         problems += found
-        if not found and source.campaign:
+        doubts += [*configuration_doubts(source), *asked]
+        if not found:
             sound.append(f"{each.stem}: {len(source.records)} records")
-            doubts += asked
     return sound, problems, doubts
 
 
-def check_files(source: Source) -> Iterator[FreerockError]:
-    """Problems of the files that a campaign names, and of its manifest."""
+def check_files(source: Source) -> tuple[list[FreerockError], list[FreerockError]]:
+    """Problems of the files that a campaign names and of its manifest; what its records make doubtful."""
     if not Path(source.raw).is_dir():
-        yield FreerockError(source.where("raw"), f"there is no folder {source.raw}", "put the records there")
-        return
+        what = f"there is no folder {source.raw}"
+        return [FreerockError(source.where("raw"), what, "put the records there")], []
     from freerock.records.read import list_channels
     from freerock.rotation.sensor import read_calibration
 
+    problems, doubts = list[FreerockError](), list[FreerockError]()
     tables: Tables = {}
     unread: set[str] = set()  # files of which a problem says so
     for name, laser in source.lasers.items():
@@ -109,7 +110,7 @@ def check_files(source: Source) -> Iterator[FreerockError]:
             table = attempt(read_calibration, Path(source.raw, laser.calibration))
             if isinstance(table, FreerockError):
                 unread.add(laser.calibration)
-                yield _at(source.where("lasers", name, "calibration"), table)
+                problems.append(_at(source.where("lasers", name, "calibration"), table))
             else:
                 tables[name] = table
     csv = source.path.with_suffix(".csv")
@@ -120,8 +121,12 @@ def check_files(source: Source) -> Iterator[FreerockError]:
             contents[path] = attempt(list_channels, path)
         if isinstance(contents[path], FreerockError):
             unread.add(record.file)
-        yield from _record(f"{csv}:{line}", source, contents[path], record, tables)
-    yield from _manifest(source.raw, unread)
+        found = [*_record(f"{csv}:{line}", source, contents[path], record, tables)]
+        problems += found
+        untold = {name for name, laser in source.lasers.items() if laser.calibration and name not in tables}
+        if not (found or untold & {*record.lasers} or isinstance(contents[path], FreerockError)):
+            doubts += _signals(f"{csv}:{line}", source, record, problems)
+    return [*problems, *_manifest(source.raw, unread)], doubts
 
 
 def _manifest(raw: str, unread: set[str]) -> Iterator[FreerockError]:
@@ -160,9 +165,11 @@ def _record(
 def _unit(
     where: str, stated: str, laser: LaserSection, table: "Calibration | None"
 ) -> Iterator[FreerockError]:
-    found = attempt(in_base_units, [], laser.units, stated)
+    from freerock.rotation.sensor import recorded_of
+
+    found = attempt(recorded_of, [], laser, stated)
     if isinstance(found, FreerockError):
-        yield _at(where, found)
+        yield FreerockError(where, found.what, found.remedy)
         return
     if (quantity := found[1]) not in ("voltage", "current"):
         return
@@ -198,26 +205,28 @@ def configuration_doubts(source: Source) -> Iterator[FreerockError]:
     yield from _same_signal(csv, source)
 
 
-def signal_doubts(source: Source, problems: list[FreerockError]) -> Iterator[FreerockError]:
-    """What the user should look at again in the records, which takes some seconds to read.
-
-    Why a record can't be read is appended to `problems`.
-    """
-    campaign, csv = source.campaign, source.path.with_suffix(".csv")
-    if campaign is None:
+def _signals(
+    line: str, source: Source, record: Record, problems: list[FreerockError]
+) -> Iterator[FreerockError]:
+    """What the user should look at again in a record; why it can't be analysed is added to `problems`."""
+    campaign = source.campaign
+    if campaign is None or record.block not in campaign.blocks or {*record.lasers} - {*campaign.lasers}:
         return
-    for line, record in source.records:
-        for channel, laser in zip(record.channels, record.lasers, strict=True):
-            found = attempt(_channel, f"{csv}:{line}: {record.test}", campaign, record, channel, laser)
-            if isinstance(found, FreerockError):
-                problems += [] if record.excluded else [_at(f"{csv}:{line}: file", found)]
-            else:
-                yield from found
+    for channel, laser in zip(record.channels, record.lasers, strict=True):
+        found = attempt(_channel, f"{line}: {record.test}", campaign, record, channel, laser)
+        if isinstance(found, FreerockError):
+            path = campaign.file(record.test)
+            at = found.where if path in str(found.where) else f"{path}: {found.where}"
+            problem = FreerockError(f"{line}: file", f"{at}: {found.what}", found.remedy)
+            problems += [] if record.excluded else [problem]
+        else:
+            yield from found
 
 
 def _same_signal(csv: Path, source: Source) -> Iterator[FreerockError]:
     """Records whose signal is that of another record, in the same file or in a copy: it would count twice."""
-    known, first = dict(listed_checksums(source.raw)), dict[tuple[str, str], Record]()
+    listed, first = attempt(listed_checksums, source.raw), dict[tuple[str, str], Record]()
+    known = {} if isinstance(listed, FreerockError) else listed
     for line, record in source.records:
         if record.file not in known and (path := Path(source.raw, record.file)).is_file():
             known[record.file] = sha256(path)
@@ -262,16 +271,18 @@ def _block(where: str, block: BlockSection, planned: Iterable[float]) -> Iterato
 def _channel(where: str, campaign: Campaign, record: Record, channel: str, name: str) -> list[FreerockError]:
     """Doubts about the rate, the length and the size of one channel of a record."""
     from freerock.records.read import read_record
-    from freerock.rotation.sensor import laser_of
+    from freerock.rotation.channel import flagged
+    from freerock.rotation.sensor import laser_of, recorded_of
 
     block, laser = campaign.blocks[record.block], campaign.lasers[name]
     known, path = campaign.processing.rotation, campaign.file(record.test)
     read = read_record(path, channel or None, time_unit=known.time_unit, rate_hz=known.sampling_rate_hz)
     (signal,) = read.data_vars.values()
-    values, quantity = in_base_units(signal.values, laser.units, str(signal.attrs["units"]))
-    sensor = laser_of(section_values(laser, "uncertainty"), campaign.raw)
-    swept, doubts = _swept_deg(values, quantity, sensor, block), list[tuple[str, str]]()
     rate, p = float(read.attrs["sampling_rate_hz"]), block.block.p
+    sensor = laser_of(section_values(laser, "uncertainty"), campaign.raw)
+    values, quantity = recorded_of(signal.values, sensor, str(signal.attrs["units"]))
+    flagged(values, 1 / rate, sensor, quantity)
+    swept, doubts = _swept_deg(values, quantity, sensor, block), list[tuple[str, str]]()
     critical, nominal = math.degrees(block.block.theta_cr), block.release_angle_deg
     unit = "is the unit of time right?"
     if rate < LEAST_SAMPLES * p:

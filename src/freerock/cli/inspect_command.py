@@ -84,7 +84,10 @@ class ChannelLook:
 
 @dataclass(frozen=True)
 class RecordLook:
-    """A record file: its name, checksum, format and channels, and by name why others can't be read."""
+    """A record file: its name, checksum, format and channels, and by name why others can't be read.
+
+    `damaged` names those of the others that hold numbers.
+    """
 
     path: Path
     sha256: str
@@ -92,6 +95,7 @@ class RecordLook:
     format: str
     channels: Sequence[ChannelLook]
     faults: Mapping[str, FreerockError]
+    damaged: Sequence[str]
 
 
 def look_into(path: str | Path) -> RecordLook:
@@ -103,14 +107,16 @@ def look_into(path: str | Path) -> RecordLook:
         The file can't be read at all, see `freerock.records.read.read_record`.
     """
     path, kind, channels, faults = Path(path), "", list[ChannelLook](), dict[str, FreerockError]()
-    for name in list_channels(path):
+    listed = list_channels(path)
+    for name in listed:
         record = attempt(read_record, path, name)
         if isinstance(record, FreerockError):
             faults[name] = record
         else:
             kind = record.attrs["format"]
             channels.append(_in_short(name, record))
-    return RecordLook(path, sha256(path), path.stat().st_size, kind, channels, faults)
+    damaged = [name for name in faults if not listed[name].fault]
+    return RecordLook(path, sha256(path), path.stat().st_size, kind, channels, faults, damaged)
 
 
 def look_to_take(path: Path) -> RecordLook:

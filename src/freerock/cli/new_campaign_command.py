@@ -122,15 +122,15 @@ def _copy(looks: Sequence[RecordLook], raw: Path) -> None:
         raise
 
 
-def _proposed(look: RecordLook) -> Sequence[ChannelLook]:
-    """The channels that may be the sensor's: those whose unit is one of a sensor, else all."""
+def proposed(look: RecordLook) -> Sequence[ChannelLook]:
+    """The channels that may be the sensor's: those with a sensor's unit, else all if none is damaged."""
     known = [channel for channel in look.channels if understood(channel.units)]
-    return known or look.channels
+    return known or ([] if look.damaged else look.channels)
 
 
 def _sensors(looks: Sequence[RecordLook]) -> Sensors:
     """Name of a laser for each quantity and unit that the records' sensors have."""
-    kinds = [_kind(channel) for look in looks for channel in _proposed(look)]
+    kinds = [_kind(channel) for look in looks for channel in proposed(look)] or [("", "")]
     return {kind: f"laser{number}" for number, kind in enumerate(dict.fromkeys(kinds), 1)}
 
 
@@ -156,16 +156,18 @@ def _csv_text(looks: Sequence[RecordLook], refused: Sequence[FreerockError], sen
     rows.writerow(Record.model_fields)
     taken: set[str] = set()
     for look in looks:
-        among = _proposed(look)
-        out.write(_comment(f"{look.path.name}: {', '.join(map(_in_words, look.channels))}"))
-        if len({(each.n_samples, each.rate_hz, each.start_s) for each in among}) > 1:
-            tests = [(f"{look.path.stem}_{each.name}", each.name, each) for each in among]  # a test each
-        else:
-            channel = "" if len(look.channels) == 1 else among[0].name if len(among) == 1 else FILL_IN
-            tests = [(look.path.stem, channel, among[0])]
-        for test, channel, each in tests:
-            cells = [_test_name(test, taken), look.path.name, channel, "block1", "foundation1"]
-            cells.append(sensors[_kind(each)])
+        among = proposed(look)
+        told = [*map(_in_words, look.channels), *(f"{name} (cannot be read)" for name in look.faults)]
+        out.write(_comment(f"{look.path.name}: {', '.join(told)}"))
+        lasers = [sensors[_kind(each)] for each in among] or [FILL_IN]
+        tests = [(look.path.stem, FILL_IN, lasers[0])]
+        if len({(each.n_samples, each.rate_hz, each.start_s) for each in among}) > 1:  # a test each
+            names = [each.name for each in among]
+            tests = [(f"{look.path.stem}_{name}", name, own) for name, own in zip(names, lasers, strict=True)]
+        elif len(among) == 1 and not look.damaged:
+            tests = [(look.path.stem, among[0].name if len(look.channels) > 1 else "", lasers[0])]
+        for test, channel, laser in tests:
+            cells = [_test_name(test, taken), look.path.name, channel, "block1", "foundation1", laser]
             rows.writerow(cells + [""] * (len(Record.model_fields) - len(cells)))
     for error in refused:
         out.write(_comment(f"left out: {error}"))

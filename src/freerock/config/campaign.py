@@ -10,7 +10,7 @@ from pathlib import Path
 from freerock.config import values
 from freerock.config.campaign_file import CampaignFile
 from freerock.config.lasers import LaserSection
-from freerock.config.mistakes import ConfigError, refuse, validate
+from freerock.config.mistakes import refuse, validate
 from freerock.config.record import Record, read_records
 from freerock.config.values import Name, Section, key
 from freerock.config.yaml_lines import Lines, place, read_yaml
@@ -100,8 +100,8 @@ def load_campaign(path: str | Path, table: bytes | None = None) -> Campaign:
     'simulated'
     """
     source = read_campaign(path, table)
-    if source.campaign is None:
-        raise ConfigError(source.problems)
+    refuse(source.problems)
+    assert source.campaign
     return source.campaign
 
 
@@ -156,7 +156,7 @@ class Source:
     path : Path
         The YAML file.
     campaign : Campaign or None
-        None where there are problems.
+        Of the sound records; None where the YAML file has problems.
     lasers : dict of str to LaserSection
         Empty where the YAML file has problems.
     raw : str
@@ -197,7 +197,7 @@ def read_campaign(path: str | Path, table: bytes | None = None) -> Source:
             problems.append(FreerockError(f"{csv}:{line}: laser", what, remedy))
     raw = str((data or {}).get("raw") or "").strip().rstrip("/") or f"raw/{path.stem}"
     campaign = None
-    if file and not problems:
+    if file:
         fields = {**dict(file), "raw": raw, "name": path.stem}
         campaign = Campaign.model_construct(**fields, records=tuple(record for _, record in records))
     lasers = file.lasers if file else {}

@@ -27,9 +27,10 @@ from freerock.noise.still import Phase
 from freerock.noise.still_signal import COARSE_STEP, StillSignal, lattice_step
 from freerock.rotation.beam import sensitivity
 from freerock.rotation.flags import FLAGS, Fault, flag_samples, flagged_faults, shares
-from freerock.rotation.sensor import Laser, distance_from_output, looks_like_current
-from freerock.units import BASE, in_base_units
+from freerock.rotation.sensor import Laser, distance_from_output, looks_like_current, recorded_of
+from freerock.units import BASE
 
+NO_NUMBER = "no sample is a number"
 CHECK = "check the channel, the cable and the sensor's range"
 LARGEST = 1e9  # in any unit: beyond it nothing was measured
 ROUNDED = 0.32  # of a coarse converter's step: the line that rounding alone makes of a slow one is no higher
@@ -89,9 +90,9 @@ def read_channel(
     time_s and values have the shape (n_time,): time [s], every `step` seconds, and the signal as the file has
     it, in `stated_unit` ("" where it states none) or the unit that the laser declares.
     """
-    recorded, quantity = in_base_units(values, laser.units, stated_unit)
+    recorded, quantity = recorded_of(values, laser, stated_unit)
     unit, suffix = BASE[quantity], SUFFIX[BASE[quantity]]
-    flags = _flagged(recorded, step, laser, quantity)
+    flags = flagged(recorded, step, laser, quantity)
     valid = np.where(flags == 0, recorded, np.nan)
     lattice = lattice_step(valid)
     signal = StillSignal(time_s, valid, step, options.window_s, lattice)
@@ -137,12 +138,12 @@ def read_channel(
     )
 
 
-def _flagged(recorded: Floats, step: float, laser: Laser, quantity: str) -> Flags:
-    """The flags of a channel; refuses one from which no rotation can come."""
+def flagged(recorded: Floats, step: float, laser: Laser, quantity: str) -> Flags:
+    """The flags of a channel in the unit used inside; refuses one from which no rotation can come."""
     unit, limits = BASE[quantity], laser.limits(quantity)
     finite = np.isfinite(recorded)
     if not finite.any():
-        raise FreerockError("laser signal", "no sample is a number", CHECK)
+        raise FreerockError("laser signal", NO_NUMBER, CHECK)
     numbers = recorded if finite.all() else recorded[finite]
     low, high = float(numbers.min()), float(numbers.max())
     largest = max(abs(low), abs(high))

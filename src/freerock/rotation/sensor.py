@@ -15,7 +15,7 @@ from freerock.config.lasers import LaserKeys, LaserSection
 from freerock.config.mistakes import refuse, validate
 from freerock.errors import FreerockError, of_kind
 from freerock.rotation.flags import Limits
-from freerock.units import CHANNEL_UNITS, understood
+from freerock.units import CHANNEL_UNITS, in_base_units, understood
 
 
 @dataclass(frozen=True)
@@ -182,6 +182,23 @@ def looks_like_current(volts: Floats, laser: Laser) -> bool:
     low, high = float(np.nanmin(volts)), float(np.nanmax(volts))
     within = laser.valid_low_ma <= low and high <= laser.valid_high_ma
     return within and float(np.ptp(beyond)) > SEVERAL_LEVELS
+
+
+def recorded_of(values: ArrayLike, laser: Laser | LaserSection, stated: str) -> tuple[Floats, str]:
+    """Values of a laser's channel in the unit used inside, and their quantity; `stated` is the file's unit.
+
+    Raises
+    ------
+    FreerockError
+        As of `in_base_units`; a laser that scales an output, and a file that states another quantity.
+    """
+    recorded, quantity = in_base_units(values, laser.units, stated)
+    scale = next((name for name in SCALES if getattr(laser, name) is not None), "")
+    if scale and not laser.units and quantity not in ("voltage", "current"):
+        what = f"{scale} scales volts or milliamperes, and the file states {stated!r}"
+        remedy = f"correct that unit, or name a laser without {scale}"
+        raise FreerockError("lasers: units", what, remedy)
+    return recorded, quantity
 
 
 def distance_from_output(
