@@ -117,7 +117,7 @@ def test_a_run_without_impacts_names_what_its_record_lost(flag, share, told):
     flags = np.where(share * TIME[-1] > TIME, flag, 0).astype(np.uint8)
     lossy = signal_of(TIME, GOOD.signal.theta, 1e-5, flags)
     (reason,) = verdict_on(replace(GOOD, n_impacts=2, signal=lossy)).reasons
-    assert reason.text == f"2 impacts, fewer than 3{told}"
+    assert reason.text == f"2 zero crossings, fewer than 3{told}"
 
 
 def test_every_key_of_a_reason_is_one_of_the_configuration():

@@ -16,6 +16,7 @@ from freerock.report.found import printed_summary
 from freerock.report.limitations import limits
 from freerock.report.methods import REFERENCES
 from freerock.report.printed import AGAINST, OF_BLOCKS, TRUTH, printed_tables
+from freerock.report.runs import printed_runs
 from freerock.tables.number_text import percent, quantity
 from freerock.tables.paper import table1
 
@@ -185,6 +186,12 @@ def test_notes_say_that_records_were_made_with_the_published_values_and_where_la
     third["n_runs"] = second["n_runs"] = 1
     assert TRUTH not in notes("table2", "simulated")
     assert all(notes(name, "simulated").startswith("One run of each block") for name in ("table2", "table3"))
+
+
+def test_a_zero_crossing_is_called_no_impact(tables):
+    runs = tables["runs"].assign(n_impacts=54)
+    told = printed_runs(runs, tables["choice"], LABELS, len(runs)).text
+    assert {*told["Zero crossings"]} == {"54"} and {*told["Impacts with r"]} == {"0", "4"}
 
 
 def test_every_run_stands_with_its_verdict_and_reasons(page):

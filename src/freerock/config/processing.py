@@ -53,7 +53,7 @@ class RunLimits(Section):
         Time the finger takes to leave [s]: no sample is used from as long before the release to as long
         after it. Also the standard error of a release set by hand.
     min_impacts : int
-        Fewer impacts are a fail.
+        Fewer zero crossings of θ are a fail.
     max_flagged_fraction : float
         A larger share of invalid samples from the end of the hold to rest is a fail, a smaller one a warning.
     max_push_fraction : float
@@ -71,7 +71,7 @@ class RunLimits(Section):
     window_s: Positive = key("the window in which a still block is sought, in seconds", 0.25)
     held_s: Positive = key("how long before the release θ0 is read, in seconds", 1.0)
     finger_s: NotNegative = key("how long the finger takes to leave, in seconds; not fitted", 0.03)
-    min_impacts: Whole = key("the least number of impacts; with fewer the run fails", 3, ge=0)
+    min_impacts: Whole = key("the least number of zero crossings of θ; with fewer the run fails", 3, ge=0)
     max_flagged_fraction: Number = key(
         "the largest share of invalid samples; above it the run fails", 0.02, ge=0, le=1
     )

@@ -75,7 +75,7 @@ def run_picture(found: Analysed, number: int, block: Block, means: bool = True) 
         "facts": [
             ["α", f"{quantity(*release_angle_of(run))}°"],
             ["σ", f"{quantity(math.degrees(sigma), digits=2)}°"],
-            ["Impacts", impacts_of(run)],
+            ["Motion", impacts_of(run)],
         ],
         "impacts": {source: _impacts(data, release - own, block) for source, (data, own) in sources.items()},
         "r_housner": block.restitution_housner,

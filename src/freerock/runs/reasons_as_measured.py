@@ -100,13 +100,13 @@ def let_go(run: Facts) -> Iterator[Reason]:
 
 
 def recorded(run: Facts) -> Iterator[Reason]:
-    """There are enough impacts, and the samples are valid."""
+    """There are enough zero crossings, and the samples are valid."""
     fewest = run.limits.min_impacts
     if run.n_impacts < fewest:
         lost = invalid_in(run.signal, run.limits.max_flagged_fraction)
         longer = "record longer, or " * (run.rest is None)
         told = f"; in its record, {lost}" if lost else f": {longer}release at a larger angle"
-        text = f"{run.n_impacts} impacts, fewer than {fewest}{told}"
+        text = f"{run.n_impacts} zero crossings, fewer than {fewest}{told}"
         yield Reason.beyond(run.limits, "few_impacts", text, run.n_impacts)
     watched = run.signal.during(run.beginning.release.watched_s, run.end_s)
     theta, flags = run.signal.theta[watched], run.signal.flags[watched]

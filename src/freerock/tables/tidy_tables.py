@@ -59,9 +59,9 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Columns of runs.csv: release_s is on the record's clock [s], duration_s the time from release to
-        rest [s], angles in degrees, theta0_u_deg the total uncertainty of theta0_deg; n_impacts are seen,
-        n_restitution of them have a restitution. Failed and excluded runs are rows like any other, with their
-        reasons.
+        rest [s], angles in degrees, theta0_u_deg the total uncertainty of theta0_deg; n_impacts are zero
+        crossings, n_restitution impacts have a restitution. Failed and excluded runs are rows like any
+        other, with their reasons.
     """
     rows = []
     for tree, number, run, verdict, reasons in _judged(records, fits):
