@@ -55,20 +55,20 @@ def test_numbers_are_macros_of_letters_alone(datasets):
     assert lines[0].startswith("% The records are simulated")
     names = [re.fullmatch(r"\\newcommand\{\\(fr[a-zA-Z]+)\}\{.+\}", line)[1] for line in lines[1:]]
     populations, epsilon = tidy["populations"], tidy["epsilon"]
-    told = (populations["level"] != "campaign") & ~(
-        (populations["level"] == "foundation") & (populations["model"] == "winkler")  # rejected by all runs
-    )
-    means = told.sum() + len(epsilon[["test", "model"]].drop_duplicates())
-    assert len(set(names)) == len(names) == 2 + means
+    told = (populations["level"] != "campaign") & (populations["model"] == "hunt_crossley")
+    n_epsilon = epsilon.query("model == 'hunt_crossley'")["test"].nunique()
+    assert len(set(names)) == len(names) == 2 + told.sum() + n_epsilon  # runs reject the other laws
+    assert not any("Housner" in name or "Winkler" in name for name in names)
     assert r"\newcommand{\frRuns}{9}" in lines
-    assert r"\newcommand{\frBOneMarbleHousnerR}{0.9570 $\pm$ 0.0018}" in lines
     assert any(line.startswith(r"\newcommand{\frmeanMarbleHuntCrossleyK}{(6.88") for line in lines)
-    assert r"\newcommand{\frBOneMarbleWinklerEpsilon}{2.00 \%}" in lines
     choice = tidy["choice"]
-    one = choice.index[(choice["model"] == "winkler") & (choice["foundation"] == "marble")][0]
-    choice.loc[one, "status"] = "also_possible"
-    means = [line for line in numbers_tex(tidy).splitlines() if r"{\frmean" in line and "Winkler" in line]
-    assert [re.search(r"frmean(\w+)", line)[1] for line in means] == ["MarbleWinklerK", "MarbleWinklerC"]
+    of_block = (choice["block"] == "b1") & (choice["foundation"] == "marble") & (choice["model"] == "winkler")
+    choice.loc[choice.index[of_block][0], "status"] = "also_possible"
+    lines = [line for line in numbers_tex(tidy).splitlines() if "Winkler" in line]
+    named = {re.search(r"\\(fr\w+)", line)[1] for line in lines}
+    of_record = {f"frBOneMarbleWinkler{each}" for each in ("K", "C", "Epsilon")}
+    assert named == of_record | {"frmeanMarbleWinklerK", "frmeanMarbleWinklerC"}
+    assert r"\newcommand{\frBOneMarbleWinklerEpsilon}{2.00 \%}" in lines
 
 
 @pytest.mark.skipif(not has_latex(), reason="needs pdflatex with booktabs and siunitx")
@@ -88,7 +88,7 @@ def test_tables_fit_the_columns_of_a_journal(tmp_path, datasets, name):
     (tmp_path / "numbers.tex").write_text(numbers_tex(tidy_tables(*datasets)), encoding="utf-8")
     refer = " ".join(rf"\ref{{tab:{stem}}}" for stem in tables)
     log = compiles(
-        tmp_path, "booktabs,graphicx,siunitx", ["numbers", *tables], rf"\frBOneMarbleHousnerR {refer}"
+        tmp_path, "booktabs,graphicx,siunitx", ["numbers", *tables], rf"\frBOneMarbleHuntCrossleyK {refer}"
     )
     assert not re.findall(r"Overfull \\hbox \([\d.]+pt", log)
     assert "Float too large" not in log

@@ -156,13 +156,16 @@ def test_a_fit_of_the_paper_that_is_no_likeness_is_marked(tables):
     table = tables["table2"].copy()
     far = (table["model"] == "housner") & (table["block"] == "b1") & (table["foundation"] == "marble")
     table.loc[far, "epsilon_theta"] = 0.79
+    stops = (table["parameter"] == "r") & (table["block"] == "b2") & (table["foundation"] == "marble")
+    table.loc[stops, "paper"] = 0.00286
     apart = (table["model"] == "winkler") & (table["block"] == "b1") & (table["foundation"] == "marble")
     table.loc[apart & (table["parameter"] == "k"), "paper_high"] *= 2.1
     printed = printed_tables(tables | {"table2": table}, "simulated", labels=LABELS)["table2"]
     assert printed.text["Marble"][1] == "no fit † [0.958]" and "⁶ ‡, c = " in printed.text["Marble"][2]
     own = {*printed.text[printed.text.iloc[:, 0].str.startswith("Housner")]["Marble"]}
+    assert {text.partition(" [")[0] for text in own} == {"no fit †", "rejected"}
     assert not any("±" in text for text in own)  # whose mean says nothing
-    assert "†: ε_θ above 50 %" in printed.notes[0] and "‡: runs differ" in printed.notes[0]
+    assert "†: ε_θ above 50 %, or r < 0.01" in printed.notes[0] and "‡: runs differ" in printed.notes[0]
 
 
 def test_notes_say_that_records_were_made_with_the_published_values_and_where_laws_change_places(tables):

@@ -15,11 +15,12 @@ PROCEDURE = "by the paper's own procedure: one motion over the whole run, no inp
 MOST_IMPACTS, MOST_ROWS = 8, 40  # in the table of restitution, of a run and of a page
 MOST_BESIDE = 4  # blocks that have a column each
 FAR = 0.5  # ε_θ above it is no likeness: set on Palermo, where 0.3 still swings and 0.51 lies still
+STOPS = 0.01  # r below it is no restitution: the block stops at its first impact
 APART = 2.0  # runs of one scene whose values differ by more have no common value
 KINDS = ("paper's procedure", "inputs and impacts free")  # of identification
 TOLD = {  # where it occurs in a table
     "Hunt–Crossley": "Hunt–Crossley: the paper's proposal.",
-    "†": "†: ε_θ above 50 %.",
+    "†": "†: ε_θ above 50 %, or r < 0.01: the block stops at its first impact.",
     "‡": "‡: runs differ over twofold.",
     "pivoting": "pivoting: about the corners; the paper holds the middle of the base.",
     "width free": "width free: the width in contact is identified (populations.csv).",
@@ -160,7 +161,8 @@ def _by_procedure(rows: Sequence[Any]) -> str:
     told = []
     for row in rows:
         apart = " ‡" * (row.paper_high > APART * row.paper_low)
-        text = f"{_symbol(row)} = {quantity(row.paper)}{apart}" if row.epsilon_theta <= FAR else "no fit †"
+        unlike = row.epsilon_theta > FAR or (row.parameter == "r" and row.paper < STOPS)
+        text = "no fit †" if unlike else f"{_symbol(row)} = {quantity(row.paper)}{apart}"
         told.append(text + (f" [{quantity(row.published)}]" if math.isfinite(row.published) else ""))
     return ", ".join(dict.fromkeys(told))
 

@@ -134,8 +134,8 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     str
         A file to `\input`: `\frRecords`, `\frRuns`; of each record the mean parameters of its runs with
         u_total and unit, as `\frConfigTwoMarbleHuntCrossleyK`, and the median ε_θ; of each foundation
-        the mean over its records, as `\frmeanMarbleHuntCrossleyK` (no test begins in lower case), unless
-        all its runs reject the law.
+        the mean over its records, as `\frmeanMarbleHuntCrossleyK` (no test begins in lower case). None of a
+        law that the runs of a block on a foundation reject, of a mean those of all blocks.
     """
     runs, named = tidy["runs"], dict[str, str]()
 
@@ -150,14 +150,16 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     rejected = rejected_laws(tidy["choice"])
     populations = tidy["populations"]
     for row in populations[populations["level"] != "campaign"].itertuples():
-        if row.level == "foundation" and ("", row.foundation, row.model) in rejected:
+        if (row.block if row.level == "record" else "", row.foundation, row.model) in rejected:
             continue
         value = value_text(row.mean, row.u_total, row.unit)
         of = _letters(row.test) if row.level == "record" else f"mean{_letters(row.foundation)}"
         macro([of, *map(_letters, (row.model, row.parameter))], value)
     usable = tidy["epsilon"][tidy["epsilon"]["success"]]
-    for (test, model), epsilon in usable.groupby(["test", "model"], sort=False)["epsilon_theta"]:
-        macro([_letters(test), _letters(model), "Epsilon"], f"{quantity(100 * epsilon.median())} %")
+    for (test, *law), own in usable.groupby(["test", "block", "foundation", "model"], sort=False):
+        if tuple(law) not in rejected:
+            text = f"{quantity(100 * own['epsilon_theta'].median())} %"
+            macro([_letters(test), _letters(law[-1]), "Epsilon"], text)
     notes = [f"% {SIMULATED_NOTE}"] * ("simulated" in set(runs["origin"]))
     lines = [rf"\newcommand{{\{name}}}{{{text}}}" for name, text in named.items()]
     return "\n".join([*notes, *lines, ""])
