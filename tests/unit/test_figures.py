@@ -23,6 +23,7 @@ from freerock.figures import (
 from freerock.figures.captions import FIGURES
 from freerock.figures.looks import extremes
 from freerock.models.block import Block
+from freerock.models.laws import MODEL_LABELS, PAPER_MODELS
 from freerock.products.netcdf import open_record, write_failure
 from freerock.runs.verdict import Reason
 from freerock.tables.number_text import quantity
@@ -70,11 +71,15 @@ def test_foundation_effect_says_where_runs_last_longest_and_whether_they_do_in_t
     data = pd.DataFrame(scenes, columns=["block", "foundation", "time_s"])
     labels = {"b1": "Block 1, h/b = 4", "b2": "Block 2, h/b = 2", "marble": "Marble"}
     told = foundation_effect.caption(data, labels)
-    assert told.endswith(" on Marble, as in the paper: Block 1; on Marble, against the paper: Block 2.")
+    assert told.startswith("Every block rocks longer on Marble.")
+    assert told.endswith(" the same of Block 1, the reverse of Block 2.")
     data.loc[3, "time_s"] = 3.0
-    other = foundation_effect.caption(data, labels)
-    assert other.endswith(" on Marble, as in the paper: Block 1; on aerstop, as in the paper: Block 2.")
-    assert foundation_effect.caption(data).endswith(" last those on marble: b1; on aerstop: b2.")
+    told = foundation_effect.caption(data, labels)
+    assert told.startswith("Block 1 rocks longer on Marble. Block 2 rocks longer on aerstop.")
+    assert told.endswith(" the same of Block 1 and Block 2.")
+    assert foundation_effect.caption(data) == "b1 rocks longer on marble. b2 rocks longer on aerstop."
+    other = data.replace({"foundation": {"aerstop": "mat"}})
+    assert "paper" not in foundation_effect.caption(other, labels)  # it has another foundation
     assert "aerstop" not in foundation_effect.caption(data[data["foundation"] == "marble"], labels)
 
 
@@ -97,9 +102,8 @@ def test_comparison_has_the_three_laws_below_each_other_with_epsilon_in_the_lege
     np.testing.assert_allclose(law["residual_over_theta0"], off / release, atol=1e-12)
     residual = datasets[1][1]["run_1/hunt_crossley"]["residual"].values
     assert free["residual_over_sigma"].iloc[0] == pytest.approx(np.degrees(residual[0]) / 0.01)
-    legend = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert legend[:4] == ["simulated record", "Housner", "Winkler", "Hunt–Crossley"]
-    assert legend[4:] == ["Δθ/σ: Hunt–Crossley", "95 % of the noise"]
+    assert legend(figure)[:4] == ["simulated record", "Housner", "Winkler", "Hunt–Crossley"]
+    assert legend(figure)[4:] == ["Δθ/σ: Hunt–Crossley", "95 % of the noise"]
     epsilon = datasets[1][0]["run_1/winkler"]["epsilon_theta"].item()
     told = figure.axes[0].texts[0].get_text()
     assert told.split(", ")[1] == quantity(100 * epsilon, digits=2)
@@ -117,6 +121,10 @@ def test_comparison_says_of_a_failed_fit_that_it_failed():
     assert data.empty and "no fitted run" in texts(figure)
 
 
+def legend(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
 def drawn_restitution(records, fitted, labels=None, origin="simulated"):
     tables = runs_table(records), restitution_table(records, fitted), epsilon_table(fitted)
     return restitution.draw(*tables, BLOCKS, origin, labels)
@@ -131,15 +139,56 @@ def test_restitution_has_a_panel_per_scene_and_leaves_out_excluded_runs(datasets
     assert ("b1_marble", 3) not in shown and ("b1_marble", 2) in shown
     modelled = data[data["source"] != "experiment"]
     assert set(modelled["run"]) == {1} and set(modelled["source"]) == {"housner", "winkler", "hunt_crossley"}
-    (legend,) = figure.legends
-    told = {text.get_text() for text in legend.get_texts()}
-    assert told == {
+    assert {*legend(figure)} == {
         "rigid block (Housner 1963)",
         "95 % of impacts, selected law and σ$_r$",
         "simulated record: run 1",
         "run 2",
         *("Housner", "Winkler", "Hunt–Crossley"),
     }
+
+
+def test_a_legend_names_each_run_that_is_drawn_with_its_record():
+    records = [record("a", n_runs=1), record("b", n_runs=2), record("b2_mat", "b2", "mat", n_runs=1)]
+    figure, _ = drawn_restitution(records, [fits(each) for each in records], origin="measured")
+    assert legend(figure)[:3] == ["measured: record 1, run 1", "b, run 1", "b, run 2"]
+    drawn = {bars.get_label(): bars.lines[0].get_marker() for ax in figure.axes for bars in ax.containers}
+    named = [handle.get_marker() for handle in figure.legends[0].legend_handles[:3]]
+    assert named == list(drawn.values()) == ["o", "s", "^"]
+    alone, _ = drawn_restitution(records[:2], [fits(each) for each in records[:2]])
+    assert legend(alone)[0] == "simulated record: a, run 1"
+
+
+def test_of_many_runs_a_legend_names_the_first_and_counts_the_others():
+    records = [record(f"t{i}", n_runs=2) for i in range(7)]
+    figure, _ = drawn_restitution(records, [fits(each) for each in records])
+    assert legend(figure)[11:13] == ["t5, run 2", "2 more runs"]
+
+
+def test_restitution_has_a_band_only_where_impacts_scatter_about_a_line_that_is_drawn():
+    tree, band = record("b1_mat", "b1", "mat"), "95 % of impacts, selected law and σ$_r$"
+    figure, data = drawn_restitution([tree], [fits(tree)])
+    assert band in legend(figure) and "Band" in restitution.caption(data)
+    assert set(data["selected"]) == {"hunt_crossley"} and set(data["sigma_r"]) == {0.006}
+    pivoting = fits(tree, models=(*PAPER_MODELS, "hunt_crossley_pivoting"))
+    figure, data = drawn_restitution([tree], [pivoting])
+    assert band not in legend(figure) and "Band" not in restitution.caption(data)
+    assert MODEL_LABELS["hunt_crossley_pivoting"] in restitution.caption(data)
+    rigid = fits(tree)
+    tables = runs_table([tree]), restitution_table([tree], [rigid]), epsilon_table([rigid])
+    figure, data = restitution.draw(*tables[:2], tables[2].assign(sigma_r=0.0), BLOCKS, "simulated")
+    assert band not in legend(figure) and "Band" not in restitution.caption(data)
+
+
+def test_words_about_a_law_without_a_line_lie_below_all_that_is_drawn():
+    tree = record("b1_mat", "b1", "mat")
+    tables = runs_table([tree]), restitution_table([tree], [fits(tree)]), epsilon_table([fits(tree)])
+    absent = tables[1][tables[1]["source"] != "housner"]
+    (ax,) = (figure := restitution.draw(tables[0], absent, tables[2], BLOCKS, "simulated")[0]).axes
+    figure.draw_without_rendering()
+    assert "Housner" not in legend(figure)
+    lowest = min(np.nanmin(line.get_ydata()) for line in ax.lines)
+    assert ax.texts[0].get_window_extent().y1 < ax.transData.transform((0, lowest))[1]
 
 
 def test_the_set_up_is_drawn_to_scale():
@@ -153,7 +202,8 @@ def test_the_set_up_is_drawn_to_scale():
     assert figure.axes[0].get_aspect() == 1
     assert {"200 mm", "10 mm", "$θ_{cr}$", "R"} <= {*texts(figure)}
     assert data["theta_cr_deg"].tolist() == pytest.approx([np.degrees(BLOCKS["b1"].theta_cr)] * 3)
-    assert set_up.caption(data, LABELS) == "Slender block on Marble, mat."
+    assert set_up.caption(data, LABELS).endswith(" Slender block on Marble, mat.")
+    assert "Arrows" in set_up.caption(data) and "Arrows" not in set_up.caption(data[data["beam"] == ""])
 
 
 def test_quality_has_a_page_per_run_with_verdict_and_reasons(datasets):
@@ -248,7 +298,7 @@ def foretold():
     return pd.DataFrame(rows)
 
 
-def test_predictions_draw_the_band_of_the_first_run_and_the_peaks_of_all():
+def test_predictions_draw_the_band_of_the_run_with_most_peaks_and_the_peaks_of_all():
     table = foretold()
     figure, data = predictions.draw(table, "simulated", LABELS)
     assert len(figure.axes) == 2 and data is table
@@ -256,10 +306,21 @@ def test_predictions_draw_the_band_of_the_first_run_and_the_peaks_of_all():
     np.testing.assert_allclose(band.get_paths()[0].vertices[:, 1].min(), 7 / 8)
     _, *runs = figure.axes[0].lines
     np.testing.assert_allclose(runs[1].get_ydata(), 8.0 / np.arange(1, 9) + 0.2)
-    assert predictions.caption(data).startswith("Law: Hunt–Crossley. ")
+    assert "Law: Hunt–Crossley. " in predictions.caption(data)
     assert f"{table['inside'].sum()} of 32 peaks" in predictions.caption(data)
-    empty, _ = predictions.draw(table[:0], "simulated")
+    empty, none = predictions.draw(table[:0], "simulated")
     assert any("nothing is foretold" in text for text in texts(empty))
+    assert "Band" in predictions.caption(data) and "Band" not in predictions.caption(none)
+
+
+def test_predictions_of_runs_of_one_peak_have_no_band_and_name_none():
+    table = foretold()
+    shortened = table[(table["run"] == 2) | (table["peak"] == 1)]
+    figure, _ = predictions.draw(shortened, "simulated")
+    assert len(figure.axes[0].collections) == 1 and len(figure.axes[0].lines[0].get_xdata()) == 8
+    figure, _ = predictions.draw(table[table["peak"] == 1], "simulated")
+    assert not figure.axes[0].collections
+    assert legend(figure) == ["simulated record: run 1", "run 2"]
 
 
 @given(st.lists(st.floats(-1e3, 1e3) | st.just(np.nan), max_size=300), st.integers(1, 50))

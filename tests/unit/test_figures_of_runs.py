@@ -8,6 +8,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 from fabricated import RATE_HZ, campaign, fits, record, tidy_tables
+from matplotlib.colors import to_hex
 from matplotlib.path import Path as MplPath
 from test_figures import BLOCKS, LABELS, texts
 
@@ -49,7 +50,26 @@ def test_parameters_have_a_row_per_run_record_and_foundation(tables):
     own = data[(data["level"] == "run") & (data["parameter"] == "k")]
     np.testing.assert_allclose(own["value"], 6.88e6)
     assert {"Slender block", "Marble, all records"} <= {*texts(figure)}
-    assert parameters.caption(data) == "Law: Hunt–Crossley, selected for 7 of 7 runs. 4 records."
+    told = parameters.caption(data)
+    assert told.startswith("Law: Hunt–Crossley, selected for 7 of 7 runs. 4 records. ")
+    assert all(word in told for word in ("Circles", "Squares", "ellipse"))
+
+
+def test_parameters_explain_only_markers_that_are_drawn(tables):
+    choice = tables["choice"][tables["choice"]["test"] == "b2_mat"]  # its one run has no row beside the mean
+    means = tables["populations"][tables["populations"]["level"] == "record"]
+    _, data = parameters.draw(tables["parameters"], means, choice, "simulated")
+    told = parameters.caption(data[data["test"] == "b2_mat"])
+    assert "Diamonds" in told and not any(word in told for word in ("Circles", "Squares"))
+
+
+def test_ellipses_have_the_colour_of_their_record_s_name(tables):
+    drawn = [tables[name] for name in ("parameters", "populations", "choice")]
+    figure, _ = parameters.draw(*drawn, "simulated", LABELS)
+    names, ellipses = figure.axes[0].get_yticklabels(), figure.axes[2].lines
+    assert len({to_hex(line.get_color()) for line in ellipses}) == 2
+    assert to_hex(ellipses[0].get_color()) == to_hex(names[0].get_color())
+    assert to_hex(ellipses[-1].get_color()) == to_hex(names[-2].get_color())
 
 
 def test_an_ellipse_holds_95_percent_and_is_as_tilted_as_its_correlation():
@@ -95,7 +115,7 @@ def test_parameters_are_of_the_law_of_each_foundation(tables):
         "λ / (N s m⁻³)",
         "k / (N m⁻²)",
     ]
-    on_marble, on_mat = parameters.caption(data, LABELS).removeprefix("Laws: ").split("; ")
+    on_marble, on_mat, *_ = parameters.caption(data, LABELS).removeprefix("Laws: ").split("; ")
     assert re.fullmatch(r"Housner \(Marble\), selected for (\d) of \1 runs", on_marble)
     assert re.match(r"Hunt–Crossley \(mat\), selected for \d of \d runs\. ", on_mat)
 

@@ -68,18 +68,29 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """On which foundation the run of each block lasts longest, and whether it does so in the paper."""
     if data["foundation"].nunique() < 2:
         return "There is one foundation: none is compared." if len(data) else "No run can be drawn."
-    named, told = labels or {}, dict[str, list[str]]()
+    named, of_base, of_paper = labels or {}, dict[str, list[str]](), dict[str, list[str]]()
     for block, curves in data.astype({"block": str}).groupby("block", sort=False):
         last = curves.groupby("foundation", sort=False)["time_s"].max()
         longest = str(last.idxmax())
         name, _, slenderness = named.get(str(block), str(block)).partition(", h/b = ")
-        where, paper = f"on {named.get(longest, longest)}", OF_PAPER.get(slenderness)
-        if paper in last:
-            where += ", as in the paper" if longest == paper else ", against the paper"
         if len(last) > 1:
-            told.setdefault(where, []).append(name)
-    longest = "; ".join(f"{where}: {in_words(blocks)}" for where, blocks in told.items())
-    return f"Longest (paper: Spanos et al. 2017, figure 2) last those {longest}."
+            of_base.setdefault(named.get(longest, longest), []).append(name)
+        if {*OF_PAPER.values()} <= {*last.index} and slenderness in OF_PAPER:
+            found = "the same" if longest == OF_PAPER[slenderness] else "the reverse"
+            of_paper.setdefault(found, []).append(name)
+    more, n = "longer" if data["foundation"].nunique() == 2 else "longest", data["block"].nunique()
+    told = [f"{_who(blocks, n)} {more} on {base}." for base, blocks in of_base.items()]
+    if of_paper:
+        whose = ", ".join(f"{found} of {in_words(blocks)}" for found, blocks in of_paper.items())
+        told.append(f"The paper (Spanos et al. 2017, figure 2) finds {whose}.")
+    return " ".join(told) or "No block rocks on two foundations: none is compared."
+
+
+def _who(blocks: Sequence[str], n: int) -> str:
+    """Which of n blocks rock."""
+    if len(blocks) == n > 1:
+        return "Every block rocks"
+    return f"{in_words(blocks)} rock{'s' * (len(blocks) == 1)}"
 
 
 def _releases(tree: xr.DataTree) -> list[Release]:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -29,6 +30,7 @@ LOOKS: dict[str, tuple[Style, str]] = {
     "record": ({"fmt": "D", "color": "0.15", "markersize": 4}, "mean of a record"),
     "foundation": ({"fmt": "s", "color": "#0a5bd3", "markersize": 5}, "mean of the records"),
 }
+BRIGHTEST = 0.75  # of the colour map, as a text on white can be read
 MARGIN = np.sqrt(5.991)  # of an ellipse that holds 95 %, in standard uncertainties
 
 
@@ -66,7 +68,8 @@ def draw(
     for line, (base, rows) in zip(axes, of_base.items(), strict=True):
         own = data[data["foundation"] == base]
         for i, (ax, name) in enumerate(zip(line, names[base], strict=False)):
-            _panel(ax, own[own["parameter"] == name], rows, named=i == 0)
+            _panel(ax, own[own["parameter"] == name], rows)
+            _name_rows(ax, rows, _shades(own), named=i == 0)
             ax.set_xlabel(style.axis_of(name) if name != "r" else "restitution r")
             _numbered(ax.xaxis)
         for ax in line[len(names[base]) :]:
@@ -84,7 +87,7 @@ def draw(
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """Of which laws the parameters are, and how many runs and records are drawn."""
+    """Of which laws the parameters are, of how many runs and records; what bars, markers and ellipses are."""
     if data.empty:
         return "No law is selected for any run."
     known, told = labels or {}, list[str]()
@@ -93,7 +96,23 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
         several = data["model"].nunique() > 1
         told.append(f"{MODEL_LABELS[model]}{f' ({on})' * several}, selected for {named}")
     drawn = number_of(data["test"].replace("", pd.NA).nunique(), "record")
-    return f"Law{'s' * (len(told) > 1)}: {'; '.join(told)}. {drawn.capitalize()}."
+    laws = f"Law{'s' * (len(told) > 1)}: {'; '.join(told)}. {drawn.capitalize()}."
+    return " ".join([laws, *_symbols(data)])
+
+
+def _symbols(data: pd.DataFrame) -> list[str]:
+    """What bars, markers and ellipses are, of those that are drawn."""
+    of_base = [own for _, own in data.groupby("foundation")]
+    told = ["Bars: 95 % by the total uncertainty."]
+    if any(run for own in of_base for _, run in _rows(own, None)):
+        told.append("Circles: runs.")
+    told.append("Diamonds: means of records.")
+    if (data["level"] == "foundation").any():
+        told.append("Squares: means of the records of a foundation.")
+    if any(own["parameter"].nunique() > 1 for own in of_base):
+        told.append("Right: both parameters of each run, in the colour of its record's name.")
+        told.append("The ellipse holds 95 % of their uncertainty; they are correlated.")
+    return told
 
 
 def _data(
@@ -138,7 +157,7 @@ def _rows(own: pd.DataFrame, labels: Labels) -> dict[tuple[str, str], str]:
     return rows
 
 
-def _panel(ax: Axes, own: pd.DataFrame, rows: Mapping[tuple[str, str], str], named: bool) -> None:
+def _panel(ax: Axes, own: pd.DataFrame, rows: Mapping[tuple[str, str], str]) -> None:
     """One parameter of a foundation, a row below the other."""
     places = {key: i for i, key in enumerate(rows)}
     for level, (look, text) in LOOKS.items():
@@ -154,37 +173,48 @@ def _panel(ax: Axes, own: pd.DataFrame, rows: Mapping[tuple[str, str], str], nam
             ax.errorbar(value, place, xerr=half, capsize=0, elinewidth=1.2, zorder=3, label=text, **look)
     ax.grid(axis="y", visible=False)
     ax.margins(x=0.05)
+
+
+def _name_rows(ax: Axes, rows: Mapping[tuple[str, str], str], shades: Mapping[str, Any], named: bool) -> None:
+    """The names of the rows, each in the colour of its record's ellipses."""
     ax.set_yticks(range(len(rows)), rows.values() if named else [""] * len(rows))
     ax.set_ylim(len(rows) - 0.4, -0.6)
-    for text, (_, run) in zip(ax.get_yticklabels(), rows, strict=True):
-        text.set_fontweight("normal" if run else "bold")
+    for text, (test, run) in zip(ax.get_yticklabels(), rows, strict=True):
+        text.set(fontweight="normal" if run else "bold", color=shades.get(test, "black"))
+
+
+def _shades(own: pd.DataFrame) -> dict[str, Any]:
+    """A colour for each record of a foundation."""
+    tests = own[own["level"] == "run"]["test"].unique()
+    return dict(zip(tests, colormaps["inferno"](np.linspace(0, BRIGHTEST, len(tests))), strict=True))
 
 
 def _numbered(axis: Any) -> None:
-    """Two numbers with powers of ten along an axis, of as many digits as tell them apart."""
+    """Ticks along an axis, with powers of ten and as many digits as tell them apart; along x at both ends."""
     low, high = axis.get_view_interval()
-    ticks = MaxNLocator(2, steps=[1, 2, 5, 10]).tick_values(low, high)
+    ticks = MaxNLocator(5, steps=[1, 2, 5, 10]).tick_values(low, high)
     ticks = [tick for tick in ticks if low < tick < high]
-    ticks = ticks[:1] + ticks[1:][-1:]
-    texts = ([quantity(tick, digits=digits) for tick in ticks] for digits in range(2, 7))
-    axis.set_ticks(ticks, next(each for each in texts if len({*each}) == len(each)))
+    several = ([quantity(tick, digits=digits) for tick in ticks] for digits in range(2, 7))
+    texts = next(each for each in several if len({*each}) == len(each))
+    if axis.axis_name == "x":
+        texts[1:-1] = [""] * len(texts[1:-1])
+    axis.set_ticks(ticks, texts)
 
 
 def _ellipses(ax: Axes, own: pd.DataFrame, names: list[str]) -> None:
-    """Two parameters of each run, with the ellipse of 95 % of their uncertainty; a shade per record."""
+    """Two parameters of each run, with the ellipse of 95 % of their uncertainty; a colour per record."""
     runs = own[own["level"] == "run"]
     first, second = (
         runs[runs["parameter"] == name].set_index(["test", "run"])[["value", "u", "correlation"]]
         for name in names
     )
     both = first.merge(second, left_index=True, right_index=True)
-    tests = list(dict.fromkeys(test for test, _ in both.index))
+    shades = _shades(own)
     angle = np.linspace(0, 2 * np.pi, 90)
     for (test, _), row in both.iterrows():
-        shade = str(0.15 + 0.55 * tests.index(test) / max(1, len(tests) - 1))
         x, y = ellipse(row["u_x"], row["u_y"], row["correlation_y"], angle)
-        ax.plot(row["value_x"] + x, row["value_y"] + y, color=shade, linewidth=0.8)
-        ax.plot(row["value_x"], row["value_y"], ".", color=shade, markersize=3)
+        ax.plot(row["value_x"] + x, row["value_y"] + y, color=shades[test], linewidth=0.8)
+        ax.plot(row["value_x"], row["value_y"], ".", color=shades[test], markersize=3)
     ax.set(xlabel=style.axis_of(names[0]), ylabel=style.axis_of(names[1]))
     ax.margins(0.08)
     for axis in (ax.xaxis, ax.yaxis):

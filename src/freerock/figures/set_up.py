@@ -57,14 +57,15 @@ def draw(
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """What stands on which foundation."""
+    """What an arrow is where there is one; what stands on which foundation."""
     known = labels or {}
     of_block = data.drop_duplicates("block")[["block", "foundations"]].itertuples(index=False)
     told = [
         f"{known.get(block, block)} on {', '.join(known.get(each, each) for each in names.split())}"
         for block, names in of_block
     ]
-    return f"{'; '.join(told)}."
+    arrows = "Arrows: where the beam of each sensor meets the block. " if data["beam"].any() else ""
+    return f"{arrows}{'; '.join(told)}."
 
 
 def _panel(ax: Axes, block: Block, set_up: Mapping[str, Any], labels: Labels) -> None:

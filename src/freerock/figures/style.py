@@ -266,12 +266,16 @@ def outer_labels(panels: Iterable[Axes], x: str, y: str) -> None:
             ax.set_ylabel(y)
 
 
+def shown(figure: Figure) -> dict[str, Artist]:
+    """What the panels of a figure show with a label, by label."""
+    return {
+        label: each for ax in figure.axes for each, label in zip(*ax.get_legend_handles_labels(), strict=True)
+    }
+
+
 def finish(figure: Figure, origin: str, handles: Sequence[Artist] = ()) -> None:
     """A legend above the panels, of the handles or else of what they show, each label once; the footer."""
-    known = {str(each.get_label()): each for each in handles}
-    if not known:
-        for ax in figure.axes:
-            known |= dict(zip(*ax.get_legend_handles_labels()[::-1], strict=True))
+    known = {str(each.get_label()): each for each in handles} or shown(figure)
     if known:
         figure.legend(handles=[*known.values()], loc="outside upper right", ncols=legend_columns([*known]))
     footer(figure, origin)
