@@ -31,12 +31,46 @@ def steps(text):
 
 
 def agrees(printed, answer):
-    """Whether an answer is the printed one: … stands for anything, blanks and digits beside ± don't count."""
+    """Whether an answer is the printed one: … stands for anything, blanks don't count.
+
+    Where a ± stands, numbers need only be `near`.
+    """
     if "±" in printed:
+        if not near(printed, answer):
+            return False
         printed, answer = re.sub(r"\d", "", printed), re.sub(r"\d", "", answer)
     printed, answer = ("\n".join(filter(str.strip, each.splitlines())) for each in (printed, answer))
     flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
     return doctest.OutputChecker().check_output(printed.replace("…", "...") + "\n", answer + "\n", flags)
+
+
+def near(printed, answer):
+    """Whether numbers are the printed ones to 2 % or to their u, and u to half of it."""
+    one, other = (re.findall(r"(± )?(\d+\.?\d*)", text) for text in (printed, answer))
+    if [is_u for is_u, _ in one] != [is_u for is_u, _ in other]:
+        return False
+    following = [float(number) if is_u else 0.0 for is_u, number in [*one[1:], ("", "0")]]
+    for (is_u, number), u, (_, found) in zip(one, following, other, strict=True):
+        value = float(number)
+        if abs(float(found) - value) > (value / 2 if is_u else max(0.02 * value, u)):
+            return False
+    return True
+
+
+@pytest.mark.parametrize(
+    ("answer", "same"),
+    [
+        ("k = (4.302 ± 0.019)·10⁶, c = 2.13·10⁴", True),
+        ("k = (4.330 ± 0.021)·10⁶, c = 2.12·10⁴", True),
+        ("k = (4.405 ± 0.021)·10⁶, c = 2.12·10⁴", False),
+        ("k = (4.305 ± 0.060)·10⁶, c = 2.12·10⁴", False),
+        ("k = (4.305 ± 0.021)·10⁶, c = 2.17·10⁴", False),
+        ("k = (4.305 ± 0.021)·10⁷, c = 2.12·10⁴", False),
+        ("k = 4.305·10⁶, c = 2.12·10⁴", False),
+    ],
+)
+def test_numbers_beside_an_uncertainty_count_to_two_per_cent(answer, same):
+    assert agrees("k = (4.305 ± 0.021)·10⁶, c = 2.12·10⁴", answer) == same
 
 
 def test_the_tutorial_finds_the_truth(tmp_path):
