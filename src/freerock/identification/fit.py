@@ -43,6 +43,8 @@ class RoundSettings:
         σ_r, and is fitted again for its level alone.
     exact : (int, float)
         Evaluations of the residual in a round, and the relative change at which it ends.
+    most_far, rough : int, (int, float)
+        Rounds at most, and evaluations and relative change as of `exact`, of a law that is far from the runs.
     """
 
     most: int = 4
@@ -51,6 +53,8 @@ class RoundSettings:
     poor: float = 1.3
     lost: float = 10.0
     exact: tuple[int, float] = (12, 5e-6)
+    most_far: int = 2
+    rough: tuple[int, float] = (8, 1e-4)
 
 
 ROUNDS = RoundSettings()
@@ -172,7 +176,8 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, Fit]:
     ends : mapping of int to Ended
         Of `Followers.ends`.
     roughly : bool
-        Of a law that is far from the runs: no round.
+        Of a law that is far from the runs: few rounds, and none of a run whose residual is `ROUNDS.lost`
+        times the noise.
     """
     now = dict[int, Ended]()
     for run, end in ends.items():
@@ -181,14 +186,16 @@ def settled(ends: Mapping[int, Ended], roughly: bool = False) -> dict[int, Fit]:
         now[run] = replace(end, posed=replace(end.posed, samples=samples, rtol=RTOL))
     posteriors = {run: Posterior.of(end) for run, end in now.items()}
     scatter = find_scatter([each.told for each in posteriors.values()])
-    due = list(now)
-    for _ in range(0 if roughly else ROUNDS.most):
+    most, search = (ROUNDS.most_far, ROUNDS.rough) if roughly else (ROUNDS.most, ROUNDS.exact)
+    near = [run for run, each in posteriors.items() if not roughly or each.goodness.over_noise <= ROUNDS.lost]
+    due = near
+    for _ in range(most):
         for run in due:
-            now[run] = _round(now[run], scatter.sigma_r, posteriors[run].level())
+            now[run] = _round(now[run], scatter.sigma_r, posteriors[run].level(), search)
             posteriors[run] = Posterior.of(now[run])
         if scatter.sigma_r:  # 0 is kept: the impacts are no longer free
             scatter = find_scatter([each.told for each in posteriors.values()])
-        due = [run for run, end in now.items() if not _is_steady(end, posteriors[run], scatter.sigma_r)]
+        due = [run for run in near if not _is_steady(now[run], posteriors[run], scatter.sigma_r)]
         if not due:
             break
     return {run: _finished(posteriors[run], now[run], scatter) for run in now}
@@ -205,14 +212,14 @@ def _is_steady(end: Ended, posterior: Posterior, sigma_r: float) -> bool:
     return same and (end.result.success or posterior.ahead < ROUNDS.ahead)
 
 
-def _round(end: Ended, sigma_r: float, level: float) -> Ended:
+def _round(end: Ended, sigma_r: float, level: float, search: tuple[int, float]) -> Ended:
     """The fit of a run to all its samples."""
     model = end.posed.model
     start = with_impacts(end.at, 0)
     if sigma_r:
         start = in_step(model, end.at, whole_s(model.motion), START.lost)
         start = with_impacts(start, n_lifting(model, start))
-    found = minimised(replace(end.posed, sigma_r=sigma_r, level=level), start, *ROUNDS.exact)
+    found = minimised(replace(end.posed, sigma_r=sigma_r, level=level), start, *search)
     found.result.nfev += end.result.nfev
     return found
 
@@ -225,8 +232,9 @@ def _finished(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
     moved = [contributions.inputs.index(each) for each in model.inputs]
     by_moved = np.sum(contributions.values[:, moved] ** 2, axis=1)
     stderr = np.sqrt(np.maximum(np.minimum(plain, whole) - by_moved, 0.0))
-    u_law = np.sqrt(np.maximum(whole - np.minimum(plain, whole), 0.0))
-    covariance = posterior.covariance + 0.0
+    # where a search of a law that is far off ends early, its numbers have a step ahead of them
+    u_law = np.sqrt(np.maximum(whole - np.minimum(plain, whole), 0.0) + posterior.step[:n] ** 2)
+    covariance = posterior.covariance + np.outer(posterior.step, posterior.step)
     beside = [j for j in range(len(contributions.inputs)) if j not in moved]
     covariance[:n, :n] += contributions.values[:, beside] @ contributions.values[:, beside].T
     of_moved = contributions.values[:, moved]
@@ -284,8 +292,8 @@ def _failure(ended: Ended, posterior: Posterior, epsilon: float) -> str:
         ends = [end for end in (given.min, given.max) if end is not None and math.isfinite(end)]
         if each.vary and any(math.isclose(each.value, end, rel_tol=AT_BOUND) for end in ends):
             return f"{name} lies at its bound of fits.parameters"
-    diagonal = np.diag(posterior.covariance)[: posterior.n_names]
-    if not np.isfinite(diagonal).all() or (diagonal < 0).any():
+    diagonal = np.diag(posterior.covariance)[: posterior.n_names][posterior.varied[: posterior.n_names]]
+    if not np.isfinite(diagonal).all() or (diagonal <= 0).any():
         return "the run does not determine the parameters"
     return ""
 
