@@ -12,7 +12,7 @@ from scipy.optimize import differential_evolution
 from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
 from freerock.identification.epsilon_theta import epsilon_theta
-from freerock.identification.fit import Followers, fit_record, fit_run
+from freerock.identification.fit import Followers, fit_record, fit_run, settled
 from freerock.identification.goodness import goodness
 from freerock.identification.paper_fit import RELEASE_WALLS, paper_fit
 from freerock.identification.posed import release_prior
@@ -229,6 +229,28 @@ def test_a_width_that_is_freed_is_found_below_the_stated_one():
     followers = Followers("hunt_crossley_width", BLOCK, {1: motion}, FitSettings())
     assert followers.followed.screened[0].over_noise < 1.5  # 1e5 from the stated width alone
     assert followers.ends()[1].at.values["width"] == pytest.approx(0.94 * BLOCK.width_m, rel=0.01)
+
+
+def test_a_rejected_law_comes_to_its_minimum_or_its_u_holds_the_step_ahead(record):
+    motions = {run: motion for run, (motion, _) in record.items()}
+    for law, most in (("winkler", 1.01), ("housner", 1.2)):
+        followers = Followers(law, BLOCK, motions, FitSettings())
+        rough, exact = settled(followers.ends(roughly=True), roughly=True), settled(followers.ends())
+        for run, fit in rough.items():
+            share = fit.evidence.residual_over_noise / exact[run].evidence.residual_over_noise
+            assert 1 / most < share < most
+            name = fit.parameters[0]
+            u = fit.u_total[0]
+            assert abs(fit.values[name] - exact[run].values[name]) < u
+            assert abs(fit.posterior.step[0]) <= fit.uncertainty.u_law[0] <= u
+    assert rough[0].posterior.step[0] != 0
+
+
+def test_a_number_that_the_run_does_not_move_is_not_determined():
+    motion, _ = scattered_run("hunt_crossley", 0.0, 5)
+    few = replace(motion, theta=np.where(motion.time_s < crossings_s(motion)[0], motion.theta, np.nan))
+    fit = fit_run("housner", BLOCK, few)
+    assert not fit.success and "determine" in fit.message
 
 
 def test_an_impact_that_leaves_no_trace_tells_nothing():

@@ -41,8 +41,6 @@ class StartSettings:
     quick, search : (int, float)
         Evaluations, and the relative change at which they end: of all candidates on the first swings and of
         laws that are far off on the whole run; of those that may hold.
-    times : int
-        Searches of a law that is far off, each under the residual that the one before left.
     clear, sure : float
         Standard deviations of the noise, above which a rotation has a sign; and the instant of an impact is
         known to a hundredth of the swing.
@@ -70,7 +68,6 @@ class StartSettings:
     lost: float = 0.2
     quick: tuple[int, float] = (8, 1e-2)
     search: tuple[int, float] = (25, 1e-3)
-    times: int = 2
     clear: float = 10.0
     sure: float = 30.0
     missing: float = 1.4
@@ -324,12 +321,8 @@ class Followed:
             return self._ends(end_s, starts, left, search)[0]
         # it leaves so much that priors hold the numbers only beside its residual
         start, posed = in_step(self.model, starts[0], end_s), self._posed(end_s, 1.0)
-        for _ in range(START.times):
-            off = posed.residual(start)[: posed.samples.measured.size] * posed.level / self.model.sigma
-            posed = self._posed(end_s, float(np.mean(off**2)))
-            end = minimised(posed, start, *START.quick)
-            start = end.at
-        return end
+        off = posed.residual(start)[: posed.samples.measured.size] * posed.level / self.model.sigma
+        return minimised(self._posed(end_s, float(np.mean(off**2))), start, *START.quick)
 
     @cached_property
     def glimpsed(self) -> list[Ended]:
