@@ -143,7 +143,7 @@ YAML_MISTAKES = [  # what is replaced, by what; place and remedy
         "keep one",
     ),
     ("    width_m", "\twidth_m", "lab.yaml:6", "indent with spaces, not tabs"),
-    ("{}", "{", "lab.yaml:11", "indent with spaces, not tabs"),
+    ("{}", "{", "lab.yaml:9", "close the brace"),
     ("Blocks", "!!python/object/apply:os.getcwd []", "lab.yaml:1", "correct the YAML"),
     ("position_m: 0.1", "position_m: 100", "lab.csv:2: laser", "give the beam's height above"),
     (YAML, "", "lab.yaml", "write lines of the form"),
@@ -246,7 +246,9 @@ def test_missing_files_are_reported(campaign):
     campaign(csv_change=("near", "far"))
     Path("config/campaigns/lab.csv").unlink()
     Path("config/config.yaml").write_text("campaigns: [lab]\n")
-    with pytest.raises(ConfigError, match=r"^config/campaigns/lab\.csv: cannot be read \(No such file"):
+    with pytest.raises(
+        ConfigError, match=r"^config/campaigns/lab\.csv: is missing; .*test,file,channel,block"
+    ):
         load_config("config/config.yaml")
     with pytest.raises(ConfigError, match=r"^nowhere\.yaml: cannot be read \(No such file"):
         load_config("nowhere.yaml")

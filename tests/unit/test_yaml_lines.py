@@ -30,7 +30,11 @@ MEANT = {
 REFUSED = {
     "{[1]: 2}": "1: a key is no word",
     "*x": "1: found undefined alias 'x'",
-    "[1, 2": "2: expected ',' or ']', but got '<stream end>'",
+    "[1, 2": "1: expected ',' or ']', but got '<stream end>'",
+    "{b: {c: 1}\nd: 2": "1: expected ',' or '}', but got '<scalar>'",
+    "[{b: 1},\n  {c: 1, d: [2}\n]": "2: expected ',' or ']', but got '}'",
+    "'x\nb: 2": "1: found unexpected end of stream",
+    "\n  b: 1\n\tc: 2": "3: found character '\\t' that cannot start any token",
 }
 
 

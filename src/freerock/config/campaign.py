@@ -196,10 +196,9 @@ def read_campaign(path: str | Path, table: bytes | None = None) -> Source:
         for what, remedy in _laser_faults(record, file):
             problems.append(FreerockError(f"{csv}:{line}: laser", what, remedy))
     raw = str((data or {}).get("raw") or "").strip().rstrip("/") or f"raw/{path.stem}"
-    campaign = None
-    if file:
-        fields = {**dict(file), "raw": raw, "name": path.stem}
-        campaign = Campaign.model_construct(**fields, records=tuple(record for _, record in records))
+    sound = tuple(record for _, record in records)
+    fields = {**dict(file or ()), "raw": raw, "name": path.stem, "records": sound}
+    campaign = Campaign.model_construct(**fields) if file else None
     lasers = file.lasers if file else {}
     return Source(path, campaign, lasers, raw, tuple(records), lines, tuple(problems))
 

@@ -183,13 +183,15 @@ def _in_line(line: str, loc: Key) -> str:
 
 def _read_table(path: Path, content: bytes | None) -> list[tuple[int, list[str]]]:
     """Number and cells of each line of a CSV file, the line of names first."""
-    text = read_text(path) if content is None else text_of(content, path)
+    written = content is not None or path.exists()
+    text = read_text(path) if written and content is None else text_of(content or b"", path)
     table, names = rows_in(text, path), ",".join(Record.model_fields)
     if table and not any(cell.lower() in Record.model_fields for cell in table[0][1]):
         remedy = f"begin with a line of their names, separated by commas: {names}"
         raise FreerockError(f"{path}:{table[0][0]}", "names no columns", remedy)
     if len(table) < 2:
-        raise FreerockError(path, "has no record", f"write the line {names} and a line per record")
+        what = "has no record" if written else "is missing"
+        raise FreerockError(path, what, f"write the line {names} and a line per record")
     return table
 
 

@@ -26,6 +26,7 @@ LOOKS = {  # of what is no text, without quotes
     "merge": "<<",
 }
 CORRECT = "correct the YAML; indent with spaces, not tabs"
+CLOSE = "close the brace, bracket or quote that opens here, with commas between"
 
 
 class Yaml12(SafeLoader):  # type: ignore[misc]
@@ -76,9 +77,11 @@ def read_yaml(path: Path) -> tuple[dict[str, Any] | None, Lines, list[FreerockEr
     except FreerockError as error:
         return None, {}, [error]
     except YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
+        opened = re.search("flow|quoted", str(getattr(error, "context", "")))  # and never closed
+        mark = getattr(error, "context_mark" if opened else "problem_mark", None)
         what = getattr(error, "problem", None) or str(error).partition("\n")[0]
-        return None, {}, [FreerockError(f"{path}:{mark.line + 1}" if mark else path, what, CORRECT)]
+        where, remedy = f"{path}:{mark.line + 1}" if mark else path, CLOSE if opened else CORRECT
+        return None, {}, [FreerockError(where, what, remedy)]
     if not isinstance(data, dict):
         what = "is empty" if data is None else "is not a list of keys and values"
         return None, {}, [*problems, FreerockError(path, what, "write lines of the form key: value")]
