@@ -26,4 +26,4 @@ onstart:
 
 
 onerror:
-    print(f"freerock: the log of this run is {log}", file=sys.stderr)
+    print(f"freerock: the log of this run is {', '.join(log)}", file=sys.stderr)

@@ -9,6 +9,7 @@ import pytest
 
 from freerock.cli import compare_command
 from freerock.cli import subcommands as cli
+from freerock.files import sha256, write_json
 
 ROOT = Path(__file__).parents[2]
 PALERMO = ROOT / "config/campaigns/palermo_virtual.yaml"
@@ -86,3 +87,21 @@ def test_an_error_of_its_own_is_one_line_and_a_traceback_in_the_log(tmp_path, mo
     assert "Traceback (most recent call last)" in log
     assert cli.main(["compare", "a", "b", "--debug"]) == 3
     assert capsys.readouterr().err.startswith("Traceback (most recent call last)")
+
+
+def test_verify_says_of_each_campaign_how_many_files_differ(small, monkeypatch, capsys):
+    monkeypatch.chdir(small)
+    Path("config/campaigns").mkdir(parents=True)
+    for name, changed in {"one": 1, "two": 2, "sound": 0}.items():
+        for suffix in ("yaml", "csv"):
+            copy = Path(f"config/campaigns/{name}.{suffix}")
+            copy.write_bytes(Path(f"lab.{suffix}").read_bytes())
+        listed = {f"{name}.csv": "0" * 64, f"{name}.md": "0" * 64} if changed else {}
+        if changed == 1:
+            Path(f"{name}.md").write_bytes(b"")
+            listed[f"{name}.md"] = sha256(f"{name}.md")
+        write_json(f"results/{name}/provenance.json", {"inputs": {}, "products": listed})
+    assert cli.main(["verify", "one", "sound", "two"]) == 1
+    one, two = capsys.readouterr().err.splitlines()
+    assert one.startswith("results/one: ") and " 1 of 2 files; " in one
+    assert two.startswith("results/two: ") and " 2 of 2 files; " in two

@@ -60,12 +60,12 @@ def test_inspect_tells_channels_units_rates_ranges_and_the_checksum(folder, caps
 
 
 def test_inspect_tells_what_the_reader_found_out_and_what_can_not_be_read(folder):
-    table = "Zeit [s];Laser [V];Text\n" + "".join(
-        f"{i / 100:.2f};{i};x\n".replace(".", ",") for i in range(9)
+    table = "Zeit [s];Laser [V];Text;Last [N]\n" + "".join(
+        f"{i / 100:.2f};{i};x;{i or 'NaN'}\n".replace(".", ",") for i in range(9)
     )
     (folder / "table.csv").write_text(table)
     text = look_text(look_into(folder / "table.csv"))
-    assert "columns between semicolons, decimal comma" in text
+    assert text.count("columns between semicolons, decimal comma") == 1
     book = Workbook()
     rows = [["A1", None, "A2", None], ["t [s]", "a [deg]", "t [s]", "a [deg]"]]
     for row in rows + [[0.01 * i, i, 0.02 * i, i] if i < 8 else [0.01 * i, i] for i in range(12)]:

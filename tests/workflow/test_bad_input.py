@@ -26,6 +26,8 @@ BAD = {
     "several": "has the channels laser, laser_2; name one in the channel column of the campaign's CSV",
     "no_unit": f"lasers: units: the channel states no unit; {DECLARE}",
     "kilograms": f"lasers: units: the channel's unit 'kg' is not known; name another channel, or {DECLARE}",
+    "millimetres": "lasers: units: range_m scales volts or milliamperes, and the file states 'mm'; "
+    "correct that unit, or name a laser without range_m",
     "nan": f"laser signal: no sample is a number; {CHECK}",
     "constant": f"laser signal: constant at 4.6 V; {CHECK}",
     "no_rate": "'laser' gives no sampling rate (wf_increment is absent); head the time as Time [s], state "
@@ -64,6 +66,7 @@ def write_bad_records(raw):
     write_volts(raw / "several.tdms", WAVEFORM, laser=good.volts, laser_2=good.volts)
     write_volts(raw / "no_unit.tdms", WAVEFORM | {"unit_string": ""}, laser=good.volts)
     write_volts(raw / "kilograms.tdms", WAVEFORM | {"unit_string": "kg"}, laser=good.volts)
+    write_volts(raw / "millimetres.tdms", WAVEFORM | {"unit_string": "mm"}, laser=good.volts)
     write_volts(raw / "nan.tdms", WAVEFORM, laser=np.full(samples, np.nan))
     write_volts(raw / "constant.tdms", WAVEFORM, laser=np.full(samples, 4.6))
     write_volts(raw / "no_rate.tdms", {}, laser=good.volts)

@@ -1,6 +1,7 @@
 """What nobody foresaw in one record stops no other; tables say what is missing and why."""
 
 import csv
+import re
 
 from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 
@@ -48,6 +49,8 @@ def test_the_unforeseen_in_each_step(tmp_path):
     assert "record good failed" not in done.stderr
     assert "\nresults/lab/report.html: the report, with the reasons\n" in done.stderr
     assert "record bad_quality failed" not in done.stderr
+    (log,) = re.findall(r"^freerock: the log of this run is (\S+)$", done.stderr, re.M)
+    assert (checkout.folder / log).is_file()
     with open(checkout / "results/lab/tables/runs.csv", newline="", encoding="utf-8") as table:
         rows = {row["test"]: (row["run"], row["verdict"], row["reasons"]) for row in csv.DictReader(table)}
     assert "inject" not in rows["bad_quality"][2]

@@ -151,7 +151,9 @@ def test_verify_names_what_differs(checkout, monkeypatch, capsys):
     append(checkout, "raw/small/squat_mat.tdms", "edited")
     (checkout / "results/small/fits/tall_mat.nc").unlink()
     assert cli.main(["verify"]) == 1
-    assert set(re.findall(r"^(\w+: \S+)$", capsys.readouterr().out, re.M)) == {
+    printed = capsys.readouterr()
+    assert printed.err.startswith("results/small: ") and " 3 of " in printed.err
+    assert set(re.findall(r"^(\w+: \S+)$", printed.out, re.M)) == {
         "changed: results/small/tables/runs.csv",
         "changed: raw/small/squat_mat.tdms",
         "missing: results/small/fits/tall_mat.nc",

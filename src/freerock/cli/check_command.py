@@ -201,8 +201,7 @@ def configuration_doubts(source: Source) -> Iterator[FreerockError]:
             what = "has no levelled_deg, and a tilt of a tenth of a degree changes k"
             remedy = "level its base in the plane of rocking, and state levelled_deg"
             yield FreerockError(source.where("foundations", name), what, remedy)
-    csv = source.path.with_suffix(".csv")
-    yield from _same_signal(csv, source)
+    yield from _same_signal(source.path.with_suffix(".csv"), source)
 
 
 def _signals(
@@ -215,7 +214,7 @@ def _signals(
     for channel, laser in zip(record.channels, record.lasers, strict=True):
         found = attempt(_channel, f"{line}: {record.test}", campaign, record, channel, laser)
         if isinstance(found, FreerockError):
-            path = campaign.file(record.test)
+            path = f"{campaign.raw}/{record.file}"
             at = found.where if path in str(found.where) else f"{path}: {found.where}"
             problem = FreerockError(f"{line}: file", f"{at}: {found.what}", found.remedy)
             problems += [] if record.excluded else [problem]
@@ -275,7 +274,7 @@ def _channel(where: str, campaign: Campaign, record: Record, channel: str, name:
     from freerock.rotation.sensor import laser_of, recorded_of
 
     block, laser = campaign.blocks[record.block], campaign.lasers[name]
-    known, path = campaign.processing.rotation, campaign.file(record.test)
+    known, path = campaign.processing.rotation, f"{campaign.raw}/{record.file}"
     read = read_record(path, channel or None, time_unit=known.time_unit, rate_hz=known.sampling_rate_hz)
     (signal,) = read.data_vars.values()
     rate, p = float(read.attrs["sampling_rate_hz"]), block.block.p

@@ -162,6 +162,7 @@ def _in_short(name: str, record: "xr.Dataset") -> ChannelLook:
     (signal,), times = record.data_vars.values(), record["time"].values
     values = signal.values
     known, drawn = values[np.isfinite(values)], extremes(values)
+    above, *told = (str(record.attrs.get(key, "")) for key in ("above", "reading", "time_base"))
     return ChannelLook(
         name,
         str(signal.attrs["units"]),
@@ -173,7 +174,7 @@ def _in_short(name: str, record: "xr.Dataset") -> ChannelLook:
         high=float(known.max()) if known.size else math.nan,
         time_s=times[drawn],
         values=values[drawn],
-        remarks=tuple(str(record.attrs[k]) for k in ("above", "reading", "time_base") if k in record.attrs),
+        remarks=tuple(filter(None, [above, *"; ".join(told).split("; ")])),
     )
 
 

@@ -14,8 +14,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from freerock.config.campaign import load_config
+from freerock.config.mistakes import refuse
 from freerock.errors import FreerockError
 from freerock.files import read_json, sha256
+
+AGAIN = "restore record files; make products again: snakemake --forcerun FILE …"
 
 
 def add_arguments(add: Callable[..., object]) -> None:
@@ -25,17 +28,17 @@ def add_arguments(add: Callable[..., object]) -> None:
 
 def run(chosen: Namespace) -> None:
     """Print what differs, and how many files do not; raise when there is anything."""
-    n_differing = 0
+    problems = list[FreerockError]()
     for name in load_config(campaigns=chosen.campaign or None):
         known = read_json(f"results/{name}/provenance.json", "run snakemake")
         listed: dict[str, str] = known["inputs"] | known["products"]
         told = {path: state_of(path, checksum) for path, checksum in listed.items()}
         differing = [f"{state}: {path}" for path, state in told.items() if state]
-        n_differing += len(differing)
         print(*differing, f"{name}: {len(listed) - len(differing)} files are as listed", sep="\n")
-    if n_differing:
-        remedy = "restore record files; make products again: snakemake --forcerun FILE …"
-        raise FreerockError("results", f"{n_differing} files are not as they were", remedy)
+        if differing:
+            what = f"differs from its provenance.json in {len(differing)} of {len(listed)} files"
+            problems.append(FreerockError(f"results/{name}", what, AGAIN))
+    refuse(problems)
 
 
 def state_of(path: str, checksum: str) -> str:

@@ -80,7 +80,7 @@ def read_yaml(path: Path) -> tuple[dict[str, Any] | None, Lines, list[FreerockEr
         opened = re.search("flow|quoted", str(getattr(error, "context", "")))  # and never closed
         mark = getattr(error, "context_mark" if opened else "problem_mark", None)
         what = getattr(error, "problem", None) or str(error).partition("\n")[0]
-        where, remedy = f"{path}:{mark.line + 1}" if mark else path, CLOSE if opened else CORRECT
+        where, remedy = f"{path}:{mark.line + 1}" if mark else str(path), CLOSE if opened else CORRECT
         return None, {}, [FreerockError(where, what, remedy)]
     if not isinstance(data, dict):
         what = "is empty" if data is None else "is not a list of keys and values"
