@@ -8,6 +8,7 @@ from fabricated import campaign, failed_record, fits, record
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 from overlaps import assert_nothing_overlaps
 
@@ -200,6 +201,8 @@ def test_the_set_up_is_drawn_to_scale():
     body = figure.axes[0].patches[0]
     assert (body.get_width(), body.get_height()) == (BLOCKS["b1"].width_m, BLOCKS["b1"].height_m)
     assert figure.axes[0].get_aspect() == 1
+    radius = next(text for text in figure.axes[0].texts if text.get_text() == "R")
+    assert radius.get_position()[1] < 0.5 * BLOCKS["b1"].h  # well below the cross
     assert {"200 mm", "10 mm", "$θ_{cr}$", "R"} <= {*texts(figure)}
     assert data["theta_cr_deg"].tolist() == pytest.approx([np.degrees(BLOCKS["b1"].theta_cr)] * 3)
     assert set_up.caption(data, LABELS).endswith(" Slender block on Marble, mat.")
@@ -227,6 +230,34 @@ def test_quality_has_a_page_per_run_with_verdict_and_reasons(datasets):
     instants = {text.get_text().strip(): text.get_position()[0] for text in pages[0].axes[2].texts}
     assert instants == {"release": 2, "rest": 6}
     assert data[data["series"] == "error_level"]["value"].tolist() == pytest.approx([10.2] * 5)
+
+
+def test_a_page_draws_the_selected_law_last_in_black_with_one_rival_under_a_legend_that_is_clear_of_ticks():
+    tree = record(n_runs=1)
+    rivals = "winkler_pivoting", "hunt_crossley_width", "hunt_crossley_pivoting_width"
+    (page,), data = quality.draw(tree, fits(tree, models=(*PAPER_MODELS, *rivals)))
+    motion, residual = page.axes[:2]
+    laws = [line for line in residual.lines if len(line.get_xdata()) > 2]
+    names = ["Housner", "Winkler", "Hunt–Crossley", "Hunt–Crossley, width free"]
+    assert [line.get_label() for line in laws] == [*names, "Hunt–Crossley, pivoting, width free (selected)"]
+    assert [to_rgb(line.get_color()) == to_rgb("black") for line in laws] == 4 * [False] + [True]
+    assert "residual_winkler_pivoting" not in set(data["series"])
+    page.draw_without_rendering()
+    assert not residual.get_legend().get_window_extent().overlaps(motion.get_tightbbox())
+    assert page.axes[1].yaxis.label.get_window_extent().x0 > 0
+
+
+def test_the_scale_of_residuals_says_that_it_is_logarithmic_and_numbers_its_decades():
+    def numbers(furthest, few=False):
+        style.scale_by_noise(ax := Figure().subplots(), furthest, few)
+        return [text.get_text() for text in ax.get_yticklabels()]
+
+    assert numbers(5) == ["−3", "0", "3"]
+    assert numbers(92) == ["−10", "−3", "0", "3", "10"]
+    assert numbers(2000)[-4:] == ["3", "10", "100", "1000"]
+    assert numbers(2000, few=True)[-4:] == ["3", "", "100", "1000"]
+    (page,), _ = quality.draw(tree := record(n_runs=1), fits(tree))
+    assert page.axes[1].get_ylabel().endswith("log beyond ±3")
 
 
 def test_quality_of_a_failed_record_tells_the_reason():

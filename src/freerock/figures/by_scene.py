@@ -83,18 +83,19 @@ def figure_of(
 
     def caption(data: pd.DataFrame, labels: Labels = None) -> str:
         """Whether there are a band and a line of the selected law; how many points and runs are drawn."""
-        told = list[str]()
-        if y == "r" and len(_band(data)):
-            told.append("Band: 95 % of the impacts by the scatter σ_r of the selected law.")
-        seen = data[data["source"] == "experiment"]
-        others = [MODEL_LABELS[law] for law in seen["selected"].unique() if law and law not in PAPER_MODELS]
-        if others:
-            told.append(f"No line is drawn of the selected law: {in_words(others)}.")
-        n = len(seen[["test", "run"]].drop_duplicates())
-        told.append(f"{number_of(len(seen), point).capitalize()} of {number_of(n, 'run')}.")
-        return " ".join(told)
+        told = ["Band: 95 % of the impacts by the scatter σ_r of the selected law."] * bool(len(_band(data)))
+        return " ".join([*told, *_counted(data, point)])
 
     return draw, caption
+
+
+def _counted(data: pd.DataFrame, point: str) -> list[str]:
+    """Sentences about selected laws that have no line, and about the points and runs that are drawn."""
+    seen = data[data["source"] == "experiment"]
+    others = [MODEL_LABELS[law] for law in seen["selected"].unique() if law and law not in PAPER_MODELS]
+    n = len(seen[["test", "run"]].drop_duplicates())
+    drawn = f"{number_of(len(seen), point).capitalize()} of {number_of(n, 'run')}."
+    return [f"No line is drawn of the selected law: {in_words(others)}."] * bool(others) + [drawn]
 
 
 def run_looks(seen: pd.DataFrame) -> dict[tuple[str, str], style.Style]:
@@ -141,7 +142,7 @@ def _panel(ax: Axes, y: str, own: pd.DataFrame, looks_of_runs: Mapping[tuple[str
         rows = own[own["source"] == law].sort_values("amplitude")
         if len(rows):
             ax.plot(rows["amplitude"], rows[y], **looks.line_of(law))
-    if y == "r" and len(band := _band(own)):
+    if len(band := _band(own)):
         ends = (band[y] * (1 + sign * NORMAL_95 * band["sigma_r"]) for sign in (-1, 1))
         ax.fill_between(band["amplitude"], *ends, zorder=0, linewidth=0, **BAND)
 
@@ -201,5 +202,7 @@ def _with_selected(data: pd.DataFrame, epsilon: pd.DataFrame) -> pd.DataFrame:
 
 def _band(data: pd.DataFrame) -> pd.DataFrame:
     """The impacts of the selected law where they scatter and it is drawn."""
+    if "sigma_r" not in data:
+        return data[:0]
     scattered = (data["source"] == data["selected"]) & (data["sigma_r"] > 0)
     return data[scattered].sort_values("amplitude")

@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from freerock.figures import looks, style
-from freerock.figures.style import Axes, Drawing, Labels, styled
+from freerock.figures.style import LINEAR, Axes, Drawing, Labels, styled
 from freerock.models.laws import MODEL_LABELS, PAPER_MODELS, law_of
 from freerock.products.groups import paper_fits, runs_of, selected_fit
 from freerock.tables.number_text import percent
@@ -64,8 +64,11 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """What to say where no run is drawn; the panels name those that are."""
-    return "" if len(data) else "No run can be drawn."
+    """What Δθ over σ is where it is drawn; what to say where no run is, the panels name those that are."""
+    if data.empty:
+        return "No run can be drawn."
+    below = f"Below, Δθ over the noise σ of the selected law, impacts free; logarithmic beyond ±{LINEAR:g}."
+    return below if (data["source"] == "selected").any() else ""
 
 
 def _typical(runs: Mapping[int, xr.DataTree]) -> tuple[int, xr.DataTree | None]:
@@ -120,7 +123,7 @@ def _plot(axes: Sequence[Axes], own: pd.DataFrame, origin: str, selected: str) -
         elif source == "selected":
             look = {"color": "black", "linewidth": 0.4, "label": f"Δθ/σ: {selected}"}
             over_noise.plot(rows["time_s"], rows["residual_over_sigma"], **look)
-            style.scale_by_noise(over_noise, float(rows["residual_over_sigma"].abs().max()))
+            style.scale_by_noise(over_noise, float(rows["residual_over_sigma"].abs().max()), few=True)
         else:
             look = looks.line_of(str(source))
             motion.plot(rows["time_s"], rows["theta_deg"], **look)

@@ -14,7 +14,7 @@ from freerock.arrays import Floats
 from freerock.figures import looks, style
 from freerock.figures.style import Axes, Labels, Style, styled
 from freerock.models.free_parameters import OF_RECORD, SYMBOLS
-from freerock.models.laws import MODEL_LABELS, MODELS
+from freerock.models.laws import MODEL_LABELS, MODELS, PAPER_MODELS
 from freerock.products.groups import (
     CHOICE_GROUP,
     Attrs,
@@ -34,9 +34,11 @@ Pages = tuple[list[Figure], pd.DataFrame]
 """Pages of a record, and the numbers drawn."""
 PAGE: Style = {"dpi": 110, "layout": "none"}
 WIDTH_IN, HEIGHT_IN = 7.0, 8.4
-SIDES = {"left": 0.6 / WIDTH_IN, "right": 1 - 0.12 / WIDTH_IN, "hspace": 0.45}  # of the panels
+LEFT_IN, LABEL_IN = 0.76, 0.45  # of the panels, and between the label of an axis and its panel
+SIDES = {"left": LEFT_IN / WIDTH_IN, "right": 1 - 0.12 / WIDTH_IN, "hspace": 0.5}  # of the panels
 OF_FITS = ("time", "residual", "parameter", "value", "stderr", "u_total", "unit", "epsilon_theta")  # shown
 COLUMNS = ["run", "series", "time_s", "value", "unit"]
+UNSELECTED = "0.6"  # instead of black
 VERDICT_COLOURS = {"ok": "#00643c", "warn": "#8a5a00", "fail": "#b00020", "excluded": "#5a5a5a"}
 
 
@@ -69,6 +71,7 @@ def draw(record: xr.DataTree, fits: xr.DataTree, labels: Labels = None) -> Pages
     for number, run in runs.items():
         judged, fit = verdict_of_run(number, run, fits), fitted.get(number)
         told = {"verdict": judged.level, "reasons": in_one_line(judged.reasons), "found": _found(fit)}
+        told["selected"] = named_in(fit) if fit is not None else ""
         own = _run_series(record, number, run, fit)
         pages.append(_page(record, f"{title}, run {number}", run.attrs | told, run, whole, own))
         parts.append(own)
@@ -136,13 +139,26 @@ def _run_series(record: xr.DataTree, number: int, run: xr.DataTree, fit: xr.Data
     if run.sizes.get("impact", 0):
         impacts = run.dataset["impact_time"].values - release
         parts.append(_series(number, "impact", impacts, np.zeros(len(impacts)), "degree"))
-    for model in MODELS:
-        if fit is not None and model in fit.children:
-            residual = np.degrees(fit.children[model].dataset["residual"].values)
-            drawn = looks.extremes(residual, 350)
-            time_s = fit.dataset["time"].values[drawn]
-            parts.append(_series(number, f"residual_{model}", time_s, residual[drawn], "degree"))
+    for model in _drawn_models(fit):
+        assert fit is not None
+        residual = np.degrees(fit.children[model].dataset["residual"].values)
+        drawn = looks.extremes(residual, 350)
+        time_s = fit.dataset["time"].values[drawn]
+        parts.append(_series(number, f"residual_{model}", time_s, residual[drawn], "degree"))
     return pd.concat(parts)
+
+
+def _drawn_models(fit: xr.DataTree | None) -> list[str]:
+    """The laws of the paper, of the other candidates that with the least ε_θ, and last the selected one."""
+    if fit is None:
+        return []
+    selected = named_in(fit)
+    fitted = [model for model in MODELS if model in fit.children and model != selected]
+    epsilon = {model: fit.children[model]["epsilon_theta"].item() for model in fitted}
+    known = {model: each for model, each in epsilon.items() if model not in PAPER_MODELS and each >= 0}
+    rival = min(known, key=known.__getitem__, default="")
+    drawn = [model for model in fitted if model in PAPER_MODELS or model == rival]
+    return [*drawn, selected] if selected in fit.children else drawn
 
 
 def _page(
@@ -158,7 +174,8 @@ def _page(
         ax.locator_params(axis="y", nbins=5)  # half of the time to draw a page goes into ticks
     for ax in (volts, angle, motion, residual):
         ax.locator_params(axis="x", nbins=7)
-    _draw_run(motion, residual, own, sigma_deg, record.attrs["origin"])
+    _draw_motion(motion, own, record.attrs["origin"])
+    _draw_residuals(residual, own, sigma_deg, attrs["selected"])
     if own["series"].str.startswith("residual").any():
         _draw_noise(residual, sigma_deg)
         _legend(residual)
@@ -168,7 +185,7 @@ def _page(
     residual.set(xlabel="time since release / s", xlim=motion.get_xlim())
     _draw_record(volts, angle, record, whole, (run.dataset["release"].item(), run.dataset["end"].item()))
     for ax in figure.axes:
-        ax.yaxis.set_label_coords(-0.45 / WIDTH_IN / (1 - 0.72 / WIDTH_IN), 0.5)
+        ax.yaxis.set_label_coords(-LABEL_IN / WIDTH_IN / ax.get_position().width, 0.5)
         ax.xaxis.set_label_coords(0.5, -0.25 / HEIGHT_IN / ax.get_position().height)
     style.footer(figure, record.attrs["origin"])
     return figure
@@ -209,35 +226,45 @@ def _draw_record(
         _legend(volts)
 
 
-def _draw_run(motion: Axes, residual: Axes, own: pd.DataFrame, sigma_deg: float, origin: str) -> None:
-    """θ(t) since the release with its impacts, and the residuals of the models over the noise."""
-    for series, part in own.groupby("series", sort=False):
-        if series == "theta":
-            motion.plot(part["time_s"], part["value"], color="black", label=origin)
-        elif series == "impact":
-            motion.plot(part["time_s"], part["value"], "o", color="#d55e00", markersize=4, label="impact")
-        else:
-            model = str(series).removeprefix("residual_")
-            residual.plot(part["time_s"], part["value"] / (sigma_deg or 1.0), **looks.MODEL_STYLES[model])
+def _draw_motion(motion: Axes, own: pd.DataFrame, origin: str) -> None:
+    """θ(t) since the release with its impacts."""
+    theta, impacts = (own[own["series"] == series] for series in ("theta", "impact"))
+    motion.plot(theta["time_s"], theta["value"], color="black", label=origin)
+    if len(impacts):
+        at_impacts: Style = {"color": "#d55e00", "markersize": 4, "label": "impact"}
+        motion.plot(impacts["time_s"], impacts["value"], "o", **at_impacts)
     _legend(motion)
     motion.set_ylabel("θ / °")
     motion.tick_params(labelbottom=False)  # as of the residuals below; texts take most of the time
 
 
+def _draw_residuals(residual: Axes, own: pd.DataFrame, sigma_deg: float, selected: str) -> None:
+    """The residuals of laws over the noise; the selected one is black, solid and on top."""
+    for series, part in own[own["series"].str.startswith("residual")].groupby("series", sort=False):
+        model = str(series).removeprefix("residual_")
+        look = looks.MODEL_STYLES[model]
+        if model == selected:
+            look = look | {"color": "black", "linestyle": "-", "label": f"{look['label']} (selected)"}
+        elif look["color"] == "black":
+            look = look | {"color": UNSELECTED}
+        residual.plot(part["time_s"], part["value"] / (sigma_deg or 1.0), **look)
+
+
 def _legend(ax: Axes) -> None:
     """Above the panel's right corner, clear of the curves."""
     columns = style.legend_columns(ax.get_legend_handles_labels()[1], 0.93)
-    ax.legend(ncols=columns, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2)
+    at: Style = {"loc": "lower right", "bbox_to_anchor": (1, 1), "borderaxespad": 0.2}
+    ax.legend(ncols=columns, labelspacing=0.3, **at)
 
 
 def _draw_noise(residual: Axes, sigma_deg: float) -> None:
     """The band of the noise; beyond it the scale is logarithmic. Without noise the residual is in °."""
     if not sigma_deg:
-        residual.set_ylabel("residual / °")
+        residual.set_ylabel("residual / °\nlog beyond ±0.1")
         residual.set_yscale("symlog", linthresh=0.1)
         residual.yaxis.set_major_formatter(lambda value, _: f"{value:g}".replace("-", "−"))
         return
-    residual.set_ylabel("residual / σ")
+    residual.set_ylabel(f"residual / σ\nlog beyond ±{style.LINEAR:g}")
     style.scale_by_noise(residual, float(np.abs(residual.dataLim.intervaly).max()))
 
 

@@ -86,7 +86,7 @@ def _panel(ax: Axes, block: Block, set_up: Mapping[str, Any], labels: Labels) ->
     ax.add_patch(Arc((corner, 0), 1.3 * h, 1.3 * h, theta1=span[0], theta2=span[1], color="#0a5bd3"))
     small: Style = {"color": "#0a5bd3"}
     ax.text(corner + side * 0.12 * b, 0.62 * h, "$θ_{cr}$", ha="left" if side > 0 else "right", **small)
-    ax.text(block.e - side * 0.1 * b, 0.62 * h, "R", ha="right" if side > 0 else "left", **small)
+    ax.text(block.e + side * 0.35 * b, 0.35 * h, "R", ha="right" if side > 0 else "left", **small)
     size_mm = f"{1e3 * block.width_m:.4g} × {1e3 * height:.4g} mm"
     stands = style.label(labels, *set_up["foundations"])
     ax.text(0, -1.3 * depth, f"{size_mm}\non {stands}", ha="center", va="top")
