@@ -63,6 +63,7 @@ STATISTICS: dict[str, Callable[[pd.DataFrame], str]] = {  # what a number says o
     "error": lambda rows: f"{100 * (rows['value'] / rows['truth'] - 1).abs().median():.2g} %",
     "times": lambda rows: f"{_times(rows):.2g}",
     "median": lambda rows: f"{rows['value'].median():.3g}",
+    "median percent": lambda rows: f"{100 * rows['value'].median():.3g} %",
     "least": lambda rows: f"{rows['value'].min():.3g}",
     "verdict": lambda rows: str(rows["note"].iloc[0]).split()[0],
 }
