@@ -14,7 +14,7 @@ from freerock.models.block import Block
 from freerock.report.document import figures_tex, paper_tex
 from freerock.report.printed import printed_tables
 from freerock.tables.latex import latex, numbers_tex
-from freerock.tables.number_text import SIMULATED_NOTE
+from freerock.tables.number_text import SIMULATED_NOTE, quantity
 from freerock.tables.paper import table1
 from freerock.tables.populations import populations_table
 
@@ -43,6 +43,11 @@ def test_latex_sets_symbols_in_italics_and_numbers_by_siunitx():
     assert r"Hunt--Crossley $\ddagger$ & 3 runs \\" in text
     assert text.count(r"\sisetup{separate-uncertainty=true, exponent-product=\cdot}") == 1
     assert text.index(r"\caption") < text.index(r"\label{tab:x}") < text.index(r"\begin{tabular}")
+
+
+def test_a_value_without_u_has_no_more_digits_than_are_asked_for():
+    assert [quantity(each) for each in (9843, 986, 14900)] == ["9.84·10³", "986", "1.49·10⁴"]
+    assert quantity(7140.2, digits=4) == "7140" and quantity(9843, 12) == "9843 ± 12"
 
 
 def test_numbers_are_macros_of_letters_alone(datasets):
@@ -115,6 +120,7 @@ def test_the_papers_set_has_figure_2_where_foundations_are_compared_and_says_sim
     assert [two.count(rf"\input{{table{n}}}") for n in (1, 2, 3)] == [1, 1, 1]
     assert re.findall(r"\\includegraphics.*\{(\w+)\}", two) == ["foundation_effect", "comparison"]
     assert re.findall(r"\\includegraphics.*\{(\w+)\}", one) == ["comparison"]
+    assert all(r"\renewenvironment{table}" in each for each in (one, two))  # no table alone in a column
     assert [re.search(r"setcounter\{figure\}\{(\d)", each)[1] for each in (two, one)] == ["1", "2"]
     assert r"\textbf{Laws (simulated records).} What is drawn.}" in one and SIMULATED_NOTE not in one
     assert r"\textbf{A title.} What" in two

@@ -16,7 +16,7 @@ from freerock.report.found import printed_summary
 from freerock.report.limitations import limits
 from freerock.report.methods import REFERENCES
 from freerock.report.printed import AGAINST, OF_BLOCKS, TRUTH, printed_tables
-from freerock.report.runs import printed_runs
+from freerock.report.runs import printed_runs, printed_tests
 from freerock.tables.number_text import percent, quantity
 from freerock.tables.paper import table1
 
@@ -189,6 +189,26 @@ def test_notes_say_that_records_were_made_with_the_published_values_and_where_la
     third["n_runs"] = second["n_runs"] = 1
     assert TRUTH not in notes("table2", "simulated")
     assert all(notes(name, "simulated").startswith("One run of each block") for name in ("table2", "table3"))
+
+
+def test_heads_are_the_names_of_blocks_as_they_are(tables):
+    named = printed_tables(tables, "simulated", labels=LABELS | {"b1": "block1"})
+    for name in ("table2", "table3"):
+        heads = named[name].text.iloc[:, 0]
+        assert heads.str.startswith("block1").sum() == 1 and not heads.str.startswith("Block1").any()
+    one = tables["table2"].query("block == 'b1' or block.isna()")
+    heads = printed_tables(tables | {"table2": one}, "simulated", labels=LABELS)["table2"].text.iloc[:, 0]
+    assert {"Paper's procedure", "Inputs and impacts free"} <= {*heads}
+
+
+def test_candidates_stand_once_for_runs_that_are_alike(tables):
+    choice, runs = tables["choice"], tables["runs"]
+    text = printed_tests(choice, runs).text.query("Record == 'b1_marble'")
+    assert text["Runs"].tolist() == ["1, 2"] * 3 and "p (prediction)" not in text
+    one = choice["test"].eq("b1_marble") & choice["run"].astype(str).eq("2") & choice["model"].eq("winkler")
+    text = printed_tests(choice.assign(p_prediction=np.where(one, 0.2, np.nan)), runs).text
+    own = text.query("Record == 'b1_marble' and Candidate == 'Winkler'")
+    assert sorted(zip(own["p (prediction)"], own["Runs"], strict=True)) == [("0.20", "2"), ("–", "1")]
 
 
 def test_a_zero_crossing_is_called_no_impact(tables):

@@ -53,6 +53,7 @@ def paper_tex(captions: Mapping[str, tuple[str, str]], n_foundations: int) -> st
         r"\documentclass[twocolumn]{article}",
         r"\usepackage{booktabs,graphicx,siunitx}",
         r"\graphicspath{{../figures/}}",
+        r"\renewenvironment{table}{\csname table*\endcsname}{\csname endtable*\endcsname}",  # across the page
         r"\begin{document}",
         *(rf"\input{{table{n}}}" for n in (1, 2, 3)),
         rf"\setcounter{{figure}}{{{3 - len(names)}}}",

@@ -202,8 +202,9 @@ def _by_law(first: str, cells: Sequence[Cell], labels: Labels) -> pd.DataFrame:
     text = {cell[:3]: cell[3] for cell in cells}
     lines: list[list[str]] = []
     for part in dict.fromkeys(part for part, *_ in cells):
-        head = ", ".join(filter(None, part[::-1]))
-        lines.append([head[0].upper() + head[1:], *[""] * len(foundations)])
+        kind, block = part
+        head = ", ".join(filter(None, (block, kind))) if block else kind[0].upper() + kind[1:]
+        lines.append([head, *[""] * len(foundations)])
         for name in dict.fromkeys(law for each, law, *_ in cells if each == part):
             lines.append([name, *(text.get((part, name, base), "–") for base in foundations)])
     return pd.DataFrame(lines, columns=[first, *(labels.get(base, base) for base in foundations)])

@@ -80,20 +80,23 @@ def _left_out(left: pd.DataFrame) -> str:
 
 
 def printed_tests(choice: pd.DataFrame, runs: pd.DataFrame) -> Printed:
-    """The candidates of each run with their p-values."""
+    """The candidates of each record, a row for runs that are alike; p-values where there are any."""
     shown = choice[choice["test"].isin(runs["test"]) & (choice["status"] != "not_fitted")]
-    rows = [
+    rows = pd.DataFrame(
         {
-            "Record": row.test,
-            "Run": str(row.run),
-            "Candidate": MODEL_LABELS[row.model],
-            "Status": STATUS_WORDS[row.status],
-            "Residual / noise": quantity(row.residual_over_noise, digits=2),
-            "p (prediction)": quantity(row.p_prediction, digits=2),
+            "Record": shown["test"],
+            "Candidate": shown["model"].map(MODEL_LABELS),
+            "Status": shown["status"].map(STATUS_WORDS),
+            "Residual / noise": [quantity(each, digits=2) for each in shown["residual_over_noise"]],
+            "p (prediction)": [quantity(each, digits=2) for each in shown["p_prediction"]],
+            "Runs": shown["run"].astype(str),
         }
-        for row in shown.head(3 * MOST_LISTED).itertuples()
-    ]
-    return Printed(pd.DataFrame(rows), "Candidates and tests", ["All: tables/choice.csv."])
+    )
+    if {*rows["p (prediction)"]} <= {"–"}:
+        del rows["p (prediction)"]
+    alike = rows.groupby([name for name in rows if name != "Runs"], sort=False)["Runs"]
+    text = alike.agg(", ".join).reset_index().head(MOST_LISTED)
+    return Printed(text, "Candidates and tests", ["All: tables/choice.csv."])
 
 
 def by_hand(changes: Sequence[Change], config: Mapping[str, Any]) -> Printed | None:

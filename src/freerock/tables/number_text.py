@@ -30,9 +30,10 @@ def quantity(value: float, stderr: float = math.nan, digits: int = 3) -> str:
         return "–"
     magnitude = _exponent(value, digits)
     known = math.isfinite(stderr) and stderr > 0
+    most = 4 if known else max(3, digits)  # digits before the decimal point
     coarse = known and magnitude > 1 and stderr >= 99.5  # two of its digits end before the decimal point
     larger = max(magnitude, _exponent(stderr, 2)) if known else magnitude  # a value may be near zero
-    power = magnitude if coarse or not -3 <= larger < 4 else 0
+    power = magnitude if coarse or not -3 <= larger < most else 0
     decimals = max(0, 1 - _exponent(stderr, 2) + power if known else digits - 1 - magnitude + power)
     text = fixed(value / 10.0**power, decimals)
     if not float(text.replace("−", "-")):
