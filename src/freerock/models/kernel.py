@@ -30,6 +30,9 @@ FULL, LEFT, RIGHT, FLIGHT = 0, 1, 3, 9
 # Regimes of Housner's block: turning about a corner, or at rest on its base.
 HOUSNER, HOUSNER_REST = 10, 11
 
+# Places of the numbers of a law and its block, in the order of `integrate`.
+K, C, LAMBDA, HALF_BASE, HEIGHT, INERTIA, GRAVITY, CORNER, RADIUS, OFFSET = range(10)
+
 A21 = 1 / 5
 A31, A32 = 3 / 40, 9 / 40
 A41, A42, A43 = 44 / 45, -56 / 15, 32 / 9
@@ -101,14 +104,14 @@ def _ground_rate(coefficients, segment, tau):
 @compiled(forceinline=True)
 def _pressure(depth, rate, law):
     """The contact law f(z, ż) per unit width and mass, and its derivatives by z and by ż."""
-    k, c, lam = law[0], law[1], law[2]
+    k, c, lam = law[K], law[C], law[LAMBDA]
     return k * depth + (c + lam * depth) * rate, k + lam * rate, c + lam * depth
 
 
 @compiled()
 def _second_root(z, v, s, spin, law):
     """Root of the second factor of f: of k z + c ż, or of k + λ ż."""
-    k, c, lam = law[0], law[1], law[2]
+    k, c, lam = law[K], law[C], law[LAMBDA]
     if lam > 0:
         return -(k + lam * v) / (lam * spin)
     return -(k * z + c * v) / (k * s + c * spin)
@@ -117,7 +120,7 @@ def _second_root(z, v, s, spin, law):
 @compiled()
 def _ends(regime, z, v, s, spin, law):
     """Ends of the contact interval by the formula of a regime; NaN where it cannot be continued."""
-    b = law[3]
+    b = law[HALF_BASE]
     lower, upper = regime // 3, regime % 3
     u0, u1 = -b, b
     if lower == 1:
@@ -158,7 +161,7 @@ def _force_factors(regime, z, s, cos, law):
     Force = f_0 + f_v ż + f_w θ̇ and moment / cosθ = m_0 + m_v ż + m_w θ̇, per unit mass: linear in the rates,
     so that these factors are ready before the rates of a stage are. NaN where the formula can't be continued.
     """
-    k, c, lam, b = law[0], law[1], law[2], law[3]
+    k, c, lam, b = law[K], law[C], law[LAMBDA], law[HALF_BASE]
     f_0 = f_v = f_w = m_0 = m_v = m_w = 0.0
     if regime in (RIGHT, LEFT):
         sigma = 1.0 if regime == RIGHT else -1.0
@@ -222,7 +225,7 @@ def _edge_ends(depth, slope, radius):
 def _edges(z, s, cos, law):
     """What the rounded edges add to `_force_factors`, by the integrals of depth and of 1, v and v²; at last
     the derivative of f_0 by z."""
-    k, c, lam, flat, radius = law[0], law[1], law[2], law[3], law[8]
+    k, c, lam, flat, radius = law[K], law[C], law[LAMBDA], law[HALF_BASE], law[RADIUS]
     f_0 = f_v = f_w = m_0 = m_v = m_w = f_z = 0.0
     for side in (1.0, -1.0):
         depth, slope = z + side * flat * s, side * s
@@ -254,8 +257,8 @@ def _edges(z, s, cos, law):
 def depth_at_rest(s, law):
     """Depth of the base centre at which the bed carries a block held still, s = |sinθ|, and the bed's force
     per depth there, over the mass; by Newton's method from below that depth, where the force is convex."""
-    b, g, radius = law[3], law[6], law[8]
-    z, stiffness = b * s + radius + g / (2 * b * law[0]), 0.0
+    b, g, radius = law[HALF_BASE], law[GRAVITY], law[RADIUS]
+    z, stiffness = b * s + radius + g / (2 * b * law[K]), 0.0
     for _ in range(100):
         moments = _moments(-z / s if abs(z) < b * s else -b, b, z, 0.0, s, 0.0, law)
         force, stiffness = moments[0], moments[2]
@@ -273,7 +276,7 @@ def depth_at_rest(s, law):
 @compiled()
 def stored(z, s, law):
     """Energy in the bed over the mass, ∫ k z²/2 du over the contact z > 0."""
-    k, b, radius = law[0], law[3], law[8]
+    k, b, radius = law[K], law[HALF_BASE], law[RADIUS]
     energy, slope = 0.0, abs(s)
     u0 = -z / slope if abs(z) < b * slope else math.copysign(b, -z)
     for i in range(NODES.size):
@@ -295,7 +298,7 @@ def stored(z, s, law):
 @compiled(forceinline=True)
 def _com(s, cos, law):
     """Centre of mass to the right of and above the base centre."""
-    h, e = law[4], law[9]
+    h, e = law[HEIGHT], law[OFFSET]
     hs, hc = h * s, h * cos
     if e != 0:
         hs, hc = hs + e * cos, hc - e * s
@@ -308,9 +311,9 @@ def _inertia(s, cos, law):
 
     The point that keeps its place sideways lies at a from the base centre: 0, or ±b of the corner.
     """
-    a = law[7]
+    a = law[CORNER]
     hs, hc = _com(s, cos, law)
-    lever, fall, reduced = hc, hs, law[5] - hs * hs
+    lever, fall, reduced = hc, hs, law[INERTIA] - hs * hs
     if a != 0:
         rise = a * s
         lever, fall = hc + rise, hs - a * cos
@@ -321,7 +324,7 @@ def _inertia(s, cos, law):
 @compiled(forceinline=True)
 def _about_corner(law):
     """Moment of inertia over the mass about the corner turned about."""
-    return law[5] + law[3] * law[3] - 2 * law[9] * law[7]
+    return law[INERTIA] + law[HALF_BASE] * law[HALF_BASE] - 2 * law[OFFSET] * law[CORNER]
 
 
 @compiled(forceinline=True)
@@ -336,7 +339,7 @@ def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
         u0, u1 = _ends(regime, z, v, s, w * cos, law)
         moments = _moments(u0, u1, z, v, s, w * cos, law)
         f_0, m_0 = moments[0], moments[1]
-    if law[8] > 0:
+    if law[RADIUS] > 0:
         of_edges = _edges(z, s, cos, law)
         f_0 += of_edges[0]
         f_v += of_edges[1]
@@ -377,7 +380,7 @@ def _jacobian(regime, y, x_ground, gravity, law):
             m_z += by_end * u
             m_s += by_end * u * u
     hs, hc = _com(s, cos, law)
-    rise, shift = law[7] * s, law[7] * cos
+    rise, shift = law[CORNER] * s, law[CORNER] * cos
     turn = (lever * (x_ground + fall * w * w) + hs * force - cos * moment) / reduced
     f_theta = f_s * cos - f_spin * w * s
     m_theta = m_s * cos - m_spin * w * s
@@ -415,8 +418,8 @@ def _event(i, y, law):
     """
     z, v, theta, w = y
     if i == 5:
-        return theta * math.copysign(1.0, law[7])
-    k, c, lam, b = law[0], law[1], law[2], law[3]
+        return theta * math.copysign(1.0, law[CORNER])
+    k, c, lam, b = law[K], law[C], law[LAMBDA], law[HALF_BASE]
     s, cos = sincos(theta)
     spin = w * cos
     if i == 4:
@@ -433,8 +436,8 @@ def _event(i, y, law):
 def _event_rate(i, y, law):
     """Rate of event functions 0, 1 and 5."""
     if i == 5:
-        return y[3] * math.copysign(1.0, law[7])
-    swing = law[3] * y[3] * sincos(y[2])[1]
+        return y[3] * math.copysign(1.0, law[CORNER])
+    swing = law[HALF_BASE] * y[3] * sincos(y[2])[1]
     return y[1] - swing if i == 1 else y[1] + swing
 
 
@@ -490,7 +493,7 @@ def _step_explicit(regime, h, y, f, ground, law, weights, dense):
     z, v, t, w = y
     a1, b1 = f
     excited = coefficients.shape[0] > 0
-    g = law[6]
+    g = law[GRAVITY]
     x, gravity = 0.0, g
     if excited:
         x, gravity = _ground(coefficients, segment, tau + h * (1 / 5), g)
@@ -552,7 +555,7 @@ def _step_implicit(regime, h, y, f, ground, law, weights, dense, stages):
     """One step of Rodas5P, of a block on a bed; arguments and results as in `_step_explicit`."""
     coefficients, segment, tau = ground
     z, v, t, w = y
-    g = law[6]
+    g = law[GRAVITY]
     x, gravity = _ground(coefficients, segment, tau, g)
     a_z, a_v, a_t, a_w, b_z, b_v, b_t, b_w = _jacobian(regime, y, x, gravity, law)
     x_rate, z_rate = _ground_rate(coefficients, segment, tau)
@@ -715,7 +718,7 @@ def _first_event(regime, bits, tensionless, pivots, dense, law):
 def _may_cross(bits, pivots, y, swing, v_before, swing_before, law):
     """Whether a corner's depth, or a θ that counts, has changed its sign over a step, or its rate has."""
     z, v, theta, _ = y
-    reach, a = law[3] * sincos(theta)[0], math.copysign(1.0, law[7])
+    reach, a = law[HALF_BASE] * sincos(theta)[0], math.copysign(1.0, law[CORNER])
     return (
         (z + reach > 0) != (bits & 1 > 0)
         or (z - reach > 0) != (bits & 2 > 0)
@@ -728,16 +731,16 @@ def _may_cross(bits, pivots, y, swing, v_before, swing_before, law):
 @compiled()
 def _lift(coefficients, segment, tau, duration, law):
     """Time from tau until Housner's block at rest lifts within the segment, at most `duration`."""
-    slope, off = law[3] / law[4], law[9] / law[4]
+    slope, off = law[HALF_BASE] / law[HEIGHT], law[OFFSET] / law[HEIGHT]
     parts = 64 if coefficients[segment, 2] != 0 or coefficients[segment, 7] != 0 else 4
     left = 0.0
     for i in range(parts + 1):
         right = duration * i / parts
-        x, gravity = _ground(coefficients, segment, tau + right, law[6])
+        x, gravity = _ground(coefficients, segment, tau + right, law[GRAVITY])
         if abs(x + gravity * off) > gravity * slope:
             for _ in range(60):
                 middle = 0.5 * (left + right)
-                x, gravity = _ground(coefficients, segment, tau + middle, law[6])
+                x, gravity = _ground(coefficients, segment, tau + middle, law[GRAVITY])
                 if abs(x + gravity * off) > gravity * slope:
                     right = middle
                 else:
@@ -823,7 +826,7 @@ def integrate(
 
     Parameters
     ----------
-    law : tuple of 10 floats
+    law : tuple of 10 floats, at the places K to OFFSET
         k/m, c/m, λ/m, half the flat part of the base (b, where its edges are sharp), h, (I_cm + m h²)/m, g, b
         where the block turns about its corners or 0 where it is guided, the radius of its edges, which
         requires a guided block and the geometric rule of debonding, and the offset e of the centre of mass to
@@ -1099,9 +1102,9 @@ def accelerations(
     x_ground, z_ground : float
         Accelerations of the ground [m/s²].
     """
-    law = (*law[:7], math.copysign(law[7], y[2]) if law[7] else 0.0, *law[8:])
+    law = (*law[:CORNER], math.copysign(law[CORNER], y[2]) if law[CORNER] else 0.0, *law[CORNER + 1 :])
     regime = _regime(_signs(tensionless, y, law), tensionless)
     found: tuple[float, float] = _accelerations(
-        regime, y[0], y[1], y[2], y[3], x_ground, law[6] + z_ground, law
+        regime, y[0], y[1], y[2], y[3], x_ground, law[GRAVITY] + z_ground, law
     )
     return found
