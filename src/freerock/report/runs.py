@@ -36,8 +36,7 @@ def printed_runs(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels, n_run
             "Verdict": row.verdict + ", excluded" * bool(row.excluded),
             "α / °": quantity(row.theta0_deg, row.theta0_u_deg),
             "Duration / s": fixed(row.duration_s, 2),
-            "Zero crossings": str(row.n_impacts),
-            "Impacts with r": str(row.n_restitution),
+            "Zero crossings": f"{row.n_impacts} ({row.n_restitution} with r)",
             "σ / °": quantity(row.sigma_theta_deg, digits=2),
             "Law": MODEL_LABELS.get(law.get((row.test, str(row.run)), ""), "–"),
         }
@@ -46,7 +45,8 @@ def printed_runs(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels, n_run
     notes = [
         "α: release angle as the sensor shows it, ± its total standard uncertainty. "
         "Zero crossings: those of θ that stand out of the noise; the last ones are no impacts, as the base "
-        "stays in full contact. σ: standard deviation of the noise of θ at rest."
+        "stays in full contact; with r: impacts whose restitution is known. "
+        "σ: standard deviation of the noise of θ at rest."
     ]
     if len(runs) < n_runs:
         notes.append(f"Listed: {len(runs)} of {n_runs} runs, those that most need a look; all: runs.csv.")
