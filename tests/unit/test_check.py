@@ -213,6 +213,15 @@ def test_every_file_is_read_and_doubts_stand_beside_problems(lab):
     assert "config/campaigns/lab.csv:9: small" in [doubt.where for doubt in doubts]
 
 
+def test_of_an_unreadable_yaml_nothing_else_is_told(lab):
+    """Which folder holds the records is not known."""
+    lab.rename("raw/other")
+    edit("config/campaigns/lab.yaml", "origin: simulated", "raw: raw/other\norigin: simulated")
+    edit("config/campaigns/lab.yaml", "mass_kg: 5.84}", "mass_kg: 5.84")
+    (line,) = problems()
+    assert line.startswith("config/campaigns/lab.yaml:5: ")
+
+
 def test_a_table_of_volts_scales_no_length(lab):
     write_volts(lab / "b.tdms", "mm", "top", "low")
     (line,) = problems()
