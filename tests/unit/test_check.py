@@ -184,7 +184,7 @@ def test_a_sample_that_cannot_be_read_is_a_problem_unless_its_record_is_excluded
 
 
 def test_every_file_is_read_and_doubts_stand_beside_problems(lab):
-    """A block of no name, no number, other units, text, a file that is gone, and thousandths of volts."""
+    """Unknown block and laser, no number, other units, text, a file that is gone, thousandths of volts."""
     still = np.full(600, 5.0)
     swing = still + np.r_[np.zeros(300), np.sin(np.arange(300) / 20)]
     write_volts(lab / "nan.tdms", "V", "laser", samples=still * np.nan)
@@ -195,21 +195,23 @@ def test_every_file_is_read_and_doubts_stand_beside_problems(lab):
     (lab / "text.csv").write_text("\n".join(["time [s],laser [V]", *rows]) + "\n")
     files = ["nan.tdms", "mm.tdms", "deg.tdms", "text.csv", "gone.tdms", "small.tdms"]
     tests = [f"{file.partition('.')[0]},{file},,tall,marble,near\n" for file in files]
-    Path("config/campaigns/lab.csv").write_text(CSV + "".join(tests) + "c,a.tdms,,short,marble,near\n")
+    tests += ["c,a.tdms,,short,marble,near\n", "d,a.tdms,,tall,marble,far\n"]
+    Path("config/campaigns/lab.csv").write_text(CSV + "".join(tests))
     sound, found, doubts = check_config()
     assert sound == []
     told = [str(each).removeprefix("config/campaigns/lab.csv:") for each in found]
     assert [line.split(": ")[0:2] for line in told] == [
         ["10", "block"],
+        ["11", "laser"],
         ["4", "file"],
         ["5", "laser"],
         ["6", "laser"],
         ["7", "file"],
         ["8", "file"],
     ]
-    assert "short" in told[0] and "raw/lab/nan.tdms" in told[1]
-    assert "range_m" in told[2] and "'mm'" in told[2] and "'deg'" in told[3]
-    assert "'lost'" in told[4] and "line 601" in told[4] and "raw/lab/gone.tdms" in told[5]
+    assert "short" in told[0] and "'far'" in told[1] and "raw/lab/nan.tdms" in told[2]
+    assert "range_m" in told[3] and "'mm'" in told[3] and "'deg'" in told[4]
+    assert "'lost'" in told[5] and "line 601" in told[5] and "raw/lab/gone.tdms" in told[6]
     assert "config/campaigns/lab.csv:9: small" in [doubt.where for doubt in doubts]
 
 
