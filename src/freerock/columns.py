@@ -2,9 +2,9 @@
 
 `columns.csv` has a row per column, in the order in which a table has them. A name is changed there and where
 its rows are written: `tables/`, `planning/`, `populations/`, and of a netCDF variable `products/`.
-`figures/`, `report/`, `review/` and the bench (`src/freerock_bench`) read some by name. Names of a parameter
-or a law, as `k_u` and `epsilon_housner`, are composed. The site is made from `columns.csv`. The unit `unit`
-is that in the row's own column `unit`.
+`figures/`, `report/`, `review/` and the bench (`src/freerock_bench`) read some by name. Writers and readers
+of a column: `git grep NAME`. Names of a parameter or a law, as `k_u` and `epsilon_housner`, are composed. The
+site is made from `columns.csv`. The unit `unit` is that in the row's own column `unit`.
 """
 
 import csv

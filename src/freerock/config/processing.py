@@ -6,7 +6,7 @@ from freerock.config.values import NotNegative, Number, Positive, Section, Whole
 
 
 class RotationOptions(Section):
-    """Volts to θ(t).
+    """Settings of the step from volts to θ(t).
 
     The choices and thresholds of `rotation.find_rotation`.
 
@@ -39,7 +39,7 @@ class RotationOptions(Section):
 
 
 class RunLimits(Section):
-    """θ(t) to free-rocking runs.
+    """Settings of the step from θ(t) to free-rocking runs.
 
     The thresholds of `runs.find_runs`.
 
@@ -84,7 +84,7 @@ class RunLimits(Section):
 
 
 class ImpactLimits(Section):
-    """A run to its impacts and restitution coefficients.
+    """Settings of the step from a run to its impacts and restitution coefficients.
 
     The thresholds of `impacts.find_impacts`.
 

@@ -124,9 +124,10 @@ class ImpactScatter:
 
 
 class Minimizer(lmfit.Minimizer):  # type: ignore[misc]
-    """Of lmfit, from an end: where numbers are held off it, as by `lmfit.conf_interval`, the others follow.
+    """lmfit's Minimizer, started from a finished fit.
 
-    They start where the linear model of the end has them; a swing that is out of step holds a search fast.
+    Where `lmfit.conf_interval` holds a parameter off its optimum, the others start where the linear model
+    puts them. A search that starts with a swing out of phase gets stuck.
 
     Parameters
     ----------
@@ -141,7 +142,7 @@ class Minimizer(lmfit.Minimizer):  # type: ignore[misc]
     def leastsq(
         self, params: lmfit.Parameters | None = None, **options: Any
     ) -> "lmfit.minimizer.MinimizerResult":
-        """As of lmfit."""
+        """Least squares as in lmfit, after free parameters are moved by the linear model."""
         params = (params or self.params).copy()
         names, ends = self.end.var_names, self.end.params
         off = np.array([params[name].value - ends[name].value for name in names])
@@ -163,7 +164,8 @@ class Fit:
     model : str
         A key of `freerock.models.laws.CANDIDATES`.
     values : mapping of str to float
-        Numbers of the law, then width, theta0, t0 where they were freed [SI].
+        Numbers of the law, then width, theta0, t0 where they were freed [SI]. theta0 is the angle that the
+        sensor shows before the release, read with the stated inputs.
     uncertainty : Uncertainty
         Its `stderr` by noise and impacts, `u_law`, `u_total`, `covariance`, and `contributions` of inputs.
     curve : Curve
@@ -179,7 +181,7 @@ class Fit:
         Of the least squares, with the covariance of `uncertainty`: its standard errors are `u_total`. `ndata`
         counts samples as independent ones: neighbours share slow noise.
     minimizer : Minimizer
-        That goes on from it.
+        The minimizer that continues from `result`.
     posterior : Posterior or None
         The linear model at the end; None of the paper's fit.
     impacts : Impacts or None

@@ -55,8 +55,9 @@ class _Theta:
 
 
 class RockingModel(lmfit.Model):  # type: ignore[misc]
-    """θ(t) [rad] of a block that is released at an angle theta0 [rad] at the instant t0 [s].
+    """θ(t) [rad] as the sensor shows it, of a block that is released at the instant t0 [s].
 
+    theta0 [rad] is the angle that the sensor shows before the release; without a view it is the rotation.
     It is the base of `HousnerModel`, `WinklerModel` and `HuntCrossleyModel`. Its parameters are those of the
     law, lambda as `lambda_`, then theta0 and t0 [SI]; `time` [s] since the release is the independent
     variable. A fit takes the noise to be white and each impact as the law has it: fit the first swings of a

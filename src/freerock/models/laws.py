@@ -2,8 +2,10 @@
 
 Whatever lists models (configuration, fits, tables, figures, report) reads these rows. Unit, bounds and grid
 of a number stand in `free_parameters`.
-What a law of the foundation does is written in `kernel` and, as sums, in `series`; of a rigid block, in
-`housner`. The configuration reads the rows too, so nothing is imported here that is slow to load.
+What a law of the foundation does is written in `kernel`: a new one needs its terms in `_pressure` (force),
+`_force_factors` (force and moment over the base) and `stored` (energy). `series` has the same as sums, for
+speed. A rigid block is written in `housner`. The configuration reads the rows too, so nothing is imported
+here that is slow to load.
 """
 
 from collections.abc import Mapping

@@ -1,8 +1,8 @@
 """Noise of a sensor at rest, from the stretches of a record in which θ shows nothing else; and in motion.
 
 σ of a sample is found by `still_signal`, the spectrum by `spectrum`. While the block moves the noise may be
-louder, by one factor per octave. Sixth differences of means cancel a smooth motion, so only noise remains;
-those of twice as many see the octave below. They are taken near the peaks, away from impacts.
+louder, by one factor per octave. Sixth differences of means cancel a smooth motion, so only noise remains.
+Means of twice as many samples show the octave below. Differences are taken near the peaks, away from impacts.
 """
 
 import math
@@ -31,9 +31,9 @@ BLOCK_S = 0.02  # averaging time in which a swing stands out of the noise
 PARTS = 8  # into which a phase is cut
 LAST = 2  # of these parts, which show what the phase is like when it has settled
 SWINGS = 4.0  # times the usual mean square of averages, from which a part still swings
-LINE = 8.0  # times the median of its neighbours: tapered power above it is a line
+LINE = 8.0  # tapered power above so many times the median of its neighbours is a line
 SHORTEST = 64  # samples of a stretch that says something of a spectrum
-RESOLVED = 2.5  # times one over the length of a stretch: least upper end of the lowest band
+RESOLVED = 2.5  # the lowest band ends at so many times 1/(length of the longest stretch), or higher
 COARSE = math.sqrt(3)  # standard deviations at rest, above which a converter's step hides the noise
 STANDS = 1e-3  # of a converter's step: a stretch that scatters by less has one value, and no spectrum
 COARSELY = 4.0  # degrees of freedom, at most, of noise that a converter's step hides
@@ -82,10 +82,16 @@ def quiet_stretches(
 
 
 class AtRest(NamedTuple):
-    """What a record shows while it stands still: its phases, and the noise of the sensor [rad].
+    """The still phases of a record and the noise of its sensor.
 
-    The noise is that where sigma_theta is as usual; None where no phase is long enough. `relative` is the
-    same in units of what sigma_theta usually is; None where there is none.
+    Parameters
+    ----------
+    phases : list of Phase
+        When the block stands still.
+    noise : Noise or None
+        Noise [rad] of samples with the usual sigma_theta; None where no phase is long enough.
+    relative : Noise or None
+        The same over the usual sigma_theta; None where there is no noise.
     """
 
     phases: list[Phase]
@@ -192,7 +198,7 @@ HIGH_SWING = 20.0  # standard deviations of the noise that a swing is high which
 LONGEST = 8  # means of the noise in one of a difference, at most: beyond them the motion itself is seen
 INNER = 0.8  # of a swing, about its middle, that is looked at
 OF_MEDIAN = 0.4549  # the median of squares of normal numbers
-FARTHEST = 9.0  # times what that median tells, at most, does a square count: what jumps is no noise
+FARTHEST = 9.0  # a square counts as at most so many times the variance by the median: a jump is no noise
 SIZES = int(math.log2(LONGEST)) + 1  # of differences
 EFFICIENCY = 0.8  # degrees of freedom of a square: its differences overlap
 SURE = 10.0  # twice the logarithm of a likelihood ratio, from which noise is louder

@@ -1,4 +1,7 @@
-"""Datasets of a record and of its fits: netCDF in and out, with CF-1.11 and ACDD-1.3 attributes."""
+"""Datasets of a record and of its fits: netCDF in and out, with CF-1.11 and ACDD-1.3 attributes.
+
+A file is written whole by `files.atomic`; `open_product` refuses a damaged one.
+"""
 
 import json
 from collections.abc import Collection, Mapping, Sequence

@@ -1,8 +1,8 @@
 """Groups of variables into a netCDF file and out of it; several times faster than xarray's own way.
 
-Same inputs, same bytes: no time stamp is written. A product is written beside its place and moved there when
-it is whole (`files.atomic`). The datasets have one vocabulary: each variable has its unit and long name in
-`variables.csv`. The variables of a fit are in `netcdf`, the columns of tables in `freerock.columns`.
+Same inputs, same bytes: no time stamp is written. A product is written whole by `files.atomic`;
+`open_product` refuses a damaged one. The datasets have one vocabulary: each variable has its unit and long
+name in `variables.csv`. The variables of a fit are in `netcdf`, the columns of tables in `freerock.columns`.
 """
 
 import csv

@@ -1,4 +1,7 @@
-"""The laboratory's knowledge of a record: block, lasers, clock and base; and the same with a moved input."""
+"""The laboratory's knowledge of a record: block, lasers, clock and base; and the same with a moved input.
+
+A `Laboratory` comes from `config.step_settings`; `identification.run_model` moves its inputs.
+"""
 
 import math
 from collections.abc import Mapping
