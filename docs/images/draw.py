@@ -173,9 +173,9 @@ def contact_interval():
                 bottom.plot([1e3 * u0, 1e3 * u1], [level, level], "|-", color=color, linewidth=1.6)
                 for end, name in ((u0, "u$_0$"), (u1, "u$_1$")):
                     bottom.text(1e3 * end, level - 1.2, name, ha="center", va="top", fontsize=6)
-        bottom.set(xlabel="u [mm]", ylim=(-29, 30), xlim=(-44, 44))
-    axes[0, 0].set(ylabel="depth z [mm]", ylim=(3.6, -3.2))
-    axes[1, 0].set_ylabel("f [kN/m]")
+        bottom.set(xlabel="u / mm", ylim=(-29, 30), xlim=(-44, 44))
+    axes[0, 0].set(ylabel="depth z / mm", ylim=(3.6, -3.2))
+    axes[1, 0].set_ylabel("f / (kN m⁻¹)")
     axes[1, -1].text(0, 8, "no contact", ha="center")
     axes[1, 0].text(0, -12.5, "geometric", color=BLUE, fontsize=6, ha="center")
     axes[1, 0].text(0, -20.5, "tensionless", color=RED, fontsize=6, ha="center")
@@ -204,7 +204,7 @@ def housner():
     )
     left.axvline(swings.rest_time, color=GREY, linestyle="--")
     left.text(swings.rest_time - 0.1, -6, f"rest at {swings.rest_time:.4f} s", ha="right", color=GREY)
-    left.set(xlabel="t [s]", ylabel="θ [°]", xlim=(0, 8))
+    left.set(xlabel="t / s", ylabel="θ / °", xlim=(0, 8))
     left.legend(loc="upper center", ncols=2)
     time = np.linspace(0, swings.impact_time[5], 2001)
     theta, rate = housner_motion(swings, time, theta0)
@@ -213,7 +213,7 @@ def housner():
     for n in range(5):
         before = -swings.sign[n] * np.degrees(swings.impact_rate[n])
         right.plot([0, 0], [before, r * before], color=RED, linewidth=1.6)
-    right.set(xlabel="θ [°]", ylabel="θ̇ [°/s]")
+    right.set(xlabel="θ / °", ylabel="θ̇ / (° s⁻¹)")
     right.text(0, 0, "at an impact\nθ̇⁺ = r θ̇⁻", color=RED, ha="center", va="center")
     return figure
 
@@ -232,8 +232,8 @@ def debonding():
             response = simulate(model, block, parameters, time, theta0=theta0, rules=Rules(rule))
             ax.plot(time, np.degrees(response.theta), color=color, linestyle=LINES[rule], label=rule)
         ax.set_title(f"{name}, configuration 2 on marble (Table 2)", loc="left")
-        ax.set_xlabel("t [s]")
-    axes[0].set_ylabel("θ [°]")
+        ax.set_xlabel("t / s")
+    axes[0].set_ylabel("θ / °")
     axes[1].legend(loc="upper right", ncols=2)
     return figure
 
@@ -260,7 +260,7 @@ def rigid():
     ax.axhline(0, color=GREY)
     ax.text(9e10, -5.5, "circles: guided; dashed: its limit, k → ∞", ha="right", color=GREY)
     ax.text(9e10, 3.4, "squares: pivoting; grey: Housner", ha="right", color=GREY)
-    ax.set(xlabel="k [N/m²], λ/k = 19 s/m", ylabel="first impact, later than\nHousner's [%]")
+    ax.set(xlabel="k / (N m⁻²); λ/k = 19 s m⁻¹", ylabel="first impact, later than\nHousner's / %")
     ax.legend(loc="upper right")
     return figure
 
