@@ -144,6 +144,12 @@ def test_a_channel_that_is_not_the_lasers_is_refused(capsys, case, words):
     assert line.startswith("stick/other.tdms: channel laser") and value in line and "; " in line
 
 
+def test_volts_are_refused_where_the_laser_has_no_scale(capsys):
+    Path("config/campaigns/lab.yaml").write_text(YAML.replace(", range_m: 0.1", ""))
+    (line,) = refused(capsys, "stick/second.tdms", "--block", "tall")
+    assert line.startswith("stick/second.tdms: channel laser of laser high: ") and "range_m" in line
+
+
 def test_why_a_channel_cannot_be_read_is_told(capsys):
     rows = [f"{i / 100},{i},{i if i != 400 else 'lost'}" for i in range(500)]
     Path("stick/text.csv").write_text("time [s],heat [°C],laser [V]\n" + "\n".join(rows) + "\n")

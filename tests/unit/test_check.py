@@ -117,7 +117,7 @@ FILES = {
     "no scale": (
         lambda raw: edit("config/campaigns/lab.yaml", ", range_m: 0.05", ""),
         "config/campaigns/lab.csv:2: laser: a voltage has no scale; "
-        "give one of range_m, sensitivity_per_mm, calibration to the laser",
+        "give one of range_m, sensitivity_per_mm, calibration to the laser, or name another",
     ),
     "calibration that turns back": (
         lambda raw: edit(raw / "table.csv", "10,50", "10,50\n5,60"),

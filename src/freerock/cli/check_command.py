@@ -171,12 +171,8 @@ def _unit(
     if isinstance(found, FreerockError):
         yield FreerockError(where, found.what, found.remedy)
         return
-    if (quantity := found[1]) not in ("voltage", "current"):
-        return
-    if not (laser.range_m or laser.sensitivity_per_mm or laser.calibration):
-        remedy = "give one of range_m, sensitivity_per_mm, calibration to the laser"
-        yield FreerockError(where, f"a {quantity} has no scale", remedy)
-    if table and table.quantity != quantity:
+    quantity = found[1]
+    if table and quantity in ("voltage", "current") and table.quantity != quantity:
         what = f"the calibration table is of a {table.quantity}, the channel of a {quantity}"
         yield FreerockError(where, what, "give the table of this sensor")
 

@@ -152,8 +152,7 @@ class Laser(LaserKeys):
         if self.sensitivity_per_mm is not None:
             return self.sign * 1e-3 / self.sensitivity_per_mm
         if self.range_m is None:
-            remedy = f"give one of {', '.join(SCALES)}, or its units as m or deg"
-            raise FreerockError("laser", f"a {quantity} has no scale", remedy)
+            raise FreerockError("laser", f"a {quantity} has no scale", SCALE_IT)
         name = "volts" if quantity == "voltage" else "milliamps"
         span: float = getattr(self, f"{name}_at_end") - getattr(self, f"{name}_at_start")
         return self.sign * self.range_m / span
@@ -167,6 +166,7 @@ def laser_of(section: Mapping[str, Any], raw: str | Path) -> Laser:
 
 SEVERAL_LEVELS = 0.2  # V: so much apart, and samples are not of one level with its noise
 SCALES = ("range_m", "sensitivity_per_mm", "calibration")
+SCALE_IT = f"give one of {', '.join(SCALES)} to the laser, or name another"
 
 
 def looks_like_current(volts: Floats, laser: Laser) -> bool:
@@ -190,11 +190,14 @@ def recorded_of(values: ArrayLike, laser: Laser | LaserSection, stated: str) -> 
     Raises
     ------
     FreerockError
-        As of `in_base_units`; a laser that scales an output, and a file that states another quantity.
+        As of `in_base_units`; an output that the laser does not scale, or a scale and another quantity.
     """
     recorded, quantity = in_base_units(values, laser.units, stated)
     scale = next((name for name in SCALES if getattr(laser, name) is not None), "")
-    if scale and not laser.units and quantity not in ("voltage", "current"):
+    of_output = quantity in ("voltage", "current")
+    if of_output and not scale:
+        raise FreerockError("laser", f"a {quantity} has no scale", SCALE_IT)
+    if scale and not (of_output or laser.units):
         what = f"{scale} scales volts or milliamperes, and the file states {stated!r}"
         remedy = f"correct that unit, or name a laser without {scale}"
         raise FreerockError("lasers: units", what, remedy)
