@@ -2,7 +2,7 @@
 
 import pytest
 
-from freerock.runs.verdict import Reason, Verdict, in_one_line
+from freerock.runs.verdict import Reason, Verdict, in_one_line, known_reasons
 
 NOTED = Reason("ok", "overridden", "overridden: late; and short")
 DOUBT = Reason("warn", "pushed", "pushed")
@@ -23,3 +23,9 @@ def test_reasons_in_words():
     assert in_one_line(verdict.reasons) == "overridden: late, and short; pushed"
     assert in_one_line([NOTED]) == "overridden: late; and short"
     assert in_one_line([]) == ""
+
+
+def test_the_remedy_of_what_was_not_processed_names_the_logs():
+    known = known_reasons()
+    assert "`logs/fit_TEST.log`" in known["not_fitted"].remedy
+    assert "`logs/record_TEST.log`" in known["not_processed"].remedy

@@ -14,6 +14,7 @@ from small_campaign import ROOT
 
 import freerock
 from freerock.columns import columns_of
+from freerock_bench.evidence import numbers
 
 INPUTS = {"width": "width_m", "beam": "position_m", "height": "height_m", "scale": "scale_fraction"}
 INPUTS |= {"centre of mass": "com_height_m", "inertia": "inertia_kg_m2", "runs": "runs"}
@@ -44,6 +45,17 @@ def test_the_squat_block_rocks_longest_on_marble_as_the_head_of_the_report_says(
     longest = table(palermo, "summary").set_index("foundation")["longest"]
     assert longest["marble"].split() == ["config1", "config2", "config3"] and pd.isna(longest["aerstop"])
     assert "Configuration #3 rocks longer on marble" in (palermo / "report.html").read_text(encoding="utf-8")
+
+
+def test_validation_gives_the_medians_that_the_report_prints(palermo):
+    told = {each["name"]: each["printed"] for each in numbers()}
+    seconds = table(palermo, "runs").groupby(["block", "foundation"])["duration_s"].median()
+    for (block, foundation), median in seconds.items():
+        assert float(told[f"time_{block[-1]}_{foundation}"]) == pytest.approx(median, rel=5e-3)
+    scene = "block == 'config1' and foundation == 'marble' and model == 'housner'"
+    epsilon = table(palermo, "table3").query(scene)["epsilon_theta"].item()
+    assert told["paper_slender"].endswith(" %")
+    assert float(told["paper_slender"].rstrip(" %")) == pytest.approx(100 * epsilon, rel=5e-3)
 
 
 def test_the_paper_may_take_the_wrong_law_where_impacts_scatter_and_freed_impacts_do_not(palermo):
