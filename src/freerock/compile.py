@@ -20,16 +20,18 @@ def compile_kernels() -> None:
     block, time_s = Block(1.0, 0.2, 1.0), np.arange(100) / 100
     laser = Laser("vertical", 0.05, units="mm")
     view = View(block, laser)
-    bed = {"k": 1e6, "c": 1e3, "theta0": 0.1}
+    bed = {"k": 1e6, "c": 1e3, "theta0": 0.05}
     as_measured("winkler", block, bed, time_s[:2], view)
     as_measured("winkler", block, bed | {"edge_radius": 1e-3}, time_s[:2], view)
-    as_measured("housner", block, {"r": 0.9, "theta0": 0.1, "width": 0.19}, time_s[:2], view)
-    rates, passages = np.empty((100, 3)), np.full((2, 5), np.nan)
-    scattered: dict[str, Any] = bed | {"impacts": np.zeros(2)}
-    theta = simulate_fitted("winkler", block, scattered, time_s, rates=rates, passages=passages)
-    swings = tangents("winkler", block, scattered, time_s, (theta, rates, passages))
-    n = len(swings.rates)
-    swings.by_rates(theta, theta, theta, np.zeros((100 + n, n), order="F"))
+    as_measured("housner", block, {"r": 0.9, "theta0": 0.05, "width": 0.19}, time_s[:2], view)
+    for law, numbers in (("winkler", bed), ("housner", {"r": 0.9, "theta0": 0.05})):
+        scattered: dict[str, Any] = numbers | {"impacts": np.zeros(2)}
+        rates, passages = np.empty((100, 3 if law == "winkler" else 1)), np.full((2, 5), np.nan)
+        theta = simulate_fitted(law, block, scattered, time_s, rates=rates, passages=passages)
+        view.seen(theta[None], rates[None, :, 0], block, None)
+        swings = tangents(law, block, scattered, time_s, (theta, rates, passages))
+        n = len(swings.rates)
+        swings.by_rates(theta, theta, theta, np.zeros((100 + n, n), order="F"))
     find_impacts(time_s, np.cos(9 * time_s), 1e-3, block, theta0=1.0)
 
 
