@@ -18,20 +18,18 @@ from freerock.runs.impacts import find_impacts
 def compile_kernels() -> None:
     """Call every kernel once, with the types of arguments that an analysis has."""
     block, time_s = Block(1.0, 0.2, 1.0), np.arange(100) / 100
-    laser = Laser("vertical", 0.05, units="mm")
-    view = View(block, laser)
-    bed = {"k": 1e6, "c": 1e3, "theta0": 0.05}
-    as_measured("winkler", block, bed, time_s[:2], view)
+    view = View(block, Laser("vertical", 0.05, units="mm"))
+    bed: dict[str, Any] = {"k": 1e6, "c": 1e3, "theta0": 0.05}
     as_measured("winkler", block, bed | {"edge_radius": 1e-3}, time_s[:2], view)
     as_measured("housner", block, {"r": 0.9, "theta0": 0.05, "width": 0.19}, time_s[:2], view)
-    for law, numbers in (("winkler", bed), ("housner", {"r": 0.9, "theta0": 0.05})):
-        scattered: dict[str, Any] = numbers | {"impacts": np.zeros(2)}
-        rates, passages = np.empty((100, 3 if law == "winkler" else 1)), np.full((2, 5), np.nan)
+    for law, numbers, n in (("winkler", bed, 3), ("housner", {"r": 0.9, "theta0": 0.05}, 1)):
+        scattered = {**numbers, "impacts": np.zeros(2)}
+        rates, passages = np.empty((100, n)), np.full((2, 5), np.nan)
         theta = simulate_fitted(law, block, scattered, time_s, rates=rates, passages=passages)
         view.seen(theta[None], rates[None, :, 0], block, None)
         swings = tangents(law, block, scattered, time_s, (theta, rates, passages))
-        n = len(swings.rates)
-        swings.by_rates(theta, theta, theta, np.zeros((100 + n, n), order="F"))
+        out = np.zeros((time_s.size + swings.rates.size, swings.rates.size), order="F")
+        swings.by_rates(theta, theta, theta, out)
     find_impacts(time_s, np.cos(9 * time_s), 1e-3, block, theta0=1.0)
 
 
