@@ -27,8 +27,8 @@ TOLD = {  # where it occurs in a table
 }
 OF_BLOCKS = {  # by the head of a row of table 1
     "α / °": "α: nominal release angle.",
-    "α recorded / °": "Recorded: as the sensor shows it, mean of runs whose hold was seen, ± total standard "
-    "uncertainty.",
+    "α recorded / °": "α recorded: release angle as the sensor shows it, mean of runs whose hold was "
+    "seen, ± total standard uncertainty.",
     "θ_cr / °": "θ_cr: critical angle.",
     "R / m": "R: from corner to centre of mass.",
     "p / (rad s⁻¹)": "p² = m g R over the moment of inertia about the corner.",
