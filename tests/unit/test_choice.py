@@ -110,6 +110,21 @@ def test_without_a_usable_fit_nothing_is_chosen(found):
     assert [each.status for each in choice.judged] == ["not_fitted", "not_fitted"]
 
 
+def test_a_law_that_first_swings_reject_is_no_choice_beside_one_that_leaves_only_noise(found):
+    true = found.fits["hunt_crossley"]
+    alike = {
+        run: replace(fit, evidence=replace(fit.evidence, minus_two_log=fit.evidence.minus_two_log - 50))
+        for run, fit in true.items()
+    }
+    fits, why = {"winkler": alike, "hunt_crossley": true}, {"winkler": "on the first swings"}
+    assert choose(fits, {}).selected == "winkler"
+    choice = choose(fits, {}, why)
+    assert choice.selected == "hunt_crossley" and not choice.also_possible
+    assert [each.reason for each in choice.judged if each.model == "winkler"] == ["on the first swings"]
+    assert choose({"winkler": alike}, {}, why).selected == "winkler"
+    assert "winkler" in found.ruled_out and "hunt_crossley" not in found.ruled_out
+
+
 def test_the_right_law_foretells_the_swings_of_a_run_left_out(found):
     right, wrong = (errors_of_swings(found.fits[law]) for law in ("hunt_crossley", "housner"))
     told = compared(right, wrong)

@@ -7,7 +7,7 @@ record's other runs they were fitted to.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -117,7 +117,7 @@ class Choice:
 Fits = Mapping[str, Mapping[int, Fit]]
 
 
-def choose(fits: Fits, missing: Mapping[str, str]) -> Choice:
+def choose(fits: Fits, missing: Mapping[str, str], ruled_out: Mapping[str, str] | None = None) -> Choice:
     """The law that the runs of a record need.
 
     Parameters
@@ -126,6 +126,9 @@ def choose(fits: Fits, missing: Mapping[str, str]) -> Choice:
         By candidate and run; all candidates were fitted to the same runs.
     missing : mapping of str to str
         Why other candidates were not fitted.
+    ruled_out : mapping of str to str, optional
+        Why candidates were fitted that the first swings reject: they are no choice where another one leaves
+        no more than the noise. Where none does, that noise is no measure, and they are compared as all are.
     """
     usable = {name: own for name, own in fits.items() if all(fit.success for fit in own.values())}
     failed = [
@@ -139,9 +142,12 @@ def choose(fits: Fits, missing: Mapping[str, str]) -> Choice:
     ]
     if not usable:
         return Choice("", "none", "none", "no fit is to be used", tuple(left_out))
-    good = [name for name, own in usable.items() if all(fit.evidence.agrees for fit in own.values())]
+    agree = [name for name, own in usable.items() if all(fit.evidence.agrees for fit in own.values())]
+    good = [name for name in agree if name not in (ruled_out or {})] or agree
     found = _by_evidence(usable, good) if good else _by_prediction(usable)
-    return Choice(*found[:4], (*found[4], *left_out))
+    beside = {name: (ruled_out or {})[name] for name in agree if name not in good}
+    judged = (replace(each, reason=beside.get(each.model, each.reason)) for each in found[4])
+    return Choice(*found[:4], (*judged, *left_out))
 
 
 def _over_noise(own: Mapping[int, Fit]) -> float:

@@ -55,16 +55,19 @@ class Identified:
         By run and law.
     missing : dict of str to str
         Why a candidate was not fitted.
+    ruled_out : dict of str to str
+        Why one that was fitted, as all laws of the paper are, is no choice.
     """
 
     fits: dict[str, dict[int, Fit]] = field(default_factory=dict)
     paper: dict[int, dict[str, PaperFit]] = field(default_factory=dict)
     missing: dict[str, str] = field(default_factory=dict)
+    ruled_out: dict[str, str] = field(default_factory=dict)
 
     @property
     def choice(self) -> Choice:
         """The law that the record needs."""
-        return choose(self.fits, self.missing)
+        return choose(self.fits, self.missing, self.ruled_out)
 
 
 def identify_record(block: Block, motions: Mapping[int, Motion], allowed: Allowed) -> Identified:
@@ -126,9 +129,12 @@ def _fit_tier(
         if name in ends:
             share, where = ends[name].over_noise / least_end, "whole first run"
         contends = name in ends and _contends(ends[name], least_end)
-        if not contends and name not in allowed.always:
-            found.missing[name] = f"on the {where} it leaves {share:.3g} times the best's mean square"
-            continue
+        if not contends:
+            is_fitted = name in allowed.always
+            told = found.ruled_out if is_fitted else found.missing
+            told[name] = f"on the {where} it leaves {share:.3g} times the best's mean square"
+            if not is_fitted:
+                continue
         with _missed(name, found):
             found.fits[name] = settled(own[name].ends(not contends), not contends)
 
@@ -148,7 +154,7 @@ def _contends(end: Ended, least: float) -> bool:
 
 def _suffices(found: Identified) -> bool:
     """Whether a candidate leaves no more than the noise in all runs, and no input is pulled."""
-    for own in found.fits.values():
+    for own in (own for name, own in found.fits.items() if name not in found.ruled_out):
         agree = all(fit.success and fit.evidence.agrees for fit in own.values())
         if agree and all(fit.uncertainty.contributions.p_of_pulls > REJECTS for fit in own.values()):
             return True
