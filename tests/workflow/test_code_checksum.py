@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from small_campaign import ROOT
 
+from freerock.figures.captions import FIGURES
 from freerock.jobs import code_checksum as checksums
 from freerock.jobs.code_checksum import code_checksum, code_files
 
@@ -33,8 +34,9 @@ def test_every_module_a_step_imports_is_among_its_code(finished):
         imported = {
             Path(path).relative_to(finished / "src").as_posix() for path in trace.read_text().split("\n")
         }
-        files = code_files(ROOT / "workflow/scripts" / script)
-        assert imported <= {*files}, script
+        drawn = [f"freerock.figures.{each}" for each in FIGURES if f"freerock/figures/{each}.py" in imported]
+        assert len(drawn) == (script == "figure.py")  # it imports the one that its rule names
+        assert imported <= {*code_files(ROOT / "workflow/scripts" / script, *drawn)}, script
     assert seen == SCRIPTS
 
 
