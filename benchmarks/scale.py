@@ -39,6 +39,8 @@ PAGES = files("figures/qc_{test}.{suffix}", test=TESTS, suffix=["png", "pdf", "c
 TABLES, PRINTED = files("tables/{n}.csv", n=range(16)), files("tables/{n}.tex", n=range(9))
 DRAWN = files("figures/{n}.{suffix}", n=range(8), suffix=["png", "pdf", "csv", "txt"])
 REPORT = files("report.{n}", n=range(6))
+wildcard_constraints:
+    n="[0-9]+",
 rule all:
     input: expand([*RECORDS, *FITS, *PAGES, *TABLES, *PRINTED, *DRAWN, *REPORT, f"{R}/end"], campaign="scale")
 rule record:
