@@ -69,7 +69,7 @@ rule printed_tables:
     log: f"{L}/printed_tables.log"
     shell: "touch {output}"
 rule figure:
-    input: RECORDS, FITS, TABLES
+    input: lambda w: expand([RECORDS, FITS, RECORDS + FITS, *[TABLES] * 5][int(w.n)], campaign=w.campaign)
     output: files("figures/{n}.{suffix}", suffix=["png", "pdf", "csv", "txt"])
     log: f"{L}/figure_{{n}}.log"
     shell: "touch {output}"
