@@ -56,7 +56,7 @@ class Identified:
     missing : dict of str to str
         Why a candidate was not fitted.
     ruled_out : dict of str to str
-        Why one that was fitted, as all laws of the paper are, is no choice.
+        Why the first swings reject a law that is fitted nonetheless; see `choose`.
     """
 
     fits: dict[str, dict[int, Fit]] = field(default_factory=dict)
