@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from freerock.noise.still_signal import lattice_step, scatter
+from freerock.noise.signal_noise import lattice_step, scatter
 
 RESTS, SAMPLES = 4, 2000
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from freerock.noise.sensor_noise import in_motion, noise_at_rest
+from freerock.noise.rotation_noise import in_motion, noise_at_rest
 from freerock.noise.spectrum import (
     autocovariance,
     covariance_of_means,

@@ -9,13 +9,13 @@ from scipy.signal import lfilter
 
 from freerock.identification.goodness import goodness, minus_two_log
 from freerock.identification.significance_levels import RESIDUAL
-from freerock.noise.sensor_noise import noise_at_rest, quiet_stretches
+from freerock.noise.rotation_noise import noise_at_rest, quiet_stretches
 from freerock.noise.spectrum import (
     averaged,
     slow_and_white,
     white_noise,
 )
-from freerock.noise.still import stationary_phases
+from freerock.noise.still_phases import stationary_phases
 
 RATE_HZ = 2000.0
 SIGMA = 1e-4

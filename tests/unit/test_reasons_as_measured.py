@@ -11,7 +11,7 @@ import pytest
 
 from freerock.config.processing import ImpactLimits, RotationOptions, RunLimits
 from freerock.models.block import Block
-from freerock.noise.still import Phase
+from freerock.noise.still_phases import Phase
 from freerock.rotation.flags import Fault
 from freerock.runs.beginning import Beginning
 from freerock.runs.reasons_as_measured import Facts, verdict_on

@@ -10,7 +10,7 @@ from freerock.files import check_file, listed_checksums
 from freerock.models.block import Block
 from freerock.models.contact import static_depth
 from freerock.models.laws import GEOMETRIC, Foundation
-from freerock.noise.still import stationary_phases
+from freerock.noise.still_phases import stationary_phases
 from freerock.records.read import read_record
 from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement
 from freerock.rotation.flags import FLAGS

@@ -15,7 +15,7 @@ class RotationOptions(Section):
     mains_hz : float or None
         Nominal frequency of the mains [Hz]; None leaves their interference in the signal.
     window_s : float
-        Window in which a still signal is sought, see `still.stationary_phases` [s].
+        Window in which a still signal is sought, see `still_phases.stationary_phases` [s].
     max_disagreement_deg : float
         Two lasers disagree where the translation they find would turn the angle of the first alone by more
         than this [degree].
@@ -46,7 +46,7 @@ class RunLimits(Section):
     Parameters
     ----------
     window_s : float
-        Window of `still.stationary_phases` [s].
+        Window of `still_phases.stationary_phases` [s].
     held_s : float
         θ0 is read over this long before the release [s].
     finger_s : float

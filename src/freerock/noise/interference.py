@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Complexes, Floats
+from freerock.noise.signal_noise import StillSignal
 from freerock.noise.spectrum import tapered_power
-from freerock.noise.still_signal import StillSignal
 
 BAND_HZ = 0.25  # the mains frequency is sought this far either side of its nominal value
 SOUGHT = 0.18  # of the nominal frequency, either side; short of the step from 50 to 60 Hz

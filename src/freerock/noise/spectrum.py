@@ -2,8 +2,8 @@
 
 A spectral model, white noise plus a first-order autoregressive part, describes the spectrum and extends it
 below the lowest frequency that a rest resolves. The ratio of measured power to that of the model, octave by
-octave, contains all else: mains lines, other colours, the converter. `sensor_noise` finds it in a
-record; σ of a sample is that of `still_signal`. A mean or a least-squares fit is such a sum.
+octave, contains all else: mains lines, other colours, the converter. `rotation_noise` finds it in a
+record; σ of a sample is that of `signal_noise`. A mean or a least-squares fit is such a sum.
 
 Power is measured by sine tapers (Riedel and Sidorenko 1995, doi:10.1109/78.365298). Their leakage falls with
 the fourth power of the frequency, so that slow noise does not spill into fast.

@@ -23,8 +23,8 @@ from freerock.noise.interference import (
     significant_mains,
     slow_line,
 )
-from freerock.noise.still import Phase
-from freerock.noise.still_signal import COARSE_STEP, StillSignal, lattice_step
+from freerock.noise.signal_noise import COARSE_STEP, StillSignal, lattice_step
+from freerock.noise.still_phases import Phase
 from freerock.rotation.beam import sensitivity
 from freerock.rotation.flags import FLAGS, Fault, flag_samples, flagged_faults, shares
 from freerock.rotation.sensor import Laser, distance_from_output, looks_like_current, recorded_of

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Flags, Floats
-from freerock.noise.still import between_breaks
-from freerock.noise.still_signal import lattice_step
+from freerock.noise.signal_noise import lattice_step
+from freerock.noise.still_phases import between_breaks
 from freerock.units import BASE
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from freerock.config.processing import ROTATION_OPTIONS, RotationOptions
 from freerock.errors import FreerockError
 from freerock.files import check_file
 from freerock.models.block import Block
-from freerock.noise.still import stretches
+from freerock.noise.still_phases import stretches
 from freerock.records.read import read_record
 from freerock.rotation.beam import (
     displaced,

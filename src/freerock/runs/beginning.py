@@ -18,7 +18,7 @@ from freerock.config.processing import RunLimits
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.noise.spectrum import covariance_of_sums
-from freerock.noise.still import MIN_PEAKS, UNSTEADY, Phase, stationary_phases, stretches, swings_of
+from freerock.noise.still_phases import MIN_PEAKS, UNSTEADY, Phase, stationary_phases, stretches, swings_of
 from freerock.runs.release import (
     FALL_MOST,
     FAR,

@@ -17,9 +17,9 @@ from freerock.arrays import Floats, sampled
 from freerock.config.processing import IMPACT_LIMITS, ImpactLimits
 from freerock.errors import of_kind
 from freerock.models.block import Block
-from freerock.noise.sensor_noise import in_motion
+from freerock.noise.rotation_noise import in_motion
 from freerock.noise.spectrum import Noise, covariance_of_means, covariance_of_sums
-from freerock.noise.still import swings_of
+from freerock.noise.still_phases import swings_of
 from freerock.runs.impact_kernel import (
     PEAK_DEGREE,
     SWING_SAMPLES,
@@ -95,7 +95,7 @@ def find_impacts(
         Without it, or from θ_cr on, that peak and the first restitutions are NaN.
     limits : ImpactLimits, optional
     noise : Noise, optional
-        Of the sensor over sigma_theta (`sensor_noise.AtRest.relative`); else it is taken to be white.
+        Of the sensor over sigma_theta (`rotation_noise.AtRest.relative`); else it is taken to be white.
     zero_stderr : float
         Standard error of the zero of θ, a part of that of theta0 [rad]: it raises the peaks on one side and
         lowers those on the other.

@@ -9,9 +9,9 @@ import numpy as np
 
 from freerock.arrays import Floats, sampled
 from freerock.errors import FreerockError, of_kind
-from freerock.noise.sensor_noise import HIGH_SWING, in_motion, relative_noise
+from freerock.noise.rotation_noise import HIGH_SWING, in_motion, relative_noise
 from freerock.noise.spectrum import Noise
-from freerock.noise.still import swings_of
+from freerock.noise.still_phases import swings_of
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
 from freerock.runs.runs import Run

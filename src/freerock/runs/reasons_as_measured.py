@@ -16,7 +16,7 @@ from scipy.special import stdtr
 from freerock.arrays import Floats
 from freerock.config.processing import IMPACT_LIMITS, ImpactLimits, RunLimits
 from freerock.models.block import SQUAT, Block
-from freerock.noise.still import Phase, swings_of
+from freerock.noise.still_phases import Phase, swings_of
 from freerock.rotation.flags import BY_HAND, Fault
 from freerock.runs.beginning import Beginning
 from freerock.runs.impacts import Impacts, restitution_covariance

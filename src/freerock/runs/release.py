@@ -13,9 +13,9 @@ from scipy.linalg import solve_triangular
 
 from freerock.arrays import Floats, Indices, Mask
 from freerock.config.processing import RunLimits
-from freerock.noise.sensor_noise import HIGH_SWING, in_motion
+from freerock.noise.rotation_noise import HIGH_SWING, in_motion
 from freerock.noise.spectrum import Noise, covariance_of_sums, stderr_of_mean, unsure_of_sum
-from freerock.noise.still import BLOCKS_PER_WINDOW, Phase, swings_of
+from freerock.noise.still_phases import BLOCKS_PER_WINDOW, Phase, swings_of
 from freerock.runs.signal import Signal
 
 FALL, FALL_MOST = 0.25, 0.8  # of θ0: the early motion is fitted until the block has fallen by this

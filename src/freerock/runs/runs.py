@@ -1,7 +1,8 @@
 """θ(t) of a record -> its free-rocking runs: held, released, rocking to rest; with their impacts.
 
-Where the block stands still comes from `noise.still`, the beginning from `beginning`, the end of the motion
-from `signal`, the verdict from `reasons_as_measured`. Corrections by hand (`by_hand`) replace or add runs.
+Where the block stands still comes from `noise.still_phases`, the beginning from `beginning`, the end of the
+motion from `signal`, the verdict from `reasons_as_measured`. Corrections by hand (`by_hand`) replace or add
+runs.
 """
 
 import math
@@ -18,10 +19,10 @@ from numpy.typing import ArrayLike
 from freerock.arrays import Floats
 from freerock.config.processing import IMPACT_LIMITS, RUN_LIMITS, ImpactLimits, RunLimits
 from freerock.models.block import Block
-from freerock.noise.sensor_noise import AtRest, at_rest
+from freerock.noise.rotation_noise import AtRest, at_rest
+from freerock.noise.signal_noise import scatter
 from freerock.noise.spectrum import Noise, stderr_of_mean
-from freerock.noise.still import Phase
-from freerock.noise.still_signal import scatter
+from freerock.noise.still_phases import Phase
 from freerock.rotation.flags import SignalQuality, signal_quality
 from freerock.runs.beginning import Beginning, begun_by_hand, find_holds, from_hold, no_release, unseen
 from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand, Planned

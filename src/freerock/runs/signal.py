@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from freerock.arrays import Flags, Floats, Mask, sampled
+from freerock.noise.signal_noise import scatter
 from freerock.noise.spectrum import Noise, white_noise
-from freerock.noise.still_signal import scatter
 from freerock.rotation.flags import FLAGS
 
 

@@ -1,4 +1,4 @@
-"""Where a record stands still: at rest, or held by hand before a release.
+"""Returns the phases in which a signal stands still: at rest, held by hand before a release, or paused.
 
 Neighbour of both `rotation` (the zero is read at rest) and `runs` (a run goes from the end of a held phase
 to the start of the rest phase that follows). Works on volts, displacement or θ alike, signed or not.

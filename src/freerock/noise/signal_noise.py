@@ -1,7 +1,6 @@
-"""A signal while it stands still: σ of a sample, and the converter's lattice, whose step rounds it.
+"""Returns σ of a sample of a signal, from where it stands still, and the step of the converter.
 
-Interference is found by `interference`. The spectrum of the noise of θ, on which errors of fits rest, is
-that of `noise.spectrum`.
+The noise of θ, on which errors of fits rest, is found by `rotation_noise`; mains by `interference`.
 """
 
 import math
@@ -12,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from freerock.arrays import Floats, Indices
-from freerock.noise.still import Phase, stationary_phases
+from freerock.noise.still_phases import Phase, stationary_phases
 
 COARSE_STEP = 1.5  # times the noise: a step that differences of neighbours no longer see through
 
@@ -28,7 +27,7 @@ class StillSignal:
     time_s, values : ndarray, shape (n_time,)
         Time [s], and the signal in its own unit.
     step, window_s : float
-        Sampling interval, and window of `still.stationary_phases` [s].
+        Sampling interval, and window of `still_phases.stationary_phases` [s].
     lattice : float
         Step of the converter, in the signal's unit; 0 where there is none.
     """

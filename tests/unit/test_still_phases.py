@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from freerock.noise import still
-from freerock.noise.still import stationary_phases
+from freerock.noise import still_phases
+from freerock.noise.still_phases import stationary_phases
 
 RATE = 1000.0
 
@@ -110,7 +110,7 @@ def test_the_rest_of_an_oscillation_is_found_among_few_phases(seed, monkeypatch)
     signal = np.concatenate(parts)
     signal += 0.3 + 1e-3 * draw.standard_normal(signal.size)
     found = []
-    for around in (12, still.AROUND, 10**6):
-        monkeypatch.setattr(still, "AROUND", around)
+    for around in (12, still_phases.AROUND, 10**6):
+        monkeypatch.setattr(still_phases, "AROUND", around)
         found.append(kinds(stationary_phases(0.005 * np.arange(signal.size), signal)))
     assert found[0] == found[1] == found[2]

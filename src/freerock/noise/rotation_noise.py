@@ -1,8 +1,9 @@
-"""Noise of a sensor at rest, from the stretches of a record in which θ shows nothing else; and in motion.
+"""Returns the noise of θ of a record, a `spectrum.Noise`: at rest, and as loud as it is in motion.
 
-σ of a sample is found by `still_signal`, the spectrum by `spectrum`. While the block moves the noise may be
-louder, by one factor per octave. Sixth differences of means cancel a smooth motion, so only noise remains.
-Means of twice as many samples show the octave below. Differences are taken near the peaks, away from impacts.
+At rest it is seen where θ shows nothing else. σ of a sample is found by `signal_noise`.
+While the block moves the noise may be louder, by one factor per octave. Sixth differences of means cancel a
+smooth motion, so only noise remains. Means of twice as many samples show the octave below. Differences are
+taken near the peaks, away from impacts.
 """
 
 import math
@@ -25,7 +26,7 @@ from freerock.noise.spectrum import (
     tapered_power,
     white_noise,
 )
-from freerock.noise.still import Phase, stationary_phases, stretches
+from freerock.noise.still_phases import Phase, stationary_phases, stretches
 
 BLOCK_S = 0.02  # averaging time in which a swing stands out of the noise
 PARTS = 8  # into which a phase is cut
@@ -48,7 +49,7 @@ def quiet_stretches(
 ) -> Iterator[Floats]:
     """Yield θ about its level in each quiet stretch of a record, scaled to the usual noise [rad].
 
-    These are its rests and holds (`freerock.noise.still.stationary_phases`) away from their ends, cut
+    These are its rests and holds (`freerock.noise.still_phases.stationary_phases`) away from their ends, cut
     where samples are flagged. A rest that follows a motion begins when that has died out: a block in full
     contact swings on below the noise of a sample. A phase that is unsteady throughout is left out.
 
