@@ -10,7 +10,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from freerock.figures.captions import FIGURES, caption_of
+from freerock.figures.listed import FIGURES, entry_of
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "results/palermo_virtual/figures"
@@ -24,7 +24,7 @@ MADE |= {"blocks": BLOCKS, "set_ups": "set_ups = settings.set_ups(campaign)"}
 
 def program(name: str) -> str:
     """Python that draws a figure from the folder of results of a campaign."""
-    reads = caption_of(name)["reads"]
+    reads = entry_of(name)["reads"]
     given = [each if each in MADE else f'tables["{each}"]' for each in reads]
     lines, configured = ["import freerock"], bool({"blocks", "set_ups"} & {*reads})
     lines += ["from freerock.config import step_settings as settings"] * configured

@@ -24,7 +24,7 @@ from sphinx.cmd.build import build_main
 import freerock
 from freerock.cli.subcommands import COMMANDS, main
 from freerock.columns import columns
-from freerock.figures.captions import FIGURES, caption_of
+from freerock.figures.listed import FIGURES, entry_of
 from freerock.products.storage import VARIABLES
 from freerock_bench.document import in_markdown
 from freerock_bench.evidence import CITED
@@ -164,7 +164,7 @@ def gallery() -> str:
         f"## {each['title']}\n\n"
         f"```{{figure}} images/report_{name}.png\n\n{each['caption']}\n```\n\n"
         f"```python\n{program(name)}\n```\n"
-        for name, each in ((name, caption_of(name)) for name in FIGURES)
+        for name, each in ((name, entry_of(name)) for name in FIGURES)
     ]
     return "# Gallery\n\nAll records shown are simulated.\n\n" + "\n".join(figures)
 

@@ -21,7 +21,7 @@ from freerock.figures import (
     set_up,
     style,
 )
-from freerock.figures.captions import FIGURES
+from freerock.figures.listed import FIGURES
 from freerock.figures.looks import extremes
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS, PAPER_MODELS

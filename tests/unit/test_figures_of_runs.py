@@ -12,8 +12,8 @@ from matplotlib.colors import to_hex
 from matplotlib.path import Path as MplPath
 from test_figures import BLOCKS, LABELS, texts
 
-from freerock.figures import captions, parameters, residuals, restitution
-from freerock.figures.captions import FIGURES
+from freerock.figures import listed, parameters, residuals, restitution
+from freerock.figures.listed import FIGURES
 from freerock.jobs.make_figure import make_figure
 from freerock.tables.csvfile import write_csv
 from freerock_bench.gallery import program
@@ -30,12 +30,12 @@ def of_swings(tables):
 
 def test_each_figure_has_a_title_and_a_caption():
     for name in FIGURES:
-        assert {*captions.caption_of(name)} == {"title", "caption", "reads"}
+        assert {*listed.entry_of(name)} == {"title", "caption", "reads"}
 
 
 def test_the_gallery_s_programs_take_what_a_figure_reads():
     for name in FIGURES:
-        reads = captions.caption_of(name)["reads"]
+        reads = listed.entry_of(name)["reads"]
         draw = inspect.signature(import_module(f"freerock.figures.{name}").draw)
         assert list(draw.parameters) == [*reads, "origin", "labels"], name
         compile(program(name), name, "exec")

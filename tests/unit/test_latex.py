@@ -9,7 +9,7 @@ from fabricated import campaign, tidy_tables
 from matplotlib.image import imsave
 from reported import tables_of
 
-from freerock.figures.captions import FIGURES, caption_of
+from freerock.figures.listed import FIGURES, entry_of
 from freerock.models.block import Block
 from freerock.report.document import figures_tex, paper_tex
 from freerock.report.printed import printed_tables
@@ -105,7 +105,7 @@ def test_captions_of_all_figures_compile_with_graphicx_alone(tmp_path):
         "Drawn: run\N{NO-BREAK SPACE}1 of b_1 and run 2 of a-b. Law: Hunt–Crossley, named by 3 of 18 runs."
     )
     label = "Größe Ø 5 % & more_#1 {a} ~^\\ $x$ “µ” β₂ ≤ 3 × 10⁻³"
-    lines = {name: caption_of(name) for name in FIGURES}
+    lines = {name: entry_of(name) for name in FIGURES}
     told = {name: (f"{line['title']} {label}", f"{line['caption']} {drawn}") for name, line in lines.items()}
     for name in told:
         imsave(tmp_path / f"{name}.png", np.zeros((24, 30, 3)))

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from small_campaign import ROOT
 
-from freerock.figures.captions import FIGURES
+from freerock.figures.listed import FIGURES
 from freerock.jobs import code_checksum as checksums
 from freerock.jobs.code_checksum import code_checksum, code_files
 

@@ -8,7 +8,7 @@ from freerock.config import step_settings as settings
 from freerock.config.campaign import check_options, load_config
 from freerock.config.review_log import log_of
 from freerock.errors import FreerockError
-from freerock.figures.captions import FIGURES, caption_of, tables_of
+from freerock.figures.listed import FIGURES, entry_of, tables_of
 from freerock.files import listed_checksums
 from freerock.jobs.code_checksum import code_checksum
 from freerock.jobs.home import PACKAGE
@@ -67,7 +67,7 @@ def of_figures(suffix):
 
 def figure_files(wildcards):
     """Input function: datasets of all tests and tables that a figure reads."""
-    datasets = [kind for kind in ("records", "fits") if kind in caption_of(wildcards.figure)["reads"]]
+    datasets = [kind for kind in ("records", "fits") if kind in entry_of(wildcards.figure)["reads"]]
     files = {kind: of_tests(f"{kind}/{{test}}.nc")(wildcards) for kind in datasets}
     return files | {"tables": expand(csv_tables(*tables_of(wildcards.figure)), campaign=wildcards.campaign)}
 

@@ -1,4 +1,4 @@
-"""Figures of a campaign: modules of freerock.figures; captions.toml says title, caption and what they read."""
+"""Figures of a campaign: modules of freerock.figures; figures.toml says title, caption and what they read."""
 
 
 rule figure:

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from freerock.figures.captions import caption_of
+from freerock.figures.listed import entry_of
 from freerock.figures.style import save
 from freerock.files import write_text
 from freerock.models.block import Block
@@ -34,7 +34,7 @@ def make_figure(
     Parameters
     ----------
     figure : module
-        Draws it, with functions draw and caption; its entry in `freerock.figures.captions` has its name.
+        Draws it, with functions draw and caption; its entry in `freerock.figures.listed` has its name.
     settings : mapping
         origin, labels, scenes (of the datasets), blocks and set_ups: plain values.
     files : mapping
@@ -50,7 +50,7 @@ def make_figure(
             known[kind] = one_of_each(files[kind], scenes, *opened_and_usable)
     known["blocks"] = {name: Block(**block) for name, block in settings["blocks"].items()}
     known["set_ups"] = settings["set_ups"]
-    told = caption_of(figure.__name__.rpartition(".")[2])
+    told = entry_of(figure.__name__.rpartition(".")[2])
     drawn, data = figure.draw(*(known[each] for each in told["reads"]), origin, labels)
     save(drawn, data, stem, origin)
     note = SIMULATED_NOTE if origin == "simulated" else ""
