@@ -25,7 +25,7 @@ import freerock
 from freerock.cli.subcommands import COMMANDS, main
 from freerock.columns import columns
 from freerock.figures.listed import FIGURES, entry_of
-from freerock.products.storage import VARIABLES
+from freerock.products.netcdf_groups import VARIABLES
 from freerock_bench.document import in_markdown
 from freerock_bench.evidence import CITED
 from freerock_bench.gallery import program

@@ -14,7 +14,7 @@ from freerock.jobs.log import make_or_give_up
 from freerock.jobs.make_fits import give_up_fits, make_fits
 from freerock.jobs.make_record import make_record
 from freerock.models.laws import MODELS
-from freerock.products.groups import fits_of
+from freerock.products.contents import fits_of
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review.corrections import Correction, corrected, corrected_cells
 from freerock.review.desk import Desk

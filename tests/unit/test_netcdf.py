@@ -31,8 +31,8 @@ from freerock.products.netcdf import (
     write_fits,
     write_record,
 )
+from freerock.products.netcdf_groups import IMPACT_VARIABLES, reasons_in
 from freerock.products.runs import runs_in
-from freerock.products.storage import IMPACT_VARIABLES, reasons_in
 from freerock.rotation.laboratory import Input
 from freerock.runs.impacts import Impacts
 from freerock.runs.runs import Measured, Run

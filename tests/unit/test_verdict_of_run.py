@@ -4,7 +4,7 @@ import json
 
 import xarray as xr
 
-from freerock.products.groups import NotFitted, verdict_of_run
+from freerock.products.contents import NotFitted, verdict_of_run
 
 ATTRS = {"campaign": "c", "test": "a", "block": "b", "foundation": "f", "origin": "simulated"}
 HIT = ["warn", "disturbed", "something acted on the block"]

@@ -10,7 +10,7 @@ from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 
 from freerock.files import sha256
 from freerock.products.netcdf import open_record
-from freerock.products.storage import reasons_in
+from freerock.products.netcdf_groups import reasons_in
 from freerock.runs.verdict import Reason
 from freerock.virtual_lab.write_tdms import write_records, write_tdms
 

@@ -9,7 +9,7 @@ import xarray as xr
 from freerock.figures import looks, style
 from freerock.figures.style import LINEAR, Axes, Drawing, Labels, styled
 from freerock.models.laws import MODEL_LABELS, PAPER_MODELS, law_of
-from freerock.products.groups import paper_fits, runs_of, selected_fit
+from freerock.products.contents import paper_fits, runs_of, selected_fit
 from freerock.tables.number_text import percent
 
 COLUMNS = ["test", "run", "block", "foundation", "source", "time_s", "theta_deg"]

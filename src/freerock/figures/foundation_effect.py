@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from freerock.figures import style
 from freerock.figures.style import Drawing, Labels, styled
-from freerock.products.groups import usable_runs
+from freerock.products.contents import usable_runs
 from freerock.tables.number_text import fixed, in_words
 
 MOST_BELOW = 4  # blocks, each below the other; more stand side by side

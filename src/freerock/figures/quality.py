@@ -15,7 +15,7 @@ from freerock.figures import looks, style
 from freerock.figures.style import Axes, Labels, Style, styled
 from freerock.models.free_parameters import OF_RECORD, SYMBOLS
 from freerock.models.laws import MODEL_LABELS, MODELS, PAPER_MODELS
-from freerock.products.groups import (
+from freerock.products.contents import (
     CHOICE_GROUP,
     Attrs,
     impacts_of,
@@ -24,7 +24,7 @@ from freerock.products.groups import (
     runs_of,
     verdict_of_run,
 )
-from freerock.products.storage import reasons_in
+from freerock.products.netcdf_groups import reasons_in
 from freerock.rotation.flags import listed_faults
 from freerock.runs.verdict import in_one_line
 from freerock.tables.number_text import number_of, quantity, value_text

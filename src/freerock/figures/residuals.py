@@ -11,7 +11,7 @@ from scipy.special import chdtri
 from freerock.arrays import Floats
 from freerock.figures import looks, style
 from freerock.figures.style import Axes, Drawing, Labels, styled
-from freerock.products.groups import runs_of, selected_fit
+from freerock.products.contents import runs_of, selected_fit
 
 COLUMNS = ["test", "run", "source", "frequency_hz", "density_deg2_hz", "over_rest"]
 CHANCE = "noise: 999 of 1000 runs"

@@ -10,7 +10,7 @@ from freerock.figures.listed import entry_of
 from freerock.figures.style import save
 from freerock.files import write_text
 from freerock.models.block import Block
-from freerock.products.groups import one_of_each, runs_of, usable_runs
+from freerock.products.contents import one_of_each, runs_of, usable_runs
 from freerock.products.netcdf import open_fits, open_record
 from freerock.tables.csvfile import read_csv
 from freerock.tables.number_text import SIMULATED_NOTE

@@ -14,7 +14,7 @@ from freerock.identification.paper_fit import PaperFit
 from freerock.models.block import Block
 from freerock.models.laws import MODELS
 from freerock.populations.impact_energy import energies_of_record
-from freerock.products.groups import NotFitted
+from freerock.products.contents import NotFitted
 from freerock.products.netcdf import open_record, write_fits
 from freerock.products.provenance import provenance
 from freerock.products.runs import OVER_TIME, motions_in, runs_in

@@ -11,7 +11,7 @@ from freerock.errors import FreerockError
 from freerock.models.given import legal
 from freerock.models.laws import MODELS
 from freerock.populations.estimate import Estimate
-from freerock.products.groups import fits_of
+from freerock.products.contents import fits_of
 from freerock.rotation.laboratory import Input
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ import numpy as np
 import xarray as xr
 
 from freerock.models.given import legal
-from freerock.products.groups import CHOICE_GROUP, Attrs
-from freerock.products.storage import (
+from freerock.products.contents import CHOICE_GROUP, Attrs
+from freerock.products.netcdf_groups import (
     IMPACT_VARIABLES,
     RUN_VARIABLES,
     WITH_TOTAL,

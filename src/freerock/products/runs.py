@@ -9,7 +9,7 @@ import xarray as xr
 
 from freerock.models.block import Block
 from freerock.noise.spectrum import Noise
-from freerock.products.storage import RUN_VARIABLES, reasons_in
+from freerock.products.netcdf_groups import RUN_VARIABLES, reasons_in
 from freerock.rotation.view import view_in
 from freerock.runs.motion import Motion, motions_of
 from freerock.runs.runs import Run

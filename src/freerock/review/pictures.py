@@ -9,7 +9,7 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
-from freerock.products.groups import (
+from freerock.products.contents import (
     CHOICE_GROUP,
     EXPLAINED,
     impacts_of,

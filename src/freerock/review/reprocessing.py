@@ -20,8 +20,8 @@ from freerock.config.record import Record
 from freerock.config.step_settings import fit_settings, record_settings
 from freerock.errors import FreerockError
 from freerock.products.netcdf import open_fits, open_record
+from freerock.products.netcdf_groups import SINGLE_PRECISION
 from freerock.products.provenance import provenance
-from freerock.products.storage import SINGLE_PRECISION
 from freerock.review.remembered import Remembered
 
 ROTATIONS = 1  # remembered: that of the record on the desk

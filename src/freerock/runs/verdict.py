@@ -3,7 +3,7 @@
 `reasons.csv` has a row per reason: its verdicts, what was found, the limit and the key that sets it, which
 modules make it, and what to do. Code, the table of reasons and docs/verdicts.md read it;
 `python -m freerock.runs.verdict` prints the rows of the page. Reasons are joined in `runs` and
-`products.groups`.
+`products.contents`.
 """
 
 import csv

@@ -12,8 +12,8 @@ from freerock.columns import columns_of
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import MODELS, PAPER_MODELS, law_of
-from freerock.products.groups import usable_runs
-from freerock.products.storage import reasons_in
+from freerock.products.contents import usable_runs
+from freerock.products.netcdf_groups import reasons_in
 from freerock.tables.choices import laws_of_foundations, rejected_laws
 
 Published = Mapping[str, Any] | None  # values by block, foundation, model and quantity

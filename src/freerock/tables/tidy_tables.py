@@ -14,7 +14,7 @@ from freerock.columns import columns_of
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import MODELS
 from freerock.populations.impact_energy import of_measured
-from freerock.products.groups import (
+from freerock.products.contents import (
     EXPLAINED,
     choices_of,
     fits_of,
@@ -25,7 +25,7 @@ from freerock.products.groups import (
     selected_fit,
     verdict_of_run,
 )
-from freerock.products.storage import reasons_in
+from freerock.products.netcdf_groups import reasons_in
 from freerock.runs.u_of_measured import OF_LAW
 from freerock.runs.verdict import Reason, in_one_line, known_reasons
 from freerock.tables.choices import POSSIBLE
@@ -53,7 +53,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
     records : iterable of xarray.DataTree
         Record datasets.
     fits : iterable of xarray.DataTree, optional
-        Fit datasets, whose reasons count too (`products.groups`).
+        Fit datasets, whose reasons count too (`products.contents`).
 
     Returns
     -------

@@ -1,7 +1,7 @@
 import xarray as xr
 from fabricated import record
 
-from freerock.products.groups import one_of_each, usable_runs
+from freerock.products.contents import one_of_each, usable_runs
 
 
 def test_usable_runs_are_neither_excluded_nor_failed():

@@ -1,4 +1,4 @@
-"""The groups of a dataset: its runs, their fits, choice and verdict, and which of them may be used."""
+"""What a dataset holds: its runs, their fits, choice and verdict, and which of them may be used."""
 
 import json
 import math
@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from freerock.models.laws import MODELS, PAPER_MODELS
-from freerock.products.storage import reasons_in
+from freerock.products.netcdf_groups import reasons_in
 from freerock.runs.verdict import Level, Reason, Verdict
 
 Attrs = Mapping[Any, Any]  # names of attributes are texts; xarray says hashable
