@@ -28,8 +28,8 @@ import pandas as pd
 from freerock.errors import FreerockError, exit_code
 from freerock.figures.style import save
 from freerock.files import write_text
-from freerock.jobs.code_checksum import code_files
 from freerock.jobs.home import PACKAGE
+from freerock.jobs.reruns import code_files
 from freerock_bench import campaigns
 from freerock_bench.document import in_markdown, renew
 from freerock_bench.gallery import IMAGES, in_few_colours

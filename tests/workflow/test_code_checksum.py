@@ -7,8 +7,8 @@ import pytest
 from small_campaign import ROOT
 
 from freerock.figures.listed import FIGURES
-from freerock.jobs import code_checksum as checksums
-from freerock.jobs.code_checksum import code_checksum, code_files
+from freerock.jobs import reruns
+from freerock.jobs.reruns import code_checksum, code_files
 
 SCRIPTS = {path.name for path in (ROOT / "workflow/scripts").glob("*.py") if "study" not in path.name}
 
@@ -16,12 +16,12 @@ SCRIPTS = {path.name for path in (ROOT / "workflow/scripts").glob("*.py") if "st
 @pytest.fixture(autouse=True)
 def afresh(tmp_path, monkeypatch):
     """Nothing is known of any file, and what is found is written to no folder of the project."""
-    monkeypatch.setattr(checksums, "NOTES", tmp_path / "notes.json")
+    monkeypatch.setattr(reruns, "NOTES", tmp_path / "notes.json")
     forget()
 
 
 def forget():
-    for cached in (code_checksum, checksums._known, checksums._notes):
+    for cached in (code_checksum, reruns._known, reruns._notes):
         cached.cache_clear()
 
 
@@ -80,7 +80,7 @@ def test_what_counts_as_an_edit(tmp_path, old, new, same):
 def test_a_number_in_an_imported_module_is_an_edit(tmp_path, monkeypatch):
     package = tmp_path / "src/freerock"
     package.mkdir(parents=True)
-    monkeypatch.setattr(checksums, "SOURCES", package.parent)
+    monkeypatch.setattr(reruns, "SOURCES", package.parent)
     for name, text in (
         ("__init__", ""),
         ("a", "from freerock import b\n"),
@@ -90,10 +90,10 @@ def test_a_number_in_an_imported_module_is_an_edit(tmp_path, monkeypatch):
         (package / f"{name}.py").write_text(text)
     script, told = tmp_path / "script.py", []
     for name, text in (("b", "x = 1\n"), ("c", "y = 2\n"), ("b", "x = 22\n")):
-        checksums._files_of.cache_clear()
+        reruns._files_of.cache_clear()
         (package / f"{name}.py").write_text(text)
         told.append(checksum_of(script, "import freerock.a\n"))
-    checksums._files_of.cache_clear()
+    reruns._files_of.cache_clear()
     assert told[0] == told[1] != told[2]
 
 
@@ -108,7 +108,7 @@ def test_a_number_in_an_imported_module_is_an_edit(tmp_path, monkeypatch):
     ],
 )
 def test_forms_of_imports(tmp_path, text, modules):
-    statements = checksums._statements(checksums.ast.parse(text))
-    names = {name for each in statements for name in checksums._imported(each)}
-    files = {Path(path).stem for name in names for path in checksums._files_of(name)}
+    statements = reruns._statements(reruns.ast.parse(text))
+    names = {name for each in statements for name in reruns._imported(each)}
+    files = {Path(path).stem for name in names for path in reruns._files_of(name)}
     assert files == {"__init__", *modules}

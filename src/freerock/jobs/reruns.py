@@ -1,6 +1,7 @@
-"""What makes a step rerun: the checksum of the code that it imports, a parameter of its rule.
+"""Returns what makes a step rerun when code changes: the checksum of the modules that it imports.
 
-Its other parameters are the settings that it takes (`config.step_settings`). A changed input reruns it too.
+Snakemake compares the rest. Files: `input:` in `workflow/rules/*.smk`. Settings: `params:` there, which
+`config.step_settings` fills.
 """
 
 import ast
