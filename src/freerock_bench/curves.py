@@ -25,7 +25,7 @@ from freerock.jobs.make_record import make_record
 from freerock.models import kernel, series, simulate
 from freerock.models.block import Block
 from freerock.runs.motion import Motion
-from freerock.selection.allowed import Allowed
+from freerock.selection.candidates import Allowed
 from freerock.selection.identify import Identified, identify_record
 
 PURPOSES = {

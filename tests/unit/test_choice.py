@@ -18,7 +18,7 @@ from freerock.models.simulate import Solver, simulate_fitted
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
-from freerock.selection.allowed import Allowed, contains, n_numbers
+from freerock.selection.candidates import Allowed, contains, n_numbers
 from freerock.selection.choice import choose
 from freerock.selection.identify import identify_record
 from freerock.selection.prediction import compared, errors_of_swings

@@ -22,7 +22,7 @@ from freerock.rotation.laboratory import Laboratory
 from freerock.runs.impacts import find_impacts
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason
-from freerock.selection.allowed import Allowed
+from freerock.selection.candidates import Allowed
 from freerock.selection.choice import Choice
 from freerock.selection.identify import Identified, identify_record
 from freerock.selection.reasons import reasons_of_fit

@@ -16,7 +16,7 @@ from freerock.identification.fitted import Fit
 from freerock.identification.goodness import louder
 from freerock.identification.significance_levels import TELLS
 from freerock.models.laws import MODEL_LABELS
-from freerock.selection.allowed import contains, n_numbers
+from freerock.selection.candidates import contains, n_numbers
 from freerock.selection.prediction import compared, errors_of_swings
 
 Status = Literal["selected", "also_possible", "rejected", "not_fitted"]

@@ -15,7 +15,7 @@ from freerock.identification.significance_levels import REJECTS
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, PAPER_MODELS
 from freerock.runs.motion import Motion
-from freerock.selection.allowed import Allowed, n_numbers
+from freerock.selection.candidates import Allowed, n_numbers
 from freerock.selection.choice import CHOICE, Choice, choose
 
 

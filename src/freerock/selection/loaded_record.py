@@ -24,7 +24,7 @@ from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, motions_of
 from freerock.runs.runs import Measured, Run, measured
-from freerock.selection.allowed import Allowed
+from freerock.selection.candidates import Allowed
 from freerock.selection.identify import identify_record
 
 
