@@ -1,4 +1,4 @@
-"""Returns the candidates that a campaign allows, by their number of parameters; `identify` tries them in tiers.
+"""Returns the candidates that a campaign allows, few parameters first; `identify` tries them in tiers.
 
 All that there are is `models.laws.CANDIDATES`: each law with its kinematics, with or without a free width.
 """
