@@ -13,7 +13,7 @@ from scipy.integrate import quad
 from freerock.figures.style import styled
 from freerock.files import atomic
 from freerock.models.block import GRAVITY
-from freerock.models.contact import State
+from freerock.models.block_on_bed import State
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.laws import Foundation, Rules
 from freerock.models.simulate import simulate

@@ -15,7 +15,7 @@ from freerock.identification.lmfit_models import HuntCrossleyModel as HuntCrossl
 from freerock.identification.lmfit_models import RockingModel as RockingModel
 from freerock.identification.lmfit_models import WinklerModel as WinklerModel
 from freerock.models.block import Block as Block
-from freerock.models.contact import State as State
+from freerock.models.block_on_bed import State as State
 from freerock.models.ground import GroundMotion as GroundMotion
 from freerock.models.ground import accelerogram as accelerogram
 from freerock.models.ground import pulse as pulse

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from freerock.models.block import GRAVITY
-from freerock.models.contact import State, static_depth
+from freerock.models.block_on_bed import State, static_depth
 from freerock.models.laws import Foundation, Rules
 from freerock_bench.golden import __main__ as grade
 from freerock_bench.golden import dop853, files, ours

@@ -12,7 +12,7 @@ from itertools import pairwise
 from numpy.polynomial.legendre import leggauss
 
 from freerock.models.block import Block
-from freerock.models.contact import State
+from freerock.models.block_on_bed import State
 from freerock.models.laws import GEOMETRIC, Foundation, Rules
 
 

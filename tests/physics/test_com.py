@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import lean
+from freerock.models.block_on_bed import lean
 from freerock.models.laws import Foundation, Rules
 from freerock.models.simulate import Solver, simulate, simulate_fitted
 from freerock.runs.impacts import find_impacts

@@ -11,7 +11,7 @@ from plain_law import accelerations, contact_force, contact_intervals
 from scipy.optimize import brentq
 
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import State, static_depth
+from freerock.models.block_on_bed import State, static_depth
 from freerock.models.laws import Foundation, Rules
 
 BLOCK = Block(0.28, 0.07, 5.84)

@@ -12,7 +12,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import State, energy, static_depth
+from freerock.models.block_on_bed import State, energy, static_depth
 from freerock.models.ground import pulse
 from freerock.models.housner import housner_swings
 from freerock.models.laws import Foundation, Rules

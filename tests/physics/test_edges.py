@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from freerock.errors import FreerockError
 from freerock.models import kernel
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import State, energy, static_depth
+from freerock.models.block_on_bed import State, energy, static_depth
 from freerock.models.laws import GEOMETRIC, Foundation, Rules
 from freerock.models.simulate import Solver, simulate, simulate_fitted
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS

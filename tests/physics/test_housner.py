@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from freerock.models import housner
 from freerock.models.block import Block
-from freerock.models.contact import State
+from freerock.models.block_on_bed import State
 from freerock.models.housner import REST_AMPLITUDE, housner_motion, housner_swings
 from freerock.models.simulate import Solver, simulate
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from freerock.models import contact, kernel
+from freerock.models import block_on_bed, kernel
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import State
+from freerock.models.block_on_bed import State
 from freerock.models.laws import Foundation, Rules
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -156,7 +156,7 @@ def test_a_change_of_corner_inside_one_step_is_found():
 
 def run(law, theta0, time, tolerance=1e-9, max_steps=100_000):
     theta = np.empty(time.size)
-    z0 = contact.static_depth(BLOCK, Foundation(*law), theta0)
+    z0 = block_on_bed.static_depth(BLOCK, Foundation(*law), theta0)
     outcome, *counts, _ = kernel.integrate(
         per_mass(law), -1.0, False, (z0, 0.0, theta0, 0.0), time, np.empty(0), STILL, tolerance, max_steps,
         np.empty(0), np.empty((0, 5)), theta, np.empty((0, 3)),

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import State, energy, static_depth
+from freerock.models.block_on_bed import State, energy, static_depth
 from freerock.models.ground import accelerogram, pulse
 from freerock.models.housner import housner_swings
 from freerock.models.laws import Foundation, Rules

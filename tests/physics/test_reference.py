@@ -9,7 +9,7 @@ import pytest
 
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import Block
-from freerock.models.contact import static_depth
+from freerock.models.block_on_bed import static_depth
 from freerock.models.housner import housner_swings
 from freerock.models.laws import Foundation, Rules
 from freerock.models.simulate import Solver, simulate

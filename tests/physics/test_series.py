@@ -10,9 +10,9 @@ import recurrences
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from freerock.models import contact, kernel, series, series_sums
+from freerock.models import block_on_bed, kernel, series, series_sums
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import State
+from freerock.models.block_on_bed import State
 from freerock.models.ground import tilted
 from freerock.models.laws import LAWS, Foundation, Rules
 from freerock.models.simulate import Solver, simulate
@@ -101,7 +101,7 @@ def by_the_kernel(block, model, parameters, theta0, time, rtol, sideways="guided
     """θ, z_cb, ż_cb, θ̇ and the impacts of the same scene, by Runge and Kutta."""
     foundation = Foundation.of(parameters)
     theta, others = np.empty(time.size), np.empty((time.size, 3))
-    start = contact.static_depth(block, foundation, theta0), 0.0, theta0, 0.0
+    start = block_on_bed.static_depth(block, foundation, theta0), 0.0, theta0, 0.0
     base = tilted(tilt, time[-1])
     *_, impacts = kernel.integrate(
         foundation.constants(block, sideways == "pivoting"),

@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 from freerock.errors import FreerockError
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import State, energy, static_depth
+from freerock.models.block_on_bed import State, energy, static_depth
 from freerock.models.ground import accelerogram, pulse, tilted
 from freerock.models.laws import CANDIDATES, Foundation, Rules
 from freerock.models.simulate import Solver, simulate, simulate_fitted

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import State, lean, static_depth
+from freerock.models.block_on_bed import State, lean, static_depth
 from freerock.models.ground import tilted
 from freerock.models.laws import Foundation, Rules
 from freerock.models.simulate import Solver, simulate, simulate_fitted

@@ -7,7 +7,7 @@ import pytest
 
 from freerock.identification.fit import fit_record
 from freerock.models.block import Block
-from freerock.models.contact import energy
+from freerock.models.block_on_bed import energy
 from freerock.models.laws import GEOMETRIC, Foundation
 from freerock.models.simulate import Solver, simulate, simulate_fitted
 from freerock.noise.spectrum import white_noise

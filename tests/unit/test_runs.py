@@ -13,7 +13,7 @@ from hypothesis.extra.numpy import arrays
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.models.contact import State
+from freerock.models.block_on_bed import State
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.laws import Foundation
 from freerock.models.simulate import simulate

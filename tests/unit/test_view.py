@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from freerock.identification.fit import fit_run
 from freerock.identification.run_model import Point, RunModel, Samples
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import static_depth
+from freerock.models.block_on_bed import static_depth
 from freerock.models.laws import Foundation
 from freerock.rotation.beam import displaced, rotation_from_displacement
 from freerock.rotation.laboratory import Input, Laboratory

@@ -8,7 +8,7 @@ import pytest
 
 from freerock.files import check_file, listed_checksums
 from freerock.models.block import Block
-from freerock.models.contact import static_depth
+from freerock.models.block_on_bed import static_depth
 from freerock.models.laws import GEOMETRIC, Foundation
 from freerock.noise.still_phases import stationary_phases
 from freerock.records.read import read_record

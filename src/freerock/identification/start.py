@@ -12,7 +12,7 @@ from freerock.arrays import Floats
 from freerock.identification.posed import WIDEST_IMPACT, Ended, Posed, minimised
 from freerock.identification.run_model import RTOL_SCREENING, RTOL_SEARCH, Point, RunModel, Samples
 from freerock.models.block import Block
-from freerock.models.contact import static_depth
+from freerock.models.block_on_bed import static_depth
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import LAWS, Foundation, law_of
 from freerock.runs.motion import Motion

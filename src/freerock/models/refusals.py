@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from freerock.arrays import Floats, numbers
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.models.contact import State
+from freerock.models.block_on_bed import State
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import CANDIDATES, DEBONDING, GEOMETRIC, KINEMATICS, LAWS, Rules
 

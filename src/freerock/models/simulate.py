@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from freerock.arrays import Floats
 from freerock.models import kernel, series
 from freerock.models.block import Block
-from freerock.models.contact import State, lean, static_depth
+from freerock.models.block_on_bed import State, lean, static_depth
 from freerock.models.ground import GroundMotion, tilted
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.laws import GEOMETRIC, LAWS, Foundation, Law, Rules

@@ -25,7 +25,7 @@ from freerock.arrays import Floats
 from freerock.config.processing import RUN_LIMITS, ImpactLimits
 from freerock.identification.significance_levels import REJECTS
 from freerock.models.block import Block
-from freerock.models.contact import energy
+from freerock.models.block_on_bed import energy
 from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, Foundation, law_of
 from freerock.models.simulate import Solver, simulate
 from freerock.rotation.laboratory import Laboratory
@@ -74,7 +74,7 @@ def impact_energy(
     """Restitution by energy of the impacts of a fitted motion.
 
     At a top θ̇ is zero, and the energy has these parts only: of rising and sinking, of weight, and in the
-    foundation (`freerock.models.contact.energy`). The uncertainty is to first order that of the fitted
+    foundation (`freerock.models.block_on_bed.energy`). The uncertainty is to first order that of the fitted
     numbers and of the scatter δ of the impacts, and that of the inputs, which reach it through the numbers
     and by themselves. The energy before the first impact is that of the block when the finger has left; the
     total uncertainty has what the finger may have taken (`runs.release.lowered`). A rigid block's r of impact

@@ -13,7 +13,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.models.contact import static_depth
+from freerock.models.block_on_bed import static_depth
 from freerock.models.laws import GEOMETRIC, LAWS, Foundation, Rules
 from freerock.models.simulate import NO_PASSAGES, SOLVER, Solver, simulate_fitted
 from freerock.rotation import beam_kernel

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.models.contact import State, lean, static_depth
+from freerock.models.block_on_bed import State, lean, static_depth
 from freerock.models.kernel import accelerations
 from freerock.models.laws import GEOMETRIC, LAWS, Foundation, Rules
 from freerock.models.simulate import Response, Solver, simulate

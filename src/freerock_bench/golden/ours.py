@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.models.contact import State
+from freerock.models.block_on_bed import State
 from freerock.models.ground import GroundMotion, pulse
 from freerock.models.laws import Rules
 from freerock.models.simulate import Response, Solver, simulate

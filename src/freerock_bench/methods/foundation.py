@@ -1,7 +1,7 @@
 """Contact laws integrated without locating the changes of contact, which is how it is done in the field.
 
-The right-hand side exists twice: `freerock.models.contact` in plain Python, and compiled, written for this
-module and independent of the kernel in `freerock.models.kernel`. All that is compiled stands in this file:
+The right-hand side exists twice: `freerock.models.block_on_bed` in plain Python, and compiled, written for
+this module and independent of the kernel in `freerock.models.kernel`. All that is compiled stands in this file:
 numba's cache notices a change in the file of the cached function only.
 """
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import static_depth
+from freerock.models.block_on_bed import static_depth
 from freerock.models.laws import Foundation
 
 SAMPLING_HZ = 2000.0

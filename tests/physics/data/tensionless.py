@@ -1,6 +1,6 @@
 """Writes tensionless.csv: configuration 3 on Aerstop under the tensionless rule, by SciPy's DOP853.
 
-The law is that of `freerock.models.contact`, which the compiled integrator does not use.
+The law is that of `freerock.models.block_on_bed`, which the compiled integrator does not use.
 """
 
 import math
@@ -11,7 +11,7 @@ from plain_law import accelerations
 from scipy.integrate import solve_ivp
 
 from freerock.models.block import Block
-from freerock.models.contact import State, static_depth
+from freerock.models.block_on_bed import State, static_depth
 from freerock.models.laws import Foundation, Rules
 
 BLOCK = Block(0.14, 0.07, 2.98)

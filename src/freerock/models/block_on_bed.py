@@ -1,4 +1,4 @@
-"""The state of a block on a bed: how deep it sinks, how it leans, its energy."""
+"""Returns the state of a block on a bed: how deep it sinks, how it leans, its energy."""
 
 import math
 from typing import NamedTuple
