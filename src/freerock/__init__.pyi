@@ -32,7 +32,7 @@ from freerock.rotation.flags import SignalQuality as SignalQuality
 from freerock.rotation.rotation import find_rotation as find_rotation
 from freerock.rotation.sensor import Laser as Laser
 from freerock.rotation.view import view_of as view_of
-from freerock.runs.by_hand import ByHand as ByHand
+from freerock.runs.hand_corrections import ByHand as ByHand
 from freerock.runs.impacts import Impacts as Impacts
 from freerock.runs.impacts import find_impacts as find_impacts
 from freerock.runs.motion import Motion as Motion

@@ -10,14 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_runs import one_run, record
 
-from freerock.config.hand_corrections import (
+from freerock.config.correction_cells import (
     Override,
     read_overrides,
     written_overrides,
 )
 from freerock.config.processing import RunLimits
 from freerock.runs.beginning import begun_by_hand
-from freerock.runs.by_hand import ByHand
+from freerock.runs.hand_corrections import ByHand
 from freerock.runs.impacts import IMPACT_COLUMNS
 from freerock.runs.runs import find_runs, measured
 from freerock.runs.signal import signal_of

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationInfo, field_validator
 
-from freerock.config.hand_corrections import EXCLUDED, WHOLE_RECORD, read_exclusions, read_overrides
+from freerock.config.correction_cells import EXCLUDED, WHOLE_RECORD, read_exclusions, read_overrides
 from freerock.config.mistakes import FILL_IN, validate
 from freerock.config.values import Inside, Invalid, Key, Name, Section, Text, closest, did_you_mean, key
 from freerock.config.yaml_lines import read_text, text_of

@@ -16,7 +16,7 @@ from freerock.products.provenance import provenance
 from freerock.rotation.flags import listed_faults
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.rotation import READERS_NOTES, rotation_of
-from freerock.runs.by_hand import ByHand
+from freerock.runs.hand_corrections import ByHand
 from freerock.runs.runs import Run, measured
 from freerock.runs.u_of_measured import measured_total
 from freerock.runs.verdict import Reason

@@ -1,6 +1,6 @@
 """Corrections by hand: translated between the JSON of the review page and the cells of the campaign's CSV.
 
-`csv_edit` writes the cells. `config.hand_corrections` reads them and states their way to the fit.
+`csv_edit` writes the cells. `runs.hand_corrections` tells their way to the fit.
 """
 
 from collections.abc import Mapping
@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field
 
-from freerock.config.hand_corrections import (
+from freerock.config.correction_cells import (
     WHOLE_RECORD,
     Override,
     read_exclusions,

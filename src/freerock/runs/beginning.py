@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.config.hand_corrections import Override
+from freerock.config.correction_cells import Override
 from freerock.config.processing import RunLimits
 from freerock.errors import FreerockError
 from freerock.models.block import Block

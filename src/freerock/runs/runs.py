@@ -1,8 +1,8 @@
 """θ(t) of a record -> its free-rocking runs: held, released, rocking to rest; with their impacts.
 
 Where the block stands still comes from `noise.still_phases`, the beginning from `beginning`, the end of the
-motion from `signal`, the verdict from `reasons_as_measured`. Corrections by hand (`by_hand`) replace or add
-runs.
+motion from `signal`, the verdict from `reasons_as_measured`. Corrections by hand (`hand_corrections`)
+replace or add runs.
 """
 
 import math
@@ -25,7 +25,7 @@ from freerock.noise.spectrum import Noise, stderr_of_mean
 from freerock.noise.still_phases import Phase
 from freerock.rotation.flags import SignalQuality, signal_quality
 from freerock.runs.beginning import Beginning, begun_by_hand, find_holds, from_hold, no_release, unseen
-from freerock.runs.by_hand import NOTHING_BY_HAND, ByHand, Planned
+from freerock.runs.hand_corrections import NOTHING_BY_HAND, ByHand, Planned
 from freerock.runs.impacts import IMPACT_COLUMNS, Impacts, find_impacts
 from freerock.runs.reasons_as_measured import Facts, reasons_of_impacts, verdict_on
 from freerock.runs.signal import OUT_OF_NOISE, Signal, end_of_motion, signal_of

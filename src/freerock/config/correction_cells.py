@@ -1,8 +1,6 @@
-"""The cells of a campaign's CSV that correct by hand: read, refused, and written again.
+"""Returns the corrections by hand that cells of a campaign's CSV state, and the cells that state corrections.
 
-Their way to the fit: `config.record` reads them, `step_settings` passes them to `jobs.make_record`, which
-masks the samples that are left out, sets runs as stated and marks those that are excluded (`runs.by_hand`).
-`jobs.make_fits` passes over them in the record's dataset; a record excluded whole has no runs.
+`runs.hand_corrections` tells their way to the fit.
 """
 
 import re

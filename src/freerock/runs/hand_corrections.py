@@ -1,6 +1,9 @@
-"""Corrections of runs by hand, and how they are combined with the runs found.
+"""Returns the runs of a record as corrected by hand, and the reasons that corrections give to verdicts.
 
-They come from the campaign's CSV: `config.hand_corrections` states their way to the fit.
+A correction's way to the fit: a person edits the campaign's CSV, or the review page does
+(`review.corrections`). `config.record` reads its cells by `config.correction_cells`, `step_settings` passes
+them to `jobs.make_record`. There `ByHand` masks the samples that are left out, sets runs as stated and marks
+those that are excluded. `jobs.make_fits` passes over these; a record excluded whole has no runs.
 """
 
 from collections.abc import Sequence
@@ -10,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from freerock.config.hand_corrections import Override
+from freerock.config.correction_cells import Override
 from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.runs.verdict import Reason
 
