@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import ValidationInfo, field_validator
 
-from freerock.config.uncertainty import BlockUncertainty, stated_only_with
+from freerock.config.input_uncertainties import BlockUncertainty, stated_only_with
 from freerock.config.values import Invalid, Label, Length, Number, Place, Positive, Section, key
 from freerock.models.block import GRAVITY, IMPOSSIBLE, Block, density_if_square
 

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import ValidationInfo, field_validator
 
-from freerock.config.uncertainty import LaserUncertainty, stated_only_with
+from freerock.config.input_uncertainties import LaserUncertainty, stated_only_with
 from freerock.config.values import (
     Direction,
     Invalid,

@@ -9,8 +9,8 @@ from functools import lru_cache
 from typing import Any
 
 from freerock.config.campaign import Campaign
+from freerock.config.input_uncertainties import inputs_of
 from freerock.config.record import Record, Scene
-from freerock.config.uncertainty import inputs_of
 from freerock.config.values import Section
 
 Settings = dict[str, Any]

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from freerock.config.uncertainty import DEFAULTS
+from freerock.config.input_uncertainties import DEFAULTS
 from freerock.models.block import GRAVITY
 from freerock.models.laws import LAWS
 from freerock.populations.priors import RECORDS, RUNS

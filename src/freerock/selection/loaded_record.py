@@ -9,9 +9,9 @@ from typing import Any
 import xarray as xr
 
 from freerock.config.fit_settings import FIT_SETTINGS, FitSettings
+from freerock.config.input_uncertainties import inputs_of
 from freerock.config.mistakes import refuse, validate
 from freerock.config.processing import RotationOptions
-from freerock.config.uncertainty import inputs_of
 from freerock.errors import FreerockError, of_kind
 from freerock.identification.fit import fit_record
 from freerock.identification.fitted import Fit
