@@ -200,7 +200,7 @@ def test_runs_and_impacts_come_back(folder):
     assert runs_in(tree) == made_up_runs()
     assert [tree[name].attrs["verdict"] for name in tree.children] == ["ok", "warn"]
     for run, written in (("run_1", made_up_impacts()), ("run_2", made_up_impacts(0))):
-        for field, name in IMPACT_VARIABLES.items():
+        for field, name in (*IMPACT_VARIABLES.items(), ("theta_uplift", "theta_uplift")):
             np.testing.assert_equal(tree[run].dataset[name].values, getattr(written, field))
 
 

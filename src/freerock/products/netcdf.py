@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from freerock.identification.fitted import Fit
     from freerock.identification.paper_fit import PaperFit
     from freerock.populations.impact_energy import ImpactEnergy
-    from freerock.runs.impacts import Impacts
     from freerock.runs.runs import Measured
     from freerock.runs.u_of_measured import MeasuredTotal
     from freerock.selection.choice import Choice
@@ -92,8 +91,8 @@ def write_record(
     for run, impacts, total in zip(found.runs, found.impacts, totals, strict=True):
         groups[f"run_{run.number}"] = xr.Dataset(
             {name: ((), getattr(run, field)) for field, name in RUN_VARIABLES.items()}
-            | _impacts(impacts)
-            | {"theta0_u": ((), total.theta0)}
+            | {name: ("impact", getattr(impacts, field)) for field, name in IMPACT_VARIABLES.items()}
+            | {"theta_uplift": ((), impacts.theta_uplift), "theta0_u": ((), total.theta0)}
             | {f"{name}_u": ("impact", getattr(total, name)) for name in WITH_TOTAL},
             {"impact": np.arange(1, len(impacts.time_s) + 1, dtype=np.int32)},
             {
@@ -228,13 +227,6 @@ def open_fits(path: str | Path, samples: bool = True, only: Collection[str] = ()
     return open_product(path, "fits", samples, only)
 
 
-def _impacts(impacts: "Impacts") -> dict[str, Any]:
-    return {
-        name: ((), impacts.theta_uplift) if field == "theta_uplift" else ("impact", getattr(impacts, field))
-        for field, name in IMPACT_VARIABLES.items()
-    }
-
-
 def _fit(model: str, fit: "Fit", energies: "ImpactEnergy | None") -> xr.Dataset:
     """The dataset of one fit."""
     names, known, scatter = list(fit.values), fit.uncertainty, fit.scatter.of_record
@@ -291,8 +283,9 @@ def _paper(fit: "PaperFit") -> xr.Dataset:
     }
     coordinates: dict[str, Any] = {"parameter": names, "time": ("time", fit.curve.time, SINCE_RELEASE)}
     if fit.impacts is not None:
-        own = _impacts(fit.impacts)
-        arrays |= {name: own[name] for name in ("impact_time", "peak_before", "restitution")}
+        arrays |= {"impact_time": ("impact", fit.impacts.time_s)}
+        arrays |= {"peak_before": ("impact", fit.impacts.peak_before_rad)}
+        arrays |= {"restitution": ("impact", fit.impacts.restitution)}
         coordinates["impact"] = np.arange(1, len(fit.impacts.time_s) + 1, dtype=np.int32)
     told = {"law": fit.model, "success": np.int8(fit.success), "message": fit.message}
     told |= {"final_time_s": float(fit.curve.time[-1]), "nfev": int(fit.result.nfev)}

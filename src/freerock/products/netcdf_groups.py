@@ -34,7 +34,7 @@ RUN_VARIABLES = {field: field.removesuffix("_s") for field in OF_RUN}
 OF_IMPACTS = ["peak_before_rad", "peak_before_stderr_rad", "peak_after_rad", "peak_after_stderr_rad"]
 OF_IMPACTS += ["restitution", "restitution_stderr"]
 IMPACT_VARIABLES = {"time_s": "impact_time", "time_stderr_s": "impact_time_stderr"}
-IMPACT_VARIABLES |= {field: field.removesuffix("_rad") for field in [*OF_IMPACTS, "theta_uplift"]}
+IMPACT_VARIABLES |= {field: field.removesuffix("_rad") for field in OF_IMPACTS}
 
 WITH_TOTAL = ("peak_before", "peak_after", "restitution")  # of an impact, with a total uncertainty NAME_u
 
