@@ -17,7 +17,7 @@ from freerock.runs.beginning import Beginning
 from freerock.runs.reasons_as_measured import Facts, verdict_on
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import signal_of
-from freerock.runs.verdict import VERDICTS, Reason, Verdict, known_reasons, rows_of_page
+from freerock.runs.verdict import KNOWN_REASONS, VERDICTS, Reason, Verdict, rows_of_page
 
 ROOT = Path(__file__).parents[2]
 TIME = np.arange(0, 10, 0.001)
@@ -133,7 +133,7 @@ def test_the_page_of_verdicts_is_that_of_the_table():
 
 def test_reasons_are_made_where_the_table_says():
     """Every name that a module gives to a reason stands in the table, and every row is made there."""
-    known = known_reasons()
+    known = KNOWN_REASONS
     for each in known.values():
         assert each.verdicts and {*each.verdicts} <= {*VERDICTS}
         if each.key:

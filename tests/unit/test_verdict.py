@@ -2,7 +2,7 @@
 
 import pytest
 
-from freerock.runs.verdict import Reason, Verdict, in_one_line, known_reasons
+from freerock.runs.verdict import KNOWN_REASONS, Reason, Verdict, in_one_line
 
 NOTED = Reason("ok", "overridden", "overridden: late; and short")
 DOUBT = Reason("warn", "pushed", "pushed")
@@ -26,6 +26,6 @@ def test_reasons_in_words():
 
 
 def test_the_remedy_of_what_was_not_processed_names_the_logs():
-    known = known_reasons()
+    known = KNOWN_REASONS
     assert "`logs/fit_TEST.log`" in known["not_fitted"].remedy
     assert "`logs/record_TEST.log`" in known["not_processed"].remedy

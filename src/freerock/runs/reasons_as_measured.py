@@ -21,7 +21,7 @@ from freerock.rotation.flags import BY_HAND, Fault
 from freerock.runs.beginning import Beginning
 from freerock.runs.impacts import Impacts, restitution_covariance
 from freerock.runs.signal import SMOOTH_S, Signal, invalid_in, names_of
-from freerock.runs.verdict import Level, Reason, Verdict, known_reasons
+from freerock.runs.verdict import KNOWN_REASONS, Level, Reason, Verdict
 
 SWING = 10.0  # standard deviations a swing rises above zero
 SLOWER = 1.1  # by this factor may a swing last longer than the one before: soft bases even swings out
@@ -169,7 +169,7 @@ def faults_met(run: Facts) -> Iterator[Reason]:
         elif fault.name == "drift" and moved:
             text = f"the zero drifts by {angle:+.3f}°{seen}"
             yield Reason.beyond(run.limits, "drift", text, angle)
-        elif fault.name in known_reasons() and fault.name not in ("rest_shift", "drift"):
+        elif fault.name in KNOWN_REASONS and fault.name not in ("rest_shift", "drift"):
             text = f"{fault.name.replace('_', ' ')}: {fault.note}"
             yield Reason.of(fault.name, text)
 

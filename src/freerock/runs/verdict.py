@@ -9,7 +9,6 @@ modules make it, and what to do. Code, the table of reasons and docs/verdicts.md
 import csv
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, cast
 
@@ -44,12 +43,9 @@ class KnownReason(NamedTuple):
     remedy: str
 
 
-@cache
-def known_reasons() -> dict[str, KnownReason]:
-    """All reasons that there are, by name."""
-    with open(Path(__file__).with_name("reasons.csv"), encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    return {
+with open(Path(__file__).with_name("reasons.csv"), encoding="utf-8", newline="") as _file:
+    # All reasons that there are, by name.
+    KNOWN_REASONS = {
         row["name"]: KnownReason(
             row["name"],
             tuple(cast(Level, each) for each in row["verdicts"].split()),
@@ -59,7 +55,7 @@ def known_reasons() -> dict[str, KnownReason]:
             tuple(row["maker"].split()),
             row["remedy"],
         )
-        for row in rows
+        for row in csv.DictReader(_file)
     }
 
 
@@ -107,7 +103,7 @@ class Reason(NamedTuple):
         KeyError
             There is no such reason.
         """
-        known = known_reasons()[name]
+        known = KNOWN_REASONS[name]
         key = known.key if limit is not None else ""
         return cls(verdict or known.verdicts[0], name, text, value, limit, unit, key)
 
@@ -116,7 +112,7 @@ class Reason(NamedTuple):
         cls, limits: Any, name: str, text: str, value: float | None, verdict: Level | None = None
     ) -> "Reason":
         """A known reason whose value is beyond the one of `limits` that its key sets."""
-        key = known_reasons()[name].key.rpartition(".")[2]
+        key = KNOWN_REASONS[name].key.rpartition(".")[2]
         unit = "degree" if key.endswith("_deg") else "1"
         return cls.of(name, text, verdict, value, float(getattr(limits, key)), unit)
 
@@ -153,7 +149,7 @@ def rows_of_page() -> str:
     """The rows of docs/verdicts.md: a row per reason."""
     return "\n".join(
         f"| {', '.join(each.verdicts)} | `{each.name}` | {each.found} | {_limit(each)} | {each.remedy} |"
-        for each in known_reasons().values()
+        for each in KNOWN_REASONS.values()
     )
 
 

@@ -27,7 +27,7 @@ from freerock.products.contents import (
 )
 from freerock.products.netcdf_groups import reasons_in
 from freerock.runs.u_of_measured import OF_LAW
-from freerock.runs.verdict import Reason, in_one_line, known_reasons
+from freerock.runs.verdict import KNOWN_REASONS, Reason, in_one_line
 from freerock.tables.choices import POSSIBLE
 from freerock.tables.populations import INPUT
 
@@ -114,7 +114,7 @@ def reasons_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
 
 def _remedy(name: str) -> str:
     """What to do about a reason, without the links of a page."""
-    known = known_reasons().get(name)
+    known = KNOWN_REASONS.get(name)
     return re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", known.remedy) if known else ""
 
 
