@@ -140,7 +140,7 @@ def test_a_frame_that_accelerates_upward_is_a_change_of_gravity(model, parameter
 )
 def test_gravity_is_a_scale_of_time_and_force(model, values, shape):
     """Under 4 g all is twice as fast, if beds are 4 times as stiff, and their dampings twice as large."""
-    law, rules = CANDIDATES[model].law, CANDIDATES[model].rules("geometric")
+    law, rules = CANDIDATES[model].law, Rules(kinematics=CANDIDATES[model].kinematics)
     times = {"k": 4, "c": 2, "lambda": 2}
     faster = {name: value * times.get(name, 1) for name, value in values.items()}
     block, time = Block(0.28, 0.07, 5.84, **shape), np.arange(0, 1.5, 1e-3)

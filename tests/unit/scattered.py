@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES
+from freerock.models.laws import CANDIDATES, Rules
 from freerock.models.simulate import Solver, simulate, simulate_fitted
 from freerock.runs.motion import Motion
 
@@ -22,7 +22,7 @@ def scattered_run(
     generator = np.random.default_rng(seed)
     time_s, delta = np.arange(0, duration_s, 1 / rate_hz), sigma_r * generator.standard_normal(40)
     of, law = CANDIDATES[candidate], law or TRUTH[candidate]
-    given = {"rules": of.rules(), "solver": Solver(1e-10)}
+    given = {"rules": Rules(kinematics=of.kinematics), "solver": Solver(1e-10)}
     moved = simulate(of.law, block, {**law, "impacts": delta}, time_s, theta0=theta0, **given)
     lifted_s = moved.time[moved.contact != 0][-1]
     delta[int(np.searchsorted(moved.impacts, lifted_s)) + 1 :] = 0.0  # a base that rings hits nothing

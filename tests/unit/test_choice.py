@@ -13,7 +13,6 @@ from freerock.identification.run_model import Point, RunModel
 from freerock.identification.scatter import Scatter
 from freerock.identification.start import Followed
 from freerock.models import laws
-from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import Solver, simulate_fitted
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
@@ -144,8 +143,7 @@ def test_a_loss_that_differs_by_side_is_said():
     motion, _ = scattered_run("hunt_crossley", 0.0, 7)
     delta = 0.003 * np.random.default_rng(1).standard_normal(40) + 0.02 * (-1.0) ** np.arange(40)
     values = {**TRUTH["hunt_crossley"], "theta0": 0.17, "t0": 0.0, "impacts": delta}
-    rules = CANDIDATES["hunt_crossley"].rules()
-    theta = simulate_fitted("hunt_crossley", BLOCK, values, motion.time_s, rules=rules, solver=Solver(1e-10))
+    theta = simulate_fitted("hunt_crossley", BLOCK, values, motion.time_s, solver=Solver(1e-10))
     noise = SIGMA * np.random.default_rng(2).standard_normal(theta.size)
     uneven = replace(motion, theta=theta + noise, theta0=0.17)
     fits = fit_record("hunt_crossley", BLOCK, {1: uneven})

@@ -470,7 +470,7 @@ class RunModel:
     @cached_property
     def rules(self) -> Rules:
         """The rules of the simulation."""
-        return CANDIDATES[self.candidate].rules(self.settings.debonding)
+        return Rules(self.settings.debonding, CANDIDATES[self.candidate].kinematics)
 
     def here(self, at: Point, samples: Samples, rtol: float = RTOL) -> Moved:
         """The motion, read at once, at the middles of the samples; that of the last point is known."""

@@ -201,10 +201,6 @@ class Candidate:
         """The parameters of its law, and the width where it is freed."""
         return (*LAWS[self.law].parameters, *(("width",) if self.width else ()))
 
-    def rules(self, debonding: str = "geometric") -> Rules:
-        """The rules under which it is simulated."""
-        return Rules(debonding, self.kinematics)
-
     def _joined(self, law: str, comma: str, pivoting: str, width: str) -> str:
         named = [pivoting] if self.kinematics != LAWS[self.law].kinematics[0] else []
         return comma.join([law, *named, *([width] if self.width else [])])

@@ -13,7 +13,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.models.free_parameters import PARAMETERS
-from freerock.models.laws import CANDIDATES, MODELS
+from freerock.models.laws import CANDIDATES, MODELS, Rules
 from freerock.models.simulate import Solver
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.view import as_measured, view_of
@@ -106,7 +106,7 @@ class ExpectedRun:
             used,
             time_s * true.clock / stated.clock,
             view_of(list(true.lasers.values()), true.block),
-            rules=candidate.rules(self.debonding),
+            rules=Rules(self.debonding, candidate.kinematics),
             solver=Solver(1e-10),
         )
         return true.reread(theta, stated)

@@ -18,7 +18,7 @@ from freerock.errors import FreerockError
 from freerock.identification.settings import freed
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
-from freerock.models.laws import CANDIDATES
+from freerock.models.laws import CANDIDATES, Rules
 from freerock.models.simulate import simulate
 from freerock.planning.bound import ExpectedRun, information_bound
 from freerock.rotation.beam import displacement_from_rotation, sensitivity
@@ -154,7 +154,7 @@ def _numbers(run: ExpectedRun, bound: Floats, total: Floats, i: int) -> tuple[fl
 def _fault(run: ExpectedRun, time_s: Floats) -> str:
     """Why a run can't be expected; "" where it can."""
     candidate, angle = CANDIDATES[run.model], run.values["theta0"]
-    block, rules = run.laboratory.block, candidate.rules(run.debonding)
+    block, rules = run.laboratory.block, Rules(run.debonding, candidate.kinematics)
     outcome = simulate(candidate.law, block, run.values, time_s[-1:], theta0=angle, rules=rules).outcome
     what = f"{run.model} released at {math.degrees(angle):g}°: {outcome}"
     return "" if outcome in ("completed", "at_rest") else what

@@ -26,7 +26,7 @@ from freerock.config.processing import RUN_LIMITS, ImpactLimits
 from freerock.identification.significance_levels import REJECTS
 from freerock.models.block import Block
 from freerock.models.block_on_bed import energy
-from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, Foundation, law_of
+from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, Foundation, Rules, law_of
 from freerock.models.simulate import Solver, simulate
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View, view_of
@@ -201,7 +201,7 @@ class _Law:
         if not self.asked.size:
             return _Found(nothing, nothing, np.empty(0, np.intp))
         candidate, turning = CANDIDATES[self.model], block.as_found(values)
-        rules, foundation = candidate.rules(self.debonding), Foundation.of(values)
+        rules, foundation = Rules(self.debonding, candidate.kinematics), Foundation.of(values)
         theta0, t0 = values.get("theta0", self.theta0), values.get("t0", 0.0)
         if self.view is not None:
             theta0 = replace(self.view, block=block).released(theta0, turning, foundation)

@@ -21,6 +21,7 @@ from freerock.products.netcdf_groups import (
     root_attributes,
     write_groups,
 )
+from freerock.rotation.laboratory import UNITS
 from freerock.runs.verdict import Level, Reason
 
 FROM_START = "time from the start of the record"
@@ -305,7 +306,7 @@ def _inputs(fit: "Fit") -> xr.Dataset:
             "input": [each.name for each in known.inputs],
             "input_owner": ("input", [each.owner for each in known.inputs]),
             "input_u": ("input", np.array([each.u for each in known.inputs], float)),
-            "input_unit": ("input", [each.unit for each in known.inputs]),
+            "input_unit": ("input", [UNITS[each.name] for each in known.inputs]),
             "input_stated": ("input", np.array([each.stated for each in known.inputs], np.int8)),
             "input_moved": ("input", known.moved),
             "input_remaining": ("input", known.remaining),

@@ -49,11 +49,6 @@ class Input:
         """Its name and owner, in words."""
         return f"{self.name} of {self.owner}"
 
-    @property
-    def unit(self) -> str:
-        """Of u."""
-        return UNITS[self.name]
-
 
 @dataclass(frozen=True)
 class Laboratory:

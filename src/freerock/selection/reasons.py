@@ -13,6 +13,7 @@ from freerock.identification.significance_levels import PULLED, WARNS
 from freerock.identification.start import crossings_s
 from freerock.models.laws import MODEL_LABELS
 from freerock.noise.spectrum import tapered_power
+from freerock.rotation.laboratory import UNITS
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason
 from freerock.selection.choice import CHOICE, Choice
@@ -82,7 +83,7 @@ def _of_nuisances(fit: Fit) -> Iterator[Reason]:
     known = fit.uncertainty.contributions
     for source, by, pull in zip(known.inputs, known.moved, known.pulls, strict=True):
         if abs(pull) > PULLED:
-            off = f"{by * source.u:+.3g} {source.unit}".removesuffix(" 1")
+            off = f"{by * source.u:+.3g} {UNITS[source.name]}".removesuffix(" 1")
             text = f"{source.label} off by {off}, {abs(pull):.1f} standard uncertainties"
             # where the law leaves more than the noise, it pulls the inputs as well
             unlikely = 2 * len(known.pulls) * float(ndtr(-abs(pull))) < WARNS
