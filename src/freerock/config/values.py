@@ -12,6 +12,8 @@ from pydantic import (
     ConfigDict,
     Field,
     StringConstraints,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
 )
 
 from freerock.models.laws import CANDIDATES, DEBONDING, KINEMATICS, LAWS, MODELS
@@ -31,25 +33,23 @@ class Invalid(ValueError):
         self.what, self.remedy = what, remedy
 
 
-def _not_a_switch(value: Any) -> Any:
+def _as_number(value: Any, parsed: ValidatorFunctionWrapHandler) -> Any:
+    """A number as pydantic parses it, less those that no quantity has."""
     if isinstance(value, bool):  # pydantic would read true as 1
         raise Invalid(f"{str(value).lower()} is not a number", "give a number")
-    return value
+    number = parsed(value)
+    if number and not LEAST_SI <= abs(number) <= MOST_SI:
+        raise Invalid(f"{number:.6g} is out of range", f"give 0, or {LEAST_SI:g} to {MOST_SI:g}")
+    return number
 
 
 def _in_one_line(value: Any) -> Any:
     return " ".join(value.split()) if isinstance(value, str) else value
 
 
-def _of_this_world(value: float) -> float:
-    if value and not LEAST_SI <= abs(value) <= MOST_SI:
-        raise Invalid(f"{value:.6g} is out of range", f"give 0, or {LEAST_SI:g} to {MOST_SI:g}")
-    return value
-
-
-Number = Annotated[float, BeforeValidator(_not_a_switch), AfterValidator(_of_this_world)]
-Whole = Annotated[int, BeforeValidator(_not_a_switch), AfterValidator(_of_this_world)]
-Direction = Annotated[Literal[1, -1], BeforeValidator(_not_a_switch)]
+Number = Annotated[float, WrapValidator(_as_number)]
+Whole = Annotated[int, WrapValidator(_as_number)]
+Direction = Annotated[Literal[1, -1], WrapValidator(_as_number)]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
 Length = Annotated[Number, Field(gt=0, le=100)]  # of a block or above its base [m]
