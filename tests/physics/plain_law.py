@@ -78,7 +78,7 @@ def contact_force(
             f = f0 + u * (f1 + u * f2)
             force += weight * f
             moment += weight * f * u
-    for side in (1, -1) if block.edge_radius else ():
+    for side in (1, -1) if block.edge_radius_m else ():
         of_edge = _edge_force(block, foundation, state, side)
         force, moment = force + of_edge[0], moment + of_edge[1]
     return force, moment * math.cos(state.theta)
@@ -145,7 +145,7 @@ def _edge_force(block: Block, foundation: Foundation, state: State, side: int) -
 
     With v = ρ sin φ the depth z + u sinθ - ρ (1 - cos φ) is smooth in φ: Gauss's rule of 12 nodes.
     """
-    radius, (z, slope, rate, spin) = block.edge_radius, _along_base(state)
+    radius, (z, slope, rate, spin) = block.edge_radius_m, _along_base(state)
     v0, v1 = _edge_ends(z + side * block.flat * slope, side * slope, radius)
     first, last = math.asin(v0 / radius), math.asin(v1 / radius)
     force = moment = 0.0

@@ -10,6 +10,8 @@ from freerock.config.input_uncertainties import BlockUncertainty, stated_only_wi
 from freerock.config.values import Invalid, Label, Length, Number, Place, Positive, Section, key
 from freerock.models.block import GRAVITY, IMPOSSIBLE, Block, density_if_square
 
+SHAPE = [each.name for each in fields(Block) if each.name != "edge_radius_m"]  # a campaign states no radius
+
 
 class BlockSection(Section):
     """A rigid rectangular block."""
@@ -41,8 +43,7 @@ class BlockSection(Section):
     @property
     def block(self) -> Block:
         """The block as the models take it."""
-        shape: dict[str, Any] = {each.name: getattr(self, each.name, None) for each in fields(Block)}
-        return Block(**shape)
+        return Block(**{name: getattr(self, name) for name in SHAPE})
 
     @field_validator("mass_kg")
     @classmethod
@@ -77,7 +78,7 @@ class BlockSection(Section):
     @classmethod
     def _below_critical(cls, angle: Any, info: ValidationInfo) -> Any:
         if angle is not None and {"height_m", "width_m", "mass_kg"} <= info.data.keys():
-            shape: dict[str, Any] = {each.name: info.data.get(each.name) for each in fields(Block)}
+            shape: dict[str, Any] = {name: info.data.get(name) for name in SHAPE}
             critical = math.degrees(Block(**shape).theta_cr)
             if angle >= critical:
                 raise Invalid(

@@ -408,7 +408,7 @@ class RunModel:
     def is_smooth(self) -> bool:
         """Whether curves are exact enough for quotients over `STEP`, as series and closed forms are."""
         block = self.block.as_found({name: 0.0 for name in ("edge_radius",) if name in self.names})
-        rounded = "edge_radius" in self.names or bool(block.edge_radius)
+        rounded = "edge_radius" in self.names or bool(block.edge_radius_m)
         return not (rounded or block.e or self.settings.debonding == "tensionless")
 
     def _quotient(self, at: Point, name: str, time_s: Floats, rtol: float, whole: Floats) -> Floats:

@@ -36,7 +36,7 @@ class Block:
         Distance between the corners about which it rocks [m]; the full width if None.
         The inertia is that of the full width.
     edge_radius_m : float, optional
-        Radius ρ of the edges of the base [m]; sharp if None.
+        Radius ρ of the edges of the base [m]; 0 of sharp ones.
     com_height_m : float, optional
         Height of the centre of mass over the base [m]; half the height if None.
     com_offset_m : float, optional
@@ -62,7 +62,7 @@ class Block:
     width_m: float
     mass_kg: float
     contact_width_m: float | None = None
-    edge_radius_m: float | None = None
+    edge_radius_m: float = 0.0
     com_height_m: float | None = None
     com_offset_m: float | None = None
     inertia_kg_m2: float | None = None
@@ -81,8 +81,8 @@ class Block:
             what = f"{self.e:g} m off the middle, the block at rest stands on a part of its base"
             remedy = f"give less than {self.b / 3:g} m, a sixth of the width"
             raise FreerockError("com_offset_m", what, remedy)
-        if not 0 <= self.edge_radius < self.b:
-            what = f"{self.edge_radius} m is no radius of an edge"
+        if not 0 <= self.edge_radius_m < self.b:
+            what = f"{self.edge_radius_m} m is no radius of an edge"
             raise FreerockError("edge_radius_m", what, f"give 0 to {self.b:g} m, half the width")
 
     @cached_property
@@ -111,14 +111,9 @@ class Block:
         return (self.contact_width_m or self.width_m) / 2
 
     @cached_property
-    def edge_radius(self) -> float:
-        """Radius ρ of the edges of the base, 0 of sharp ones [m]."""
-        return self.edge_radius_m or 0.0
-
-    @cached_property
     def flat(self) -> float:
         """Half width b - ρ of the base between its edges [m]."""
-        return self.b - self.edge_radius
+        return self.b - self.edge_radius_m
 
     @cached_property
     def R(self) -> float:

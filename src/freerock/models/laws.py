@@ -74,7 +74,7 @@ class Foundation(NamedTuple):
         """The law and the block as `kernel.integrate` takes them."""
         m = block.mass_kg
         law = (self.k / m, self.c / m, self.lam / m, block.flat, block.h, block.inertia_base / m, block.g)
-        return (*law, block.flat if pivots else 0.0, block.edge_radius, block.e)
+        return (*law, block.flat if pivots else 0.0, block.edge_radius_m, block.e)
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ def check_scene(
     if instants.ndim != 1 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) < 0):
         raise FreerockError("time", "not an increasing array of finite instants", "sort it and drop NaN")
     rounded = [name for name, law in LAWS.items() if "edge_radius" in law.may_free]
-    if block.edge_radius and (model not in rounded or rules.debonding != GEOMETRIC.debonding):
+    if block.edge_radius_m and (model not in rounded or rules.debonding != GEOMETRIC.debonding):
         what = "rounded edges are implemented for geometric debonding only, under "
         raise FreerockError("edge_radius_m", what + ", ".join(rounded), "leave it out")
     return instants

@@ -350,7 +350,7 @@ class _Scene:
     def is_by_series(self, time: Floats) -> bool:
         """Whether `series` knows it: a force k z + c ż + λ z ż at sharp corners."""
         expanded = self.law.is_foundation and {*self.law.parameters} <= {"k", "c", "lambda"}
-        odd = self.is_tensionless or self.block.edge_radius or self.block.e
+        odd = self.is_tensionless or self.block.edge_radius_m or self.block.e
         still = self.motion is None or not len(self.motion.coefficients)
         return expanded and not odd and (still or self.motion.leans(time, self.block.g))  # type: ignore[union-attr]
 
