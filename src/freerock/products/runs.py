@@ -10,7 +10,8 @@ import xarray as xr
 from freerock.models.block import Block
 from freerock.noise.spectrum import Noise
 from freerock.products.netcdf_groups import RUN_VARIABLES, reasons_in
-from freerock.rotation.view import view_in
+from freerock.rotation.sensor import Laser
+from freerock.rotation.view import KEYS, View
 from freerock.runs.motion import Motion, motions_of
 from freerock.runs.runs import Run
 from freerock.runs.verdict import Verdict
@@ -45,8 +46,10 @@ def motions_in(record: xr.DataTree, samples: xr.Dataset) -> dict[int, Motion]:
         arrays: dict[str, Any] = {key: np.array(each) for key, each in told.items() if isinstance(each, list)}
         noise = Noise(**told | arrays)
     view, attrs = None, record.attrs
-    if any(str(key).startswith("sensor_") for key in attrs):
+    seen_by = {key: attrs[f"sensor_{key}"] for key in KEYS if f"sensor_{key}" in attrs}
+    if seen_by:
         known = (each.name for each in fields(Block) if f"block_{each.name}" in attrs)
-        view = view_in(attrs, Block(**{name: attrs[f"block_{name}"] for name in known}))
+        block = Block(**{name: attrs[f"block_{name}"] for name in known})
+        view = View(block, Laser(**seen_by, units="" if "beam" in seen_by else "rad"))
     over_time = {name: samples[name].values for name in OVER_TIME if name in samples}
     return motions_of(runs, over_time, view, noise)

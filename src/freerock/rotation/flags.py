@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from freerock.arrays import Flags, Floats
 from freerock.noise.signal_noise import lattice_step
-from freerock.noise.still_phases import between_breaks
+from freerock.noise.still_phases import between_breaks, stretches
 from freerock.units import BASE
 
 if TYPE_CHECKING:
@@ -96,8 +96,7 @@ def _flag_equal(valid: Floats, flags: Flags, step: float) -> None:
     if usual > 0.5:
         return
     longest = math.log(BY_CHANCE / same.size) / math.log(usual) if usual else 0.0
-    index = np.flatnonzero(same)
-    first, last = (index[each] for each in between_breaks(np.diff(index) > 1))
+    first, last = np.transpose(stretches(same))
     last += 1  # samples first .. last are equal
     long = last - first + 1 >= max(EQUAL, longest)
     if not long.any():

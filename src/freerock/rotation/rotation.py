@@ -175,7 +175,7 @@ def find_rotation(
         (name), fault_start and fault_end [s], fault_note, fault_angle [rad] (effect on θ, NaN if unknown).
         Attributes: sampling_rate_hz, noise_v (white), mains_hz and mains_amplitude_v (0 if off), zero_v (mean
         reading at rest), zero_drift_v (its range), in _ma, _m or _rad for other quantities, of the first
-        laser; rest_phases (their number), zero_stderr_rad; what `view.view_in` reads, as sensor_beam.
+        laser; rest_phases (their number), zero_stderr_rad; what a view takes of the laser, as sensor_beam.
 
     Raises
     ------
@@ -258,7 +258,7 @@ def _dataset(
     for number, reading in enumerate(readings, 1):
         arrays[reading.quantity + ("" if number == 1 else f"_{number}")] = reading.recorded
     seconds = {"units": "s"}
-    sensor = {key: getattr(view.laser, key) for key in KEYS} if view else {}  # what `view.view_in` reads
+    sensor = {key: getattr(view.laser, key) for key in KEYS} if view else {}
     return xr.Dataset(
         {name: ("time", values, ATTRS.get(name.removesuffix("_2"))) for name, values in arrays.items()}
         | {

@@ -21,7 +21,7 @@ from freerock.rotation.beam import beam_of, mirrored
 from freerock.rotation.sensor import Laser, lasers_of
 
 AT, WEIGHT = np.polynomial.legendre.leggauss(3)  # moments of a blur, and their weights
-KEYS = ("beam", "position_m", "face", "release_side", "response_ms")
+KEYS = ("beam", "position_m", "face", "release_side", "response_ms")  # of a laser, in datasets as sensor_KEY
 
 
 @dataclass(frozen=True)
@@ -135,12 +135,6 @@ def view_of(lasers: Laser | Sequence[Laser], block: Block) -> View | None:
         first = first.moved(beam=None, position_m=None, units="rad")
     view = View(block, first)
     return None if view.laser.beam is None and len(view.moments[0]) == 1 else view
-
-
-def view_in(attrs: Mapping[Any, Any], block: Block) -> View:
-    """The view of a dataset of `rotation.find_rotation` with such attributes, of the block expected."""
-    own = {key: attrs[f"sensor_{key}"] for key in KEYS if f"sensor_{key}" in attrs}
-    return View(block, Laser(**own, units="" if "beam" in own else "rad"))
 
 
 def as_released(law: str, block: Block, values: Mapping[str, float], view: View | None) -> dict[str, float]:
