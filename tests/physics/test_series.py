@@ -14,12 +14,13 @@ from freerock.models import block_on_bed, kernel, series, series_sums
 from freerock.models.block import GRAVITY, Block
 from freerock.models.block_on_bed import State
 from freerock.models.ground import tilted
-from freerock.models.laws import LAWS, Foundation, Rules
+from freerock.models.laws import LAWS, Foundation, Law, Rules
 from freerock.models.simulate import Solver, simulate
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock.virtual_lab.published import TABLE_2
 
 BLOCK = Block(0.28, 0.07, 5.84)
+integrated = series.integrate_series
 NO_GROUND = np.empty(0), np.empty((0, 10))
 NO_SCATTER = np.empty(0), np.empty((0, 5))
 SCENES = [
@@ -117,6 +118,21 @@ def by_the_kernel(block, model, parameters, theta0, time, rtol, sideways="guided
         others,
     )
     return theta, *others.T, impacts
+
+
+@pytest.mark.parametrize(
+    ("law", "by_series"),
+    [*((name, law.is_foundation) for name, law in LAWS.items()), ("new", False)],
+)
+def test_only_a_law_whose_row_says_so_is_simulated_by_series(monkeypatch, law, by_series):
+    """A new law may have the parameters of one that `series` knows."""
+    monkeypatch.setitem(LAWS, "new", Law("New", ("k", "lambda")))
+    seen = []
+    monkeypatch.setattr(series, "integrate_series", lambda *given: seen.append(1) or integrated(*given))
+    numbers = {"r": 0.9, "k": 1e6, "c": 1e3, "lambda": 1e6}
+    time = np.linspace(0.0, 0.1, 11)
+    simulate(law, BLOCK, {name: numbers[name] for name in LAWS[law].parameters}, time, theta0=0.1)
+    assert bool(seen) is by_series
 
 
 def test_a_touch_that_begins_and_ends_within_a_step_is_found():

@@ -4,8 +4,8 @@ Whatever lists models (configuration, fits, tables, figures, report) reads these
 of a number stand in `free_parameters`.
 What a law of the foundation does is written in `kernel`: a new one needs its terms in `_pressure` (force),
 `_force_factors` (force and moment over the base) and `stored` (energy). `series` has the same as sums, for
-speed. A rigid block is written in `housner`. The configuration reads the rows too, so nothing is imported
-here that is slow to load.
+speed, of laws with `by_series`. A rigid block is written in `housner`. The configuration reads the rows too,
+so nothing is imported here that is slow to load.
 """
 
 from collections.abc import Mapping
@@ -100,6 +100,8 @@ class Law:
         Whether the tensionless rule of debonding is implemented where none of its ratios is zero.
     kinematics : tuple of str
         What its base may do sideways, the paper's first (`Rules`).
+    by_series : bool
+        Whether `series` knows its force, k z + c ż + λ z ż; else `kernel` integrates it alone.
     cites : str
         Its sources, as the methods of a report cite them (`report.methods`).
     note : str
@@ -114,6 +116,7 @@ class Law:
     cases: tuple[str, ...] = ()
     tensionless: bool = True
     kinematics: tuple[str, ...] = KINEMATICS
+    by_series: bool = False
     cites: str = ""
     note: str = ""
 
@@ -143,12 +146,18 @@ LAWS = {
         note="a rigid block on rigid ground that loses speed at each impact",
     ),
     "winkler": Law(
-        "Winkler", ("k", "c"), published=True, cites="[@koh1986]", note="a bed of springs and dashpots"
+        "Winkler",
+        ("k", "c"),
+        published=True,
+        by_series=True,
+        cites="[@koh1986]",
+        note="a bed of springs and dashpots",
     ),
     "hunt_crossley": Law(
         "Hunt–Crossley",
         ("k", "lambda"),
         published=True,
+        by_series=True,
         cites="[@hunt1975; @spanos2017]",
         note="springs with a damping that grows with depth",
     ),
@@ -158,6 +167,7 @@ LAWS = {
         ("k", "c", "lambda"),
         cases=("winkler", "hunt_crossley"),
         tensionless=False,
+        by_series=True,
         note="both dampings, c and λ",
     ),
 }

@@ -348,11 +348,10 @@ class _Scene:
         return self.rules.debonding == "tensionless" and self.foundation.is_damped
 
     def is_by_series(self, time: Floats) -> bool:
-        """Whether `series` knows it: a force k z + c ż + λ z ż at sharp corners."""
-        expanded = self.law.is_foundation and {*self.law.parameters} <= {"k", "c", "lambda"}
+        """Whether `series` knows it: the force of its law, at sharp corners."""
         odd = self.is_tensionless or self.block.edge_radius_m or self.block.e
         still = self.motion is None or not len(self.motion.coefficients)
-        return expanded and not odd and (still or self.motion.leans(time, self.block.g))  # type: ignore[union-attr]
+        return self.law.by_series and not odd and (still or self.motion.leans(time, self.block.g))  # type: ignore[union-attr]
 
     def in_closed_form(
         self, theta0: float, time: Floats, rates: Floats | None, passages: Floats = NO_PASSAGES
