@@ -217,12 +217,12 @@ def _restitution(
     release = {str(row.run): row.release_s for row in runs.itertuples()}
     for row in table[table["source"] == "experiment"].itertuples():
         j = known.get(str(row.run), -1)
-        if f"run{j}_volts_r_energy" not in truth or not math.isfinite(row.r_energy):
+        if f"run{j}_volts_true_r" not in truth or not math.isfinite(row.r_energy):
             continue
         apart = np.abs(truth[f"run{j}_volts_impacts_s"] - release[str(row.run)] - row.time_s)
         at = int(np.argmin(apart))
         if apart[at] < SAME_IMPACT_S:
-            true = float(truth[f"run{j}_volts_r_energy"][at])
+            true = float(truth[f"run{j}_volts_true_r"][at])
             numbers = row.r_energy, row.r_energy_u, row.r_energy_u
             yield number_row("r of an impact", true, *numbers) | {"run": row.run}
 

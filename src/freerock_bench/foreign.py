@@ -61,7 +61,7 @@ def _as_record(truth: Mapping[str, Any]) -> dict[str, Any]:
     for j, run in enumerate(truth["runs"]):
         found |= {f"run{j}_{name}": value for name, value in truth["parameters"].items()}
         found |= {f"run{j}_volts_impacts_s": np.array(run["impacts_s"])}
-        found |= {f"run{j}_volts_r_energy": np.array(run["restitution"])}
+        found |= {f"run{j}_volts_true_r": np.array(run["restitution"])}
     return found
 
 

@@ -219,7 +219,7 @@ def _of_run(truth: Truth, run: Run, begins_s: float, draw: np.random.Generator) 
 def impacts_in_volts(motion: Motion, begins_s: float, clock: float) -> dict[str, Floats]:
     """Instants of the impacts by the stated clock [s], and √(energy after / before) of each."""
     passages_s, restitution = restitution_of(motion)
-    return {"volts_impacts_s": begins_s + passages_s / clock, "volts_r_energy": restitution}
+    return {"volts_impacts_s": begins_s + passages_s / clock, "volts_true_r": restitution}
 
 
 def make(folder: Path, sigma_r: float, i: int, seed: int, known: str = "", at_once: bool = False) -> Path:

@@ -57,7 +57,7 @@ def tables(records):
     ]
     at, r = (
         float(truth["run0_volts_impacts_s"][1]) - runs[0]["release_s"],
-        float(truth["run0_volts_r_energy"][1]),
+        float(truth["run0_volts_true_r"][1]),
     )
     impact = {"test": test, "run": 1, "source": "experiment", "time_s": at, "r_energy": r + 0.01}
     mean = of | {"level": "record", "parameter": "k", "n_runs": 3, "stderr": 1.0, "u_total": 1e4}

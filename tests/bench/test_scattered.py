@@ -114,5 +114,5 @@ def test_a_realistic_record_has_its_truth(tmp_path):
         assert angle == pytest.approx(record[f"run{j}_theta0"], rel=0.04)  # edges are rounded besides
         trembles = detrend(held.reshape(-1, 20).mean(axis=1))
         assert trembles.std() == pytest.approx(math.radians(0.01), rel=0.5)
-        r = record[f"run{j}_volts_r_energy"]
+        r = record[f"run{j}_volts_true_r"]
         assert 0.4 < r.min() < r.max() < 0.9
