@@ -21,7 +21,7 @@ from freerock.runs.motion import Motion
 DRAWS = 200  # motions of a band
 MOST_PEAKS = 12  # of a run that are foretold
 RATE_HZ = 250.0  # of a motion, at which a peak is off by less than 1e-4 of itself
-ENOUGH = 1.5  # times the last impact that was seen: until then a motion is computed first
+ENOUGH = 1.2  # times the impact after the last that counts: until then a motion is computed first
 LEAST_NOISE = 1e-5  # relative standard error of a parameter
 MOST_R = 0.9999  # of a rigid block that still comes to rest
 INSIDE = (2.5, 50.0, 97.5)  # per cent
@@ -96,7 +96,8 @@ def foretold(
     """
     rng, drawn_swings = np.random.default_rng(_seed(own) + 1), []
     whole_s, n_peaks = np.arange(0.0, motion.time_s[-1], 1 / RATE_HZ), seen.shape[1]
-    enough_s = whole_s[whole_s < ENOUGH * seen[1, -1]]
+    before_s, last_s = np.append(0.0, seen[1])[-2:]
+    enough_s = whole_s[whole_s < ENOUGH * (2 * last_s - before_s)]  # swings become shorter
     read = replace(motion, laboratory=own.laboratory(block, motion.view))
     model = RunModel(own.model, block, read, FitSettings(debonding=debonding))
     inputs = np.array([own.moved[source] for source in model.inputs])
