@@ -21,7 +21,7 @@ from freerock.review.desk import Desk
 from freerock.review.signals import signals_of
 from freerock.rotation.rotation import rotation_of
 from freerock.tables.number_text import quantity
-from freerock.tables.populations import populations_table
+from freerock.tables.populations import means_in, populations_table
 from freerock.tables.tidy_tables import contributions_table, parameters_table, restitution_table, runs_table
 from freerock.virtual_lab.virtual_record import Recording, VirtualRelease, simulate_record
 from freerock.virtual_lab.write_tdms import write_records
@@ -116,7 +116,7 @@ def test_what_is_given_of_parameters_reaches_the_product_and_table_2(job, caplog
     given = {"winkler": {"c": {"expr": "3e-3*k"}}, "hunt_crossley": {"k": {"value": MAT["k"], "vary": False}}}
     with caplog.at_level("INFO", "freerock"):
         tree = job(options={"parameters": given})
-    fits = {(run, model): fit for run, model, fit in fits_of(tree)}
+    fits = {(run, model): fit for run, model, fit, _ in fits_of(tree)}
     for run in (1, 2):
         tied, fixed = fits[run, "winkler"], fits[run, "hunt_crossley"]
         assert tied["vary"].values.tolist() == [1, 0, 1, 1] and tied["expr"].values[1] == "3e-3*k"
@@ -149,7 +149,7 @@ def test_a_correction_gives_what_the_jobs_write(desk, tmp_path):
         theta0 = quantity(row.theta0_deg, row.theta0_u_deg)  # as report and quality page print it
         assert each["picture"]["facts"][0] == ["α", f"{theta0}°"]
     fits = [open_fits(tmp_path / "f.nc")]
-    means = populations_table(parameters_table(fits), contributions_table(fits))
+    means = populations_table(means_in(parameters_table(fits), contributions_table(fits)))
     assert parameters(whole["picture"], "means") == {
         (row.model, row.parameter): (
             f"{row.mean:.10g}",

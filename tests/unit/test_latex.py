@@ -16,7 +16,7 @@ from freerock.report.printed import printed_tables
 from freerock.tables.latex import latex, numbers_tex
 from freerock.tables.number_text import SIMULATED_NOTE, quantity
 from freerock.tables.paper import table1
-from freerock.tables.populations import populations_table
+from freerock.tables.populations import means_in, populations_table
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_a_value_without_u_has_no_more_digits_than_are_asked_for():
 def test_numbers_are_macros_of_letters_alone(datasets):
     tidy = tidy_tables(*datasets)
     tidy["parameters"].loc[tidy["parameters"]["test"] == "b2_mat", "success"] = False
-    tidy["populations"] = populations_table(tidy["parameters"])
+    tidy["populations"] = populations_table(means_in(tidy["parameters"]))
     own = tidy["epsilon"]["test"].eq("b1_marble") & tidy["epsilon"]["model"].eq("winkler")
     tidy["epsilon"].loc[own, "epsilon_theta"] = [0.01, 0.03]
     lines = numbers_tex(tidy).splitlines()

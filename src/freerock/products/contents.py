@@ -15,7 +15,8 @@ from freerock.runs.verdict import Level, Reason, Verdict
 
 Attrs = Mapping[Any, Any]  # names of attributes are texts; xarray says hashable
 
-CHOICE_GROUP = "choice"  # in that of a run: no candidate has this name
+CHOICE_GROUP, INPUTS_GROUP = "choice", "inputs"  # in that of a run, where no candidate has its name; of a fit
+NO_INPUTS = xr.DataTree()
 EXPLAINED = ("noise", "repeatability")  # levels at which the selected law explains the runs
 
 
@@ -59,7 +60,7 @@ def impacts_of(run: xr.DataTree) -> str:
     return f"{seen} zero crossing{'' if seen == 1 else 's'}, {measured} with r"
 
 
-def fits_of(tree: xr.DataTree) -> Iterator[tuple[int, str, xr.Dataset]]:
+def fits_of(tree: xr.DataTree) -> Iterator[tuple[int, str, xr.Dataset, xr.Dataset]]:
     """Fits of a dataset: those of each run in order.
 
     Parameters
@@ -71,14 +72,13 @@ def fits_of(tree: xr.DataTree) -> Iterator[tuple[int, str, xr.Dataset]]:
     ------
     run : int
     model : str
-    fit : xarray.Dataset
-        Its group, with what stands in the groups within it.
+    fit, inputs : xarray.Dataset
+        Its group, and that of the laboratory's inputs in it; empty where there is none.
     """
     for run, group in runs_of(tree).items():
         for model in MODELS:
-            if model in group.children:
-                parts = [each.dataset for each in group.children[model].subtree]
-                yield run, model, xr.merge(parts, combine_attrs="override")
+            if (fit := group.children.get(model)) is not None:
+                yield run, model, fit.dataset, fit.children.get(INPUTS_GROUP, NO_INPUTS).dataset
 
 
 def usable_runs(tree: xr.DataTree) -> dict[int, xr.DataTree]:

@@ -28,7 +28,7 @@ def estimates_in(trees: Iterable[xr.DataTree]) -> Iterator[Estimate]:
     """
     for tree in trees:
         names = {key: str(tree.attrs[key]) for key in ("campaign", "test", "block", "foundation")}
-        for run, model, fit in fits_of(tree):
+        for run, model, fit, inputs in fits_of(tree):
             if not fit.attrs["success"]:
                 continue
             freed = fit["parameter"].values.astype(str)
@@ -39,8 +39,8 @@ def estimates_in(trees: Iterable[xr.DataTree]) -> Iterator[Estimate]:
                 model=model,
                 values=dict(zip(freed.tolist(), fit["value"].values, strict=True)),
                 covariance=fit["covariance"].values[:n, :n],
-                shifts=_shifts(fit, n),
-                moved=_moved(fit),
+                shifts=_shifts(inputs, fit["value"].values[:n]),
+                moved=_moved(inputs),
                 sigma_r=fit["sigma_r"].item(),
             )
 
@@ -79,18 +79,18 @@ def parameters_in(fit: xr.Dataset) -> "lmfit.Parameters":
     return found
 
 
-def _shifts(fit: xr.Dataset, n: int) -> dict[tuple[str, str], Floats]:
-    """Relative shifts of the first n parameters by owner and name of the inputs."""
-    if "contribution" not in fit:
+def _shifts(inputs: xr.Dataset, values: Floats) -> dict[tuple[str, str], Floats]:
+    """Relative shifts of the first parameters, which have these values, by owner and name of the inputs."""
+    if "contribution" not in inputs:
         return {}
-    relative = fit["contribution"].values[:n] / fit["value"].values[:n, None]
-    names = zip(fit["input_owner"].values.tolist(), fit["input"].values.tolist(), strict=True)
+    relative = inputs["contribution"].values[: len(values)] / values[:, None]
+    names = zip(inputs["input_owner"].values.tolist(), inputs["input"].values.tolist(), strict=True)
     return dict(zip(names, relative.T, strict=True))
 
 
-def _moved(fit: xr.Dataset) -> dict[Input, float]:
+def _moved(inputs: xr.Dataset) -> dict[Input, float]:
     """By how many of its standard uncertainties the fit moved each input, of those that it moved."""
-    if "input_moved" not in fit:
+    if "input_moved" not in inputs:
         return {}
-    columns = (fit[name].values.tolist() for name in ("input_owner", "input", "input_u", "input_moved"))
+    columns = (inputs[name].values.tolist() for name in ("input_owner", "input", "input_u", "input_moved"))
     return {Input(owner, name, u, True): by for owner, name, u, by in zip(*columns, strict=True) if by}

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from freerock.models.given import legal
-from freerock.products.contents import CHOICE_GROUP, Attrs
+from freerock.products.contents import CHOICE_GROUP, INPUTS_GROUP, Attrs
 from freerock.products.netcdf_groups import (
     IMPACT_VARIABLES,
     RUN_VARIABLES,
@@ -32,7 +32,7 @@ SINCE_RELEASE = {"long_name": "time since the release"}
 # Numbers of the evidence of a fit that are attributes.
 OF_EVIDENCE = ("noise_p", "residual_over_noise", "n_parameters")
 CHOICE_NUMBERS = ("minus_two_log", "n_parameters", "residual_over_noise", "p_prediction")
-INPUTS_GROUP, PAPER_GROUP = "inputs", "paper_{}"  # in that of a fit; of a law, in that of a run
+PAPER_GROUP = "paper_{}"  # of a law, in that of a run
 
 if TYPE_CHECKING:
     from freerock.identification.fitted import Fit

@@ -122,12 +122,12 @@ def fits_of_group(group: xr.DataTree | None) -> Json | None:
 
 def means_of(fits: xr.DataTree | None) -> Json | None:
     """The mean of a record's runs, candidate by candidate, as in the table populations."""
-    from freerock.tables.populations import populations_table
+    from freerock.tables.populations import means_in, populations_table
     from freerock.tables.tidy_tables import contributions_table, parameters_table
 
     if fits is None or len(runs_of(fits)) == 0:
         return None
-    table = populations_table(parameters_table([fits]), contributions_table([fits]))
+    table = populations_table(means_in(parameters_table([fits]), contributions_table([fits])))
     found: dict[str, Json] = {}
     for row in table[table["level"] == "record"].to_dict("records"):
         of = found.setdefault(

@@ -16,7 +16,7 @@ from freerock.products.runs import motions_in
 from freerock.runs.motion import Motion
 from freerock.tables import tidy_tables as tidy
 from freerock.tables.paper import summary_table, table1, table2, table3
-from freerock.tables.populations import budget_table, foundations_table, populations_table
+from freerock.tables.populations import budget_table, foundations_table, means_in, populations_table
 from freerock.tables.swings import measured_swings
 
 AT_ONCE = 40  # records whose fits are in memory together
@@ -117,7 +117,7 @@ def joined(parts: Sequence[Mapping[str, pd.DataFrame]]) -> dict[str, pd.DataFram
         filled = [part[name] for part in parts if len(part[name])]
         tables[name] = pd.concat(filled, ignore_index=True) if filled else first
     contributions = tables.pop("contributions")
-    parameters = tables["parameters"]
-    tables["populations"] = populations_table(parameters, contributions)
-    tables["budget"] = budget_table(parameters, contributions)
+    means = means_in(tables["parameters"], contributions)
+    tables["populations"] = populations_table(means)
+    tables["budget"] = budget_table(means, contributions)
     return tables

@@ -1,7 +1,7 @@
 """Mean, spread and prediction of parameters over the runs of a record, foundation or campaign."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,19 +42,29 @@ def scale_of(parameter: str) -> _Scale:
     return {"r": LOGIT, "tilt": AS_IT_IS, "edge_radius": AS_IT_IS}.get(parameter, LOGARITHM)
 
 
-def populations_table(parameters: pd.DataFrame, contributions: pd.DataFrame | None = None) -> pd.DataFrame:
+Means = Sequence[tuple[dict[str, Any], Mean]]
+"""What each mean is of, and what its members say: of records, then of foundations."""
+
+
+def means_in(parameters: pd.DataFrame, contributions: pd.DataFrame | None = None) -> Means:
     """Random effects of the identified parameters (`populations.random_effects`).
 
     Values are taken as logarithms, r as the logit, tilt and edge radius as they are. Of a foundation its
     records are the members, each with the spread between its runs that all records of the foundation have; r
-    belongs to the block and has no such level. Of the campaign there is the spread between the runs of a
-    record alone.
+    belongs to the block and has no such level.
 
     Parameters
     ----------
     parameters, contributions : pandas.DataFrame
         Tidy tables. Without contributions the inputs are taken for exact. A mean holds all runs that are
         neither failed nor excluded and whose fit may be used.
+    """
+    records = list(_records(parameters, contributions))
+    return [*records, *_foundations(_by_foundation(records))]
+
+
+def populations_table(means: Means) -> pd.DataFrame:
+    """Means of `means_in`, and of the campaign the spread between the runs of a record alone.
 
     Returns
     -------
@@ -68,12 +78,8 @@ def populations_table(parameters: pd.DataFrame, contributions: pd.DataFrame | No
         in the parameter's unit. scatter_p: p-value of tau = 0. Of a single run n_runs is 1, mean and error
         are its own, and the rest is NaN.
     """
-    records = list(_records(parameters, contributions))
-    rows = [scene | _told(scene["parameter"], member.found) for scene, member in records]
-    members = _by_foundation(records)
-    for scene, record in _foundations(members):
-        rows.append(scene | _told(scene["parameter"], record.found) | {"n_runs": scene["n_runs"]})
-    rows += list(_campaign(members))
+    rows = [_told(scene["parameter"], mean.found) | scene for scene, mean in means]
+    rows += _campaign(_by_foundation(means))
     return pd.DataFrame(rows, columns=columns_of("populations")).astype(
         {"n_runs": "Int64", "n_records": "Int64"}
     )
@@ -99,13 +105,8 @@ def foundations_table(populations: pd.DataFrame) -> pd.DataFrame:
     return rows.assign(transfers=~(rows["scatter_p"] < SIGNIFICANT))[columns_of("foundations")]
 
 
-def budget_table(parameters: pd.DataFrame, contributions: pd.DataFrame) -> pd.DataFrame:
-    """Uncertainty budget of the means of `populations_table` (JCGM 100:2008, 7.2.7 and H).
-
-    Parameters
-    ----------
-    parameters, contributions : pandas.DataFrame
-        Tidy tables, as of `populations_table`.
+def budget_table(means: Means, contributions: pd.DataFrame) -> pd.DataFrame:
+    """Uncertainty budget of the means of `means_in` with these contributions (JCGM 100:2008, 7.2.7 and H).
 
     Returns
     -------
@@ -117,10 +118,10 @@ def budget_table(parameters: pd.DataFrame, contributions: pd.DataFrame) -> pd.Da
         the parameter]; share_percent of the square of u_total.
     """
     known, rows = _inputs_by_key(contributions), list[dict[str, Any]]()
-    records = list(_records(parameters, contributions))
-    means = [(scene, member) for scene, member in records if member.found.n]
-    for scene, member in [*means, *_foundations(_by_foundation(records))]:
+    for scene, member in means:
         scale, found = scale_of(scene["parameter"]), member.found
+        if not found.n:
+            continue
         mean = float(scale.back(found.mean))
         slope = scale.slope(mean)
         of_runs = {"input": "runs", "input_owner": scene["test"] or scene["foundation"]}
@@ -163,11 +164,11 @@ def _records(
         yield scene | {"level": "record", "n_records": 1, "n_runs": member.found.n}, member
 
 
-def _by_foundation(records: Iterable[tuple[dict[str, Any], Mean]]) -> dict[tuple[str, ...], list[Mean]]:
+def _by_foundation(means: Means) -> dict[tuple[str, ...], list[Mean]]:
     """The records of each parameter on a foundation."""
     found: dict[tuple[str, ...], list[Mean]] = {}
-    for scene, member in records:
-        if member.found.n:
+    for scene, member in means:
+        if scene["level"] == "record" and member.found.n:
             found.setdefault(tuple(scene[name] for name in COMMON), []).append(member)
     return found
 

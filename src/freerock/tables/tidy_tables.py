@@ -148,7 +148,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
         "tied: ..." or "undetermined"; success says whether the fit may be used.
     """
     rows = []
-    for of_fit, fit in _each_fit(fits):
+    for of_fit, fit, _ in _each_fit(fits):
         numbers = {key: fit[key].values for key in NUMBERS_OF_FIT}
         numbers["correlation"] = _with_first(fit["covariance"].values)
         for i, parameter in enumerate(fit["parameter"].values.astype(str)):
@@ -197,12 +197,12 @@ def contributions_table(fits: Trees) -> pd.DataFrame:
         explain counts as an input `law` that all fits of the law share.
     """
     rows = []
-    for of_fit, fit in _each_fit(fits):
-        if "contribution" not in fit:
+    for of_fit, fit, known in _each_fit(fits):
+        if "contribution" not in known:
             continue
-        inputs = list(zip(*(fit[name].values.tolist() for name in INPUT), strict=True))
+        inputs = list(zip(*(known[name].values.tolist() for name in INPUT), strict=True))
         inputs.append((OF_LAW, of_fit["model"], math.nan, "", pd.NA))
-        shifts = np.column_stack([fit["contribution"].values, fit["u_law"].values])
+        shifts = np.column_stack([known["contribution"].values, fit["u_law"].values])
         found = zip(fit["parameter"].values.astype(str), fit["value"].values, shifts, strict=True)
         for parameter, value, own in found:
             for source, shift in zip(inputs, own, strict=True):
@@ -228,11 +228,11 @@ def pulls_table(fits: Trees) -> pd.DataFrame:
         uncertainty of the input, in per cent, NaN of other laws.
     """
     rows = []
-    for of_fit, fit in _each_fit(fits):
-        if "input_moved" not in fit or not np.any(fit["input_moved"].values):
+    for of_fit, fit, inputs in _each_fit(fits):
+        if "input_moved" not in inputs or not np.any(inputs["input_moved"].values):
             continue
-        shifts = 100 * fit["influence_of_input"].values / fit["value"].values[:, None]
-        columns = {name: fit[name].values.tolist() for name in MOVED}
+        shifts = 100 * inputs["influence_of_input"].values / fit["value"].values[:, None]
+        columns = {name: inputs[name].values.tolist() for name in MOVED}
         columns |= {
             f"influence_{name}_percent": shifts[i].tolist()
             for i, name in enumerate(fit["parameter"].values.astype(str).tolist())
@@ -261,7 +261,7 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
     """
     rows = []
     named = {tree.attrs["test"]: {run: named_in(own) for run, own in runs_of(tree).items()} for tree in fits}
-    for of_fit, fit in _each_fit(fits):
+    for of_fit, fit, _ in _each_fit(fits):
         numbers = {key: fit.attrs[key] for key in OF_EVIDENCE}
         row = {"epsilon_theta": fit["epsilon_theta"].item(), "sigma_r": fit["sigma_r"].item(), **numbers}
         row["selected"] = of_fit["model"] == named[of_fit["test"]][of_fit["run"]]
@@ -399,11 +399,11 @@ def _with_energies(measured: xr.Dataset, fit: xr.Dataset | None) -> xr.Dataset:
     )
 
 
-def _each_fit(fits: Trees) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
-    """What each fit is of, and the fit."""
+def _each_fit(fits: Trees) -> Iterator[tuple[dict[str, Any], xr.Dataset, xr.Dataset]]:
+    """What each fit is of, the fit, and what the inputs of the laboratory have to do with it."""
     for tree in fits:
-        for run, model, fit in fits_of(tree):
-            yield {**_identity(tree, run), "model": model}, fit
+        for run, model, fit, inputs in fits_of(tree):
+            yield {**_identity(tree, run), "model": model}, fit, inputs
 
 
 def _identity(tree: xr.DataTree, run: object) -> dict[str, Any]:
