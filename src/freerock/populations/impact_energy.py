@@ -367,7 +367,18 @@ def _zeros(fits: "Mapping[int, Fit]", block: Block) -> dict[int, float]:
     a law that leaves more than the noise the root of the squares of the zero and its standard uncertainty, of
     one that agrees the zero where it is beyond chance, else 0. A run with few δ has none.
     """
-    rows = {run: own for run, fit in fits.items() if len(own := _rows_of_zero(fit, block)) >= FEWEST}
+    rows = dict[int, Floats]()
+    for run, fit in fits.items():
+        assert fit.impacts is not None
+        n = min(fit.scatter.delta.size, fit.impacts.peak_after_rad.size)
+        tops, delta = fit.impacts.peak_after_rad[:n], fit.scatter.delta[:n]
+        per_zero = np.sign(tops) * _per_zero(fit, block)[:n]
+        by = 1 / np.hypot(fit.scatter.u_delta[:n], fit.scatter.of_record.sigma_r)
+        # what a zero, a constant and the logarithm of the height add to each δ, and δ itself, over its u
+        own = np.column_stack([per_zero, np.ones(n), np.log(np.abs(tops)), delta]) * by[:, None]
+        known = own[np.isfinite(own).all(axis=1)]
+        if len(known) >= FEWEST:
+            rows[run] = known
     n, lengths = len(rows), [len(own) for own in rows.values()]
     free = sum(lengths) - (2 * n + 1)
     if free <= 0:
@@ -385,14 +396,3 @@ def _zeros(fits: "Mapping[int, Fit]", block: Block) -> dict[int, float]:
         else:
             found[run] = math.hypot(value, math.sqrt(variance * min(scatter, 1.0)))
     return found
-
-
-def _rows_of_zero(fit: "Fit", block: Block) -> Floats:
-    """Of each known δ: what a zero, a constant, the logarithm of the height add, and δ itself, over its u."""
-    assert fit.impacts is not None
-    n = min(fit.scatter.delta.size, fit.impacts.peak_after_rad.size)
-    tops, delta = fit.impacts.peak_after_rad[:n], fit.scatter.delta[:n]
-    per_zero = np.sign(tops) * _per_zero(fit, block)[:n]
-    by = 1 / np.hypot(fit.scatter.u_delta[:n], fit.scatter.of_record.sigma_r)
-    found = np.column_stack([per_zero, np.ones(n), np.log(np.abs(tops)), delta]) * by[:, None]
-    return np.asarray(found[np.isfinite(found).all(axis=1)])

@@ -167,7 +167,7 @@ def as_measured(
     if view is None or view.is_plain(turning, foundation):
         return simulate_fitted(law, turning, values, time_s, **how)
     beside = view.moments[0][:, None]
-    values = {**values, "theta0": view.released(values["theta0"], turning, foundation)}
+    values = as_released(law, turning, values, view)
     every = (time_s + beside).ravel()
     back: Any = slice(None)
     if len(beside) > 1:
