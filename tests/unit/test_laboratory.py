@@ -40,7 +40,7 @@ def test_what_one_laboratory_sees_is_reread_by_another_at_once():
     moved = stated.moved({higher: 1.3, larger: -0.7})
     view = view_of(moved.lasers["high"], BLOCK)
     two = moved.reread(view.seen(THETA[None], depth[None], BLOCK, bed), stated)
-    one = view.seen(THETA[None], depth[None], BLOCK, bed, moved.read_by(stated))
+    one = view.seen(THETA[None], depth[None], BLOCK, bed, by=moved.read_by(stated))
     np.testing.assert_allclose(one, two, atol=1e-14)
     assert np.abs(one - THETA).max() > 1e-3
 

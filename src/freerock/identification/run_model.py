@@ -212,12 +212,12 @@ class Moved:
         """
         place, theta = place or self.place, self.turned + turned if turned else self.turned
         bed = Foundation.of(self.values) if "k" in self.values else None
-        view, moved, stated = place.view.at_once if place.view else None, place.moved, self.stated
-        if view is not None and not view.is_plain(self.turning, bed):
+        view, moved, stated = place.view, place.moved, self.stated
+        if view is not None and view.sees_corners(self.turning, bed):
             sunk = self.rates[:, 0] + z_cb if z_cb else self.rates[:, 0]
             # of one beam, that of the place and of the stated laboratory at once
             by = None if moved is None or stated is None else moved.read_by(stated)
-            return view.seen(theta[None], sunk[None], self.turning, bed, by)
+            return view.seen(theta[None], sunk[None], self.turning, bed, by=by)
         return theta if moved is None or stated is None else moved.reread(theta, stated)
 
 

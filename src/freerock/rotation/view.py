@@ -21,6 +21,7 @@ from freerock.rotation.beam import beam_of, mirrored
 from freerock.rotation.sensor import Laser, lasers_of
 
 AT, WEIGHT = np.polynomial.legendre.leggauss(3)  # moments of a blur, and their weights
+ONE_MOMENT = np.ones(1)  # weight where a sensor takes no time
 KEYS = ("beam", "position_m", "face", "release_side", "response_ms")  # of a laser, in datasets as sensor_KEY
 
 
@@ -49,13 +50,12 @@ class View:
         fifth degree in time.
         """
         if self.laser.response_ms == 0:
-            return np.zeros(1), np.ones(1)
+            return np.zeros(1), ONE_MOMENT
         return AT * (self.laser.response_ms / 1e3) / 2, WEIGHT / 2
 
-    def is_plain(self, block: Block, foundation: Foundation | None) -> bool:
-        """Whether the rotation of such a block is seen as it is."""
-        sees_corners = self.laser.beam is not None and (foundation is not None or block != self.block)
-        return len(self.moments[0]) == 1 and not sees_corners
+    def sees_corners(self, block: Block, foundation: Foundation | None) -> bool:
+        """Whether corners that sink, or are not those expected, change the reading of such a block."""
+        return self.laser.beam is not None and (foundation is not None or block != self.block)
 
     def seen(
         self,
@@ -63,6 +63,7 @@ class View:
         z_cb: Floats,
         block: Block,
         foundation: Foundation | None,
+        weights: Floats = ONE_MOMENT,
         by: tuple[float, tuple[float, ...]] | None = None,
     ) -> Floats:
         """Rotation as the record has it [rad], shape (n_time,).
@@ -78,10 +79,11 @@ class View:
             The block that turns; it may have other corners than the one expected.
         foundation : Foundation or None
             What its corners sink into.
+        weights : ndarray, shape (n_moments,), optional
+            Of the moments, whose sum is 1.
         by : (float, tuple), optional
             Another laboratory that finds the rotation: what it multiplies a reading with, and its beam.
         """
-        weights = self.moments[1]
         if self.laser.beam is None:
             return np.asarray(weights @ theta)
         out = np.empty(theta.shape[1])
@@ -99,11 +101,6 @@ class View:
         law = (foundation or Foundation(0.0)).constants(block)
         rests, sign, beam, expected = self._reading(block, foundation)
         return float(sign * beam_kernel.released(sign * theta0, law, rests, beam, expected))
-
-    @cached_property
-    def at_once(self) -> "View":
-        """The same of a sensor that takes no time."""
-        return View(self.block, self.laser.moved(response_ms=0.0))
 
     def _reading(self, block: Block, foundation: Foundation | None) -> tuple[Any, ...]:
         """What a reading depends on, as `beam_kernel` takes it.
@@ -164,9 +161,10 @@ def as_measured(
     turning = block.as_found(values)
     foundation = Foundation.of(values) if view and LAWS[law].is_foundation else None
     how: dict[str, Any] = {"rules": rules, "solver": solver, "passages": passages}
-    if view is None or view.is_plain(turning, foundation):
+    if view is None or (len(view.moments[0]) == 1 and not view.sees_corners(turning, foundation)):
         return simulate_fitted(law, turning, values, time_s, **how)
-    beside = view.moments[0][:, None]
+    moments_s, weights = view.moments
+    beside = moments_s[:, None]
     values = as_released(law, turning, values, view)
     every = (time_s + beside).ravel()
     back: Any = slice(None)
@@ -176,4 +174,4 @@ def as_measured(
     theta = simulate_fitted(law, turning, values, every, rates=rates, **how)[back]
     theta = np.ascontiguousarray(theta.reshape(len(beside), -1))
     z_cb = theta if rates is None else np.ascontiguousarray(rates[back, 0]).reshape(theta.shape)
-    return view.seen(theta, z_cb, turning, foundation)
+    return view.seen(theta, z_cb, turning, foundation, weights)
