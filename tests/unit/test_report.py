@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
-from fabricated import campaign, fits, record
+from fabricated import campaign, failed_record, fits, record
 from reported import PUBLISHED, make, tables_of
 
 from freerock.config.review_log import Change
@@ -222,6 +222,13 @@ def test_every_run_stands_with_its_verdict_and_reasons(page):
     assert "the file is truncated; record it again" in page.text
     assert "1 record could not be processed" in page.text
     assert '<span class="excluded">b1_marble, run 3' in page.html
+
+
+def test_a_campaign_whose_records_all_failed_has_its_report(tmp_path):
+    lost = failed_record()
+    page = make(tmp_path, ([lost], [fits(lost)]))
+    assert "No run was fitted: nothing is known of the foundations." in page.text
+    assert "the file is truncated; record it again" in page.text
 
 
 def test_the_report_needs_nothing_from_outside_and_runs_nothing(page):

@@ -63,7 +63,7 @@ def printed_summary(frame: pd.DataFrame, runs: pd.DataFrame, labels: Labels) -> 
     if FORETOLD in text:
         about += f" {FORETOLD}: the 95 % band of its peaks by the other runs of its record (half its width, "
         about += "median), and the peaks in it."
-    if len(text) <= MOST_BESIDE:
+    if 0 < len(text) <= MOST_BESIDE:
         text = text.set_index("Foundation").T.reset_index(names="Foundation")
     return Printed(text, "Each foundation", [about])
 
