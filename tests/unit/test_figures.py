@@ -340,7 +340,7 @@ def test_predictions_draw_the_band_of_the_run_with_most_peaks_and_the_peaks_of_a
     assert "Law: Hunt–Crossley. " in predictions.caption(data)
     assert f"{table['inside'].sum()} of 32 peaks" in predictions.caption(data)
     empty, none = predictions.draw(table[:0], "simulated")
-    assert any("nothing is foretold" in text for text in texts(empty))
+    assert any("nothing is predicted" in text for text in texts(empty))
     assert "Band" in predictions.caption(data) and "Band" not in predictions.caption(none)
 
 

@@ -1,4 +1,4 @@
-"""Peaks of a run as a band that the other runs of its record foretell, and as measured."""
+"""Peaks of a run as a band that the other runs of its record predict, and as measured."""
 
 from collections.abc import Mapping
 
@@ -15,7 +15,7 @@ BAND, MEDIAN = "95 % band, longest run", "median"
 ABOUT_BAND = (
     "Band: 95 % of 200 motions. Their parameters are drawn about those of the other runs of the record, and "
     "each impact scatters by σ_r; the release is the run's own. Each run has a band; drawn is that of the "
-    "run with most peaks."
+    "longest run."
 )
 
 
@@ -35,7 +35,7 @@ def draw(predictions: pd.DataFrame, origin: str, labels: Labels = None) -> Drawi
     """
     if predictions.empty:
         return style.nothing_drawn(
-            "nothing is foretold: no record has two runs with a selected law", origin
+            "nothing is predicted: no record has two runs with a selected law", origin
         ), predictions
     figure, panels = style.panel_per_scene(style.scenes_in(predictions), labels, HEIGHT_IN)
     looks_of_runs = run_looks(predictions)
@@ -51,7 +51,7 @@ def draw(predictions: pd.DataFrame, origin: str, labels: Labels = None) -> Drawi
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """What the band is, of which laws, and how many peaks lie in the band of their run."""
     if data.empty:
-        return "Nothing is foretold."
+        return "Nothing is predicted."
     laws = ", ".join(MODEL_LABELS[model] for model in data["model"].unique())
     inside = f"{data['inside'].sum()} of {len(data)} peaks lie in the band of their own run."
     return f"{ABOUT_BAND} Law: {laws}. {inside}"

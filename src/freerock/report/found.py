@@ -11,7 +11,7 @@ from freerock.tables.number_text import fixed, percent, quantity, unit_text, wit
 from freerock.tables.paper import QUOTED
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
-FORETOLD = "A run foretold by the others"
+PREDICTED = "A run predicted from the others"
 MOST_BESIDE = 3  # foundations that have a column each, and blocks that are named
 
 
@@ -48,7 +48,7 @@ def printed_summary(frame: pd.DataFrame, runs: pd.DataFrame, labels: Labels) -> 
             "Selected law": f"{law}, {row['n_selected']} of {row['n_runs']} runs",
             "Parameters": "; ".join(parameters).replace(" ", NO_BREAK).replace(f";{NO_BREAK}", "; "),
             "Scatter of impacts σ_r / %": quantity(*scatter) if scatter[0] else "none found",
-            FORETOLD: _foretold(row["n_inside"], row["n_peaks"], row["half_band"]),
+            PREDICTED: _predicted(row["n_inside"], row["n_peaks"], row["half_band"]),
             "r of first impacts": fixed(row["r_first"], 3),
             "ε_θ / %": ", ".join(epsilon),
         }
@@ -60,9 +60,9 @@ def printed_summary(frame: pd.DataFrame, runs: pd.DataFrame, labels: Labels) -> 
         "from peaks). "
         f"ε_θ of the laws: median, {PROCEDURE}."
     )
-    if FORETOLD in text:
-        about += f" {FORETOLD}: the 95 % band of its peaks by the other runs of its record (half its width, "
-        about += "median), and the peaks in it."
+    if PREDICTED in text:
+        about += f" {PREDICTED}: the 95 % band of its peaks from the other runs of its record (half its "
+        about += "width, median), and the peaks in it."
     if 0 < len(text) <= MOST_BESIDE:
         text = text.set_index("Foundation").T.reset_index(names="Foundation")
     return Printed(text, "Each foundation", [about])
@@ -76,7 +76,7 @@ def _lasting(runs: pd.DataFrame, labels: Labels) -> str:
     return "; ".join(f"{labels.get(block, block)}: {quantity(each)}" for block, each in seconds.items())
 
 
-def _foretold(n_inside: float, n_peaks: float, half_band: float) -> str:
+def _predicted(n_inside: float, n_peaks: float, half_band: float) -> str:
     """How wide the band of peaks is, how many lay in it, and how many should."""
     if not n_peaks:
         return ""
@@ -101,5 +101,6 @@ def printed_records(populations: pd.DataFrame, laws: Mapping[str, str], labels: 
         }
         for row in own.itertuples()
     ]
-    about = "Law: selected for most runs of the foundation. τ: spread between runs beyond their noise."
+    about = "Law: selected for most runs of the foundation. τ: spread between runs beyond their noise; "
+    about += "–: none found, or one run."
     return Printed(pd.DataFrame(rows), "Parameters of each record", [about])

@@ -28,7 +28,7 @@ def limits(runs: pd.DataFrame, choice: pd.DataFrame) -> list[str]:
     of_block = released.groupby("block")
     unlike = (of_block.max() > UNLIKE * of_block.min()).any()
     housner = (
-        "r of the fitted Housner law is more than the restitution of impacts: it makes up for a soft base."
+        "The fitted r of Housner's law also makes up for the soft base: impacts have another restitution."
     )
     told = [
         ("simulated" in set(runs["origin"]), "The records are simulated: real blocks may behave otherwise."),

@@ -36,7 +36,7 @@ OF_BLOCKS = {  # by the head of a row of table 1
 }
 # Of simulated records beside published values, and of a law that the paper found worse.
 TRUTH = " (the records are simulated, so that agreement proves nothing; a wrong law takes another k̄)"
-AGAINST = "§: against the paper: impacts and motion count as exact, so that a wrong law may fit better."
+AGAINST = "§: below Hunt–Crossley, against the paper: scattered impacts, taken as exact, suit a wrong law."
 Part = tuple[str, str]  # kind of identification, and block
 Cell = tuple[Part, str, str, str]  # part, law, foundation and text
 
@@ -239,8 +239,8 @@ def _restitution(frame: pd.DataFrame, labels: Labels, simulated: bool) -> Printe
             told = [str(row.impact), fixed(row.peak_before_deg, 2), quantity(row.r, row.r_u)]
             lines.append([*told, *(fixed(each, 3) for each in modelled)])
     about = (
-        "r from the peaks before and after each impact, as the sensor shows them; by energy: r_energy in "
-        f"restitution.csv. Laws {PROCEDURE}. –: the law has none there."
+        "|θ|: peak before the impact. r from the peaks before and after it, as the sensor shows them; by "
+        f"energy: r_energy in restitution.csv. Laws {PROCEDURE}. –: the law has none there."
     )
     caption = "Restitution of each impact from peaks, record and laws"
     return Printed(pd.DataFrame(lines, columns=heads), caption, [about])

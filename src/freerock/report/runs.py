@@ -13,6 +13,7 @@ from freerock.tables.choices import STATUS_WORDS
 from freerock.tables.number_text import fixed, quantity
 
 NUMBER = r"(?<= leaves )([\d.e+]+)(?= times)"  # in the reason why a candidate was not fitted
+OF_TESTS = "Residual / noise: root of the ratio of their powers, largest of the runs. All: tables/choice.csv."
 MOST_LISTED = 120  # runs in the page; all stand in the tables
 
 
@@ -96,7 +97,7 @@ def printed_tests(choice: pd.DataFrame, runs: pd.DataFrame) -> Printed:
         del rows["p (prediction)"]
     alike = rows.groupby([name for name in rows if name != "Runs"], sort=False)["Runs"]
     text = alike.agg(", ".join).reset_index().head(MOST_LISTED)
-    return Printed(text, "Candidates and tests", ["All: tables/choice.csv."])
+    return Printed(text, "Candidates and tests", [OF_TESTS])
 
 
 def by_hand(changes: Sequence[Change], config: Mapping[str, Any]) -> Printed | None:

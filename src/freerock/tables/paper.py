@@ -223,7 +223,7 @@ def summary_table(tidy: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
             | _scatter(here["epsilon"], law)
             | {"r_first": first[first["foundation"] == foundation]["r_energy"].median()}
             | {f"epsilon_{name}": epsilon.get(name, math.nan) for name in PAPER_MODELS}
-            | _foretold(here["predictions"], law)
+            | _predicted(here["predictions"], law)
         )
     return pd.DataFrame(rows, columns=columns_of("summary"))
 
@@ -250,8 +250,8 @@ def _scatter(epsilon: pd.DataFrame, law: str) -> dict[str, float]:
     }
 
 
-def _foretold(predictions: pd.DataFrame, law: str) -> dict[str, float]:
-    """How well the next run of a record is foretold by its other runs: peaks in their 95 % band, and all."""
+def _predicted(predictions: pd.DataFrame, law: str) -> dict[str, float]:
+    """How well a run is predicted from the others of its record: peaks in their 95 % band, and all."""
     own = predictions[predictions["model"] == law]
     half = (own["high_deg"] - own["low_deg"]) / (2 * own["median_deg"])
     return {"n_inside": int(own["inside"].sum()), "n_peaks": len(own), "half_band": half.median()}
