@@ -76,6 +76,17 @@ def test_the_shipped_campaigns(monkeypatch):
         assert notes == []
 
 
+@pytest.mark.parametrize(
+    ("name", "found", "doubted"),
+    [("c", [], "a.tdms holds the signal of a too"), ("A", ["'A' is on line 2 already"], "")],
+)
+def test_a_file_that_stands_twice(lab, name, found, doubted):
+    Path("config/campaigns/lab.csv").write_text(f"{CSV}{name},a.tdms,,tall,marble,near\n")
+    _, problems, doubts = check_config()
+    assert [each.what for each in problems] == found
+    assert [each.what for each in doubts if "holds the signal" in each.what] == [doubted] * bool(doubted)
+
+
 def missing_record(raw):
     (raw / "a.tdms").unlink()
     (raw / "manifest.csv").unlink()

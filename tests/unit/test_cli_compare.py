@@ -62,7 +62,7 @@ def test_choices_verdicts_inputs_and_settings_that_differ(a, tables, tmp_path, c
     runs.loc[1, "verdict"] = "warn"
     fewer = tables["parameters"].query("model != 'winkler' or test != 'b1_marble'")
     other = {"choice": choice, "runs": runs, "parameters": fewer}
-    b = write(tmp_path / "b", tables | other, "1b", fits={"debonding": "tensionless"})
+    b = write(tmp_path / "b", tables | other, "1b", fits={"debonding": "tensionless"}, summary="")
     parameters, others = compare_results(a, b)
     assert set(parameters["verdict"]) == {"identical", "only a"}
     assert set(others) == {

@@ -24,6 +24,12 @@ YAML_MISTAKES = [  # what is replaced, by what; place and remedy
         "lab.yaml:1: processing.impacts.min_samples",
         "give a number",
     ),
+    (
+        "range_m: 0.05",
+        "range_m: 1,05",
+        "lab.yaml:11: lasers.near.05",
+        "write numbers with a decimal point",
+    ),
     ("5.84", "-8.67", "lab.yaml:7: blocks.tall.mass_kg", "give the mass in kilograms"),
     ("5.84", "584000", "lab.yaml:7: blocks.tall.mass_kg", "give height_m and width_m in"),
     (

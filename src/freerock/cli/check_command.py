@@ -24,6 +24,7 @@ from freerock.config.step_settings import section_values
 from freerock.errors import FreerockError, attempt
 from freerock.files import check_file, listed_checksums, sha256
 from freerock.models.block import density_if_square
+from freerock.tables.number_text import number_of
 
 if TYPE_CHECKING:
     from freerock.arrays import Floats
@@ -90,7 +91,7 @@ def check_config(
         problems += found
         doubts += [*configuration_doubts(source), *asked]
         if not found:
-            sound.append(f"{each.stem}: {len(source.records)} records")
+            sound.append(f"{each.stem}: {number_of(len(source.records), 'record')}")
     return sound, problems, doubts
 
 
@@ -227,7 +228,7 @@ def _same_signal(csv: Path, source: Source) -> Iterator[FreerockError]:
             known[record.file] = sha256(path)
         for channel in record.channels:
             other = first.setdefault((known.get(record.file, record.file), channel), record)
-            if other is not record:
+            if other.test.casefold() != record.test.casefold():  # else it is a mistake already
                 what = f"{record.file} holds the signal of {other.test} too"
                 remedy = f"name its own file and channel, or exclude {record.test} or {other.test}"
                 yield FreerockError(f"{csv}:{line}: {record.test}", what, remedy)

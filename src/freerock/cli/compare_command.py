@@ -107,7 +107,7 @@ def _made_by(folder: Path) -> dict[str, str]:
 
 
 def _differing(a: dict[str, str], b: dict[str, str]) -> Sequence[Difference]:
-    pairs = ((name, a.get(name, "–"), b.get(name, "–")) for name in dict.fromkeys([*a, *b]))
+    pairs = ((name, a.get(name) or "–", b.get(name) or "–") for name in dict.fromkeys([*a, *b]))
     return [pair for pair in pairs if pair[1] != pair[2]]
 
 
