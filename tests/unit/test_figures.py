@@ -205,7 +205,8 @@ def test_the_set_up_is_drawn_to_scale():
     assert radius.get_position()[1] < 0.5 * BLOCKS["b1"].h  # well below the cross
     assert {"200 mm", "10 mm", "$θ_{cr}$", "R"} <= {*texts(figure)}
     assert data["theta_cr_deg"].tolist() == pytest.approx([np.degrees(BLOCKS["b1"].theta_cr)] * 3)
-    assert set_up.caption(data, LABELS).endswith(" Slender block on Marble, mat.")
+    assert "Slender block" in {ax.get_title(loc="left") for ax in figure.axes}
+    assert any(text.endswith("on Marble, mat") for text in texts(figure))
     assert "Arrows" in set_up.caption(data) and "Arrows" not in set_up.caption(data[data["beam"] == ""])
 
 

@@ -231,7 +231,7 @@ def _draw_motion(motion: Axes, own: pd.DataFrame, origin: str) -> None:
     theta, impacts = (own[own["series"] == series] for series in ("theta", "impact"))
     motion.plot(theta["time_s"], theta["value"], color="black", label=origin)
     if len(impacts):
-        at_impacts: Style = {"color": "#d55e00", "markersize": 4, "label": "impact"}
+        at_impacts: Style = {"color": "#d55e00", "markersize": 4, "label": "impact with r"}
         motion.plot(impacts["time_s"], impacts["value"], "o", **at_impacts)
     _legend(motion)
     motion.set_ylabel("θ / °")
@@ -283,7 +283,7 @@ def _found(run: xr.DataTree | None) -> str:
         for name, value, u, unit in zip(*columns, strict=True)
         if name in MODELS[model] or name in OF_RECORD
     ]
-    told.append(f"ε_θ = {quantity(100 * fit['epsilon_theta'].item())} %")
+    told.append(f"ε_θ of this fit = {quantity(100 * fit['epsilon_theta'].item())} %")
     told.append("± total uncertainty" if sure == "u_total" else "± noise alone")
     whole = ", ".join(each.replace(" ", "\N{NO-BREAK SPACE}") for each in told)
     return f"Selected: {MODEL_LABELS[model]}: {whole}. {run.children[CHOICE_GROUP].attrs['reason']}"
@@ -292,7 +292,7 @@ def _found(run: xr.DataTree | None) -> str:
 def _facts(run: xr.DataTree, sigma_deg: float) -> str:
     release = quantity(run["release"].item(), run["release_stderr"].item())
     angle, sigma = quantity(*release_angle_of(run)), quantity(sigma_deg, digits=2)
-    return f"α = {angle} °; σ = {sigma} °; release at {release} s; {impacts_of(run)}"
+    return f"α = {angle}°; σ = {sigma}°; release at {release} s; {impacts_of(run)}"
 
 
 def _faults(record: xr.DataTree) -> str:

@@ -57,15 +57,9 @@ def draw(
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """What an arrow is where there is one; what stands on which foundation."""
-    known = labels or {}
-    of_block = data.drop_duplicates("block")[["block", "foundations"]].itertuples(index=False)
-    told = [
-        f"{known.get(block, block)} on {', '.join(known.get(each, each) for each in names.split())}"
-        for block, names in of_block
-    ]
-    arrows = "Arrows: where the beam of each sensor meets the block. " if data["beam"].any() else ""
-    return f"{arrows}{'; '.join(told)}."
+    """What an arrow is, where there is one."""
+    arrows = "Arrows: beams of sensors, with their height above the base, or distance right of its centre."
+    return arrows if data["beam"].any() else ""
 
 
 def _panel(ax: Axes, block: Block, set_up: Mapping[str, Any], labels: Labels) -> None:
