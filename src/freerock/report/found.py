@@ -102,5 +102,6 @@ def printed_records(populations: pd.DataFrame, laws: Mapping[str, str], labels: 
         for row in own.itertuples()
     ]
     about = "Law: selected for most runs of the foundation. τ: spread between runs beyond their noise; "
-    about += "–: none found, or one run."
-    return Printed(pd.DataFrame(rows), "Parameters of each record", [about])
+    notes = [about + "–: none found, or one run."]
+    notes += ["2b: the width in contact."] * bool((own["parameter"] == "width").any())
+    return Printed(pd.DataFrame(rows), "Parameters of each record", notes)

@@ -36,7 +36,9 @@ OF_BLOCKS = {  # by the head of a row of table 1
 }
 # Of simulated records beside published values, and of a law that the paper found worse.
 TRUTH = " (the records are simulated, so that agreement proves nothing; a wrong law takes another k̄)"
-AGAINST = "§: below Hunt–Crossley, against the paper: scattered impacts, taken as exact, suit a wrong law."
+AGAINST = (
+    "§: below Hunt–Crossley, against the paper: with impacts and motion exact, a wrong law may fit better."
+)
 Part = tuple[str, str]  # kind of identification, and block
 Cell = tuple[Part, str, str, str]  # part, law, foundation and text
 
@@ -125,7 +127,7 @@ def _table2(frame: pd.DataFrame, labels: Labels, doi: str, simulated: bool) -> P
         units.setdefault(unit_text(row.unit), []).append(_symbol(row))
     known = [f"{' and '.join(dict.fromkeys(symbols))} in {unit}" for unit, symbols in units.items()]
     about = f"{_of_runs(frame[frame['block'] != ''])}; with ±: mean and total standard uncertainty; "
-    about += "rejected: all residuals exceed the noise."
+    about += "rejected: possible for no run."
     proposed = frame[frame["model"] == "hunt_crossley"]
     made = simulated and proposed["published"].notna().any() and not proposed["rejected"].any()
     beside = f"In brackets: published{TRUTH if made else ''}, doi:{doi}."
