@@ -7,6 +7,7 @@ import pytest
 from planned import campaign
 from scipy.stats import chi2
 
+from freerock.columns import columns_of
 from freerock.config.campaign_file import SensorSection
 from freerock.config.fit_settings import FitSettings
 from freerock.config.mistakes import ConfigError
@@ -16,7 +17,7 @@ from freerock.identification.paper_fit import paper_fit
 from freerock.models.simulate import Solver, simulate_fitted
 from freerock.noise.spectrum import white_noise
 from freerock.planning.bound import ExpectedRun, information_bound
-from freerock.planning.plan import CASE_COLUMNS, COLUMNS, plan, sigma_theta_of
+from freerock.planning.plan import CASE_COLUMNS, plan, sigma_theta_of
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Calibration, Laser
@@ -196,7 +197,7 @@ def test_a_record_of_rotations_is_planned_by_the_noise_of_the_rotation():
 def test_plan_of_a_campaign_and_its_text(tmp_path):
     lab = campaign(tmp_path)
     frame = plan(lab)
-    assert list(frame.columns) == COLUMNS and len(frame) == 3 * 2 * 2 * 5
+    assert list(frame.columns) == columns_of("plan") and len(frame) == 3 * 2 * 2 * 5
     assert not frame.duplicated([*CASE_COLUMNS, "parameter"]).any()
     nominal = {name: block.release_angle_deg for name, block in lab.blocks.items()}
     assert (frame["release_angle_deg"] == frame["block"].map(nominal)).all()

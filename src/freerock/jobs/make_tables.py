@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from freerock.columns import columns_of
+from freerock.columns import table_of
 from freerock.tables.campaign_tables import campaign_tables
 from freerock.tables.csvfile import write_csv
 
@@ -17,4 +17,4 @@ def make_tables(
 ) -> None:
     """Write the tables of a campaign as CSV into a folder; other arguments as of `campaign_tables`."""
     for name, frame in campaign_tables(settings, record_files, fit_files).items():
-        write_csv(frame[columns_of(name)], Path(folder, f"{name}.csv"))
+        write_csv(table_of(name, frame), Path(folder, f"{name}.csv"))

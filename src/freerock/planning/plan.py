@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.arrays import Floats
-from freerock.columns import columns_of
+from freerock.columns import table_of
 from freerock.config.campaign import Campaign
 from freerock.config.campaign_file import SensorSection
 from freerock.config.step_settings import laboratory
@@ -25,9 +25,9 @@ from freerock.rotation.beam import displacement_from_rotation, sensitivity
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.sensor import Laser
 
-CASE_COLUMNS = ["block", "foundation", "laser", "sensor", "duration_s", "sampling_rate_hz"]
-CASE_COLUMNS += ["release_angle_deg", "model"]
-COLUMNS = columns_of("plan")
+NAMES = ("block", "foundation", "laser")
+CASE_COLUMNS = [*NAMES, "sensor", "duration_s", "sampling_rate_hz", "release_angle_deg", "model"]
+NUMBERS = ("stderr", "u_total", "first_input", "first_owner", "first_share")
 NONE = np.empty((0, 0))
 
 
@@ -92,7 +92,7 @@ def plan(campaign: Campaign) -> pd.DataFrame:
     records = {
         (each.block, each.foundation, laser): each for each in campaign.records for laser in each.lasers
     }
-    rows = list[tuple[Any, ...]]()
+    rows = list[dict[str, Any]]()
     for names, record in records.items():
         known = Laboratory.of(laboratory(campaign, record.model_copy(update={"laser": names[2]}).scene))
         block, expected = campaign.blocks[names[0]], section.expected[names[1]]
@@ -102,8 +102,10 @@ def plan(campaign: Campaign) -> pd.DataFrame:
             for duration, rate in product(section.durations_s, section.sampling_rates_hz):
                 start = math.ceil(campaign.processing.runs.finger_s * rate)
                 time_s = np.arange(start, math.floor(duration * rate) + 1) / rate
-                rows += _rows(run, time_s, section.sensors, (*names, duration, rate, angle))
-    frame = pd.DataFrame(rows, columns=COLUMNS)
+                case: dict[str, Any] = dict(zip(NAMES, names, strict=True))
+                case |= {"duration_s": duration, "sampling_rate_hz": rate, "release_angle_deg": angle}
+                rows += _rows(run, time_s, section.sensors, case)
+    frame = table_of("plan", rows)
     order = np.lexsort([pd.factorize(frame[name])[0] for name in reversed(CASE_COLUMNS)])
     return frame.iloc[order].reset_index(drop=True)
 
@@ -121,14 +123,14 @@ def _expected(
 
 
 def _rows(
-    run: ExpectedRun, time_s: Floats, sensors: dict[str, SensorSection], case: tuple[Any, ...]
-) -> Iterator[tuple[Any, ...]]:
+    run: ExpectedRun, time_s: Floats, sensors: dict[str, SensorSection], case: dict[str, Any]
+) -> Iterator[dict[str, Any]]:
     """The rows of one run with each sensor; names, duration, rate and angle are its case."""
-    names, choice, stated = case[:3], case[3:], run.laboratory
+    stated = run.laboratory
     fault, bound, total = _fault(run, time_s), NONE, NONE
     by_numbers, by_inputs = (NONE, NONE) if fault else run.derivatives(time_s)
     for name, sensor in sensors.items():
-        laser = stated.lasers[names[2]]
+        laser = stated.lasers[case["laser"]]
         sigma, off = sigma_theta_of(sensor, run.values["theta0"], stated.block, laser)
         note = fault or off
         if not note:
@@ -137,13 +139,15 @@ def _rows(
             )
             note = "not determined by such a run" if np.isnan(total).any() else ""
         for i, parameter in enumerate(CANDIDATES[run.model].parameters):
-            what = parameter, PARAMETERS[parameter].unit, run.values[parameter]
+            value, unit = run.values[parameter], PARAMETERS[parameter].unit
+            own = {"sensor": name, "model": run.model, "sigma_theta_deg": math.degrees(sigma), "note": note}
+            own |= {"parameter": parameter, "value": value, "unit": unit}
             numbers = (math.nan, math.nan, "", "", math.nan) if note else _numbers(run, bound, total, i)
-            yield *names, name, *choice, run.model, math.degrees(sigma), *what, *numbers, note
+            yield case | own | dict(zip(NUMBERS, numbers, strict=True))
 
 
 def _numbers(run: ExpectedRun, bound: Floats, total: Floats, i: int) -> tuple[float, float, str, str, float]:
-    """The columns stderr to first_share of the i-th number."""
+    """The columns `NUMBERS` of the i-th number."""
     own, n = np.diag(total), len(run.names)
     shares = total[i, n:] ** 2 / own[n:] / own[i]
     first = run.inputs[np.argmax(shares)] if shares.size else None

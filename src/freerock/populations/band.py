@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.arrays import Floats
-from freerock.columns import columns_of
+from freerock.columns import table_of
 from freerock.config.fit_settings import FitSettings
 from freerock.identification.run_model import Point, RunModel
 from freerock.models.block import Block
@@ -25,6 +25,9 @@ ENOUGH = 1.2  # times the impact after the last that counts: until then a motion
 LEAST_NOISE = 1e-5  # relative standard error of a parameter
 MOST_R = 0.9999  # of a rigid block that still comes to rest
 INSIDE = (2.5, 50.0, 97.5)  # per cent
+# Columns of a peak and of the impact before it: measured, band, and whether that holds it.
+OF_PEAK = ("peak_deg", "low_deg", "median_deg", "high_deg", "inside")
+OF_IMPACT = ("impact_s", "impact_low_s", "impact_median_s", "impact_high_s", "impact_inside")
 
 
 def bands(
@@ -58,7 +61,7 @@ def bands(
     pandas.DataFrame
         Columns of predictions.csv, a row per run and peak.
     """
-    known, rows = list(estimates), list[tuple[object, ...]]()
+    known, rows = list(estimates), list[dict[str, object]]()
     for test, every in groupby(known, attrgetter("test")):
         alike, measured = list(every), motions(test)
         for own in alike:
@@ -74,12 +77,16 @@ def bands(
                 continue
             drawn = _drawn(others, of_law, np.random.default_rng(_seed(own)))
             low, middle, high = foretold(own, drawn, measured[own.run], blocks[own.block], debonding, seen)
-            names = own.campaign, own.test, own.run, own.block, own.foundation, own.model, len(others)
-            inside = (low <= seen) & (seen <= high)
-            columns = [(seen[i], low[i], middle[i], high[i], inside[i]) for i in (0, 1)]
-            each = zip(range(1, seen.shape[1] + 1), *columns[0], *columns[1], strict=True)
-            rows += [(*names, *row) for row in each]
-    return pd.DataFrame(rows, columns=columns_of("predictions"))
+            of_run = {"campaign": own.campaign, "test": own.test, "run": own.run, "block": own.block}
+            of_run |= {"foundation": own.foundation, "model": own.model, "n_runs": len(others)}
+            columns: dict[str, Iterable[object]] = {"peak": range(1, seen.shape[1] + 1)}
+            for i, each in enumerate((OF_PEAK, OF_IMPACT)):
+                found = seen[i], low[i], middle[i], high[i], (low <= seen)[i] & (seen <= high)[i]
+                columns |= zip(each, found, strict=True)
+            rows += [
+                of_run | dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+            ]
+    return table_of("predictions", rows)
 
 
 def foretold(

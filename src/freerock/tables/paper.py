@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from freerock.columns import columns_of
+from freerock.columns import table_of
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import MODELS, PAPER_MODELS, law_of
@@ -62,7 +62,7 @@ def table1(
         }
         for name, block in blocks.items()
     ]
-    return pd.DataFrame(rows)
+    return table_of("table1", rows, but="origin")
 
 
 def _was_held(run: xr.DataTree) -> bool:
@@ -122,10 +122,10 @@ def table2(
                     | {"unit": PARAMETERS[parameter].unit, "n_records": own["test"].nunique() or len(means)}
                     | {"n_runs": len(own) or means["n_runs"].sum(), **_mean(means)}
                     | {"rejected": (block, foundation, model) in rejected}
-                    | (_by_procedure(usable) if block else {})
+                    | _by_procedure(usable if block else usable[:0])
                     | {"published": _published(published, block, foundation, model, parameter)}
                 )
-    return pd.DataFrame(rows, columns=[name for name in columns_of("table2") if name != "origin"])
+    return table_of("table2", rows, but="origin")
 
 
 def _scenes(paper: pd.DataFrame, choice: pd.DataFrame, model: str) -> list[tuple[str, str]]:
@@ -182,7 +182,7 @@ def table3(paper: pd.DataFrame, published: Published = None) -> pd.DataFrame:
             | {"final_time_s": each["final_time_s"].max()}
             | {"published": _published(published, block, foundation, law, "epsilon_theta")}
         )
-    return pd.DataFrame(rows, columns=[name for name in columns_of("table3") if name != "origin"])
+    return table_of("table3", rows, but="origin")
 
 
 def summary_table(tidy: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
@@ -225,7 +225,7 @@ def summary_table(tidy: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
             | {f"epsilon_{name}": epsilon.get(name, math.nan) for name in PAPER_MODELS}
             | _predicted(here["predictions"], law)
         )
-    return pd.DataFrame(rows, columns=columns_of("summary"))
+    return table_of("summary", rows)
 
 
 def _quoted(populations: pd.DataFrame, law: str) -> dict[str, float]:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import expit, logit
 
-from freerock.columns import columns_of
+from freerock.columns import columns_of, table_of
 from freerock.models.free_parameters import OF_RECORD
 from freerock.models.laws import MODELS, law_of
 from freerock.populations.means import Key, Mean, over_records, over_runs, spread_of_runs
@@ -80,9 +80,7 @@ def populations_table(means: Means) -> pd.DataFrame:
     """
     rows = [_told(scene["parameter"], mean.found) | scene for scene, mean in means]
     rows += _campaign(_by_foundation(means))
-    return pd.DataFrame(rows, columns=columns_of("populations")).astype(
-        {"n_runs": "Int64", "n_records": "Int64"}
-    )
+    return table_of("populations", rows).astype({"n_runs": "Int64", "n_records": "Int64"})
 
 
 def foundations_table(populations: pd.DataFrame) -> pd.DataFrame:
@@ -124,23 +122,22 @@ def budget_table(means: Means, contributions: pd.DataFrame) -> pd.DataFrame:
             continue
         mean = float(scale.back(found.mean))
         slope = scale.slope(mean)
-        of_runs = {"input": "runs", "input_owner": scene["test"] or scene["foundation"]}
+        of_runs: dict[str, Any] = dict.fromkeys(INPUT, math.nan) | {"input": "runs"}
+        of_runs |= {"input_owner": scene["test"] or scene["foundation"]}
         each = [(of_runs, member.scatter), *((known[key], by) for key, by in member.shifts.items())]
         rows += [
-            scene
+            {name: scene[name] for name in (*RECORD, "level", "unit", "n_runs")}
             | of_input
             | {
                 "mean": mean,
                 "u_total": found.u * slope,
-                "sensitivity": shift * slope / float(u) if (u := of_input.get("input_u")) else math.nan,
+                "sensitivity": shift * slope / float(u) if (u := of_input["input_u"]) else math.nan,
                 "contribution": shift * slope,
                 "share_percent": 100 * shift**2 / found.u**2 if found.u else math.nan,
             }
             for of_input, shift in each
         ]
-    return pd.DataFrame(rows, columns=columns_of("budget")).astype(
-        {"n_runs": "Int64", "input_stated": "Int64"}
-    )
+    return table_of("budget", rows).astype({"n_runs": "Int64", "input_stated": "Int64"})
 
 
 def _records(
@@ -193,7 +190,7 @@ def _foundations(members: Mapping[tuple[str, ...], list[Mean]]) -> Iterator[tupl
             yield scene, over_records(records)
 
 
-def _inputs_by_key(contributions: pd.DataFrame) -> dict[Key, dict[str, object]]:
+def _inputs_by_key(contributions: pd.DataFrame) -> dict[Key, dict[str, Any]]:
     """Uncertainty, unit and origin of each input in a table of contributions."""
     first = contributions.drop_duplicates(["input_owner", "input"])
     return {(row["input_owner"], row["input"]): row for row in first[INPUT].to_dict("records")}
@@ -207,13 +204,11 @@ def _campaign(members: Mapping[tuple[str, ...], list[Mean]]) -> Iterator[dict[st
     for (campaign, model, parameter, unit), records in alike.items():
         found = spread_of_runs(records)
         if found:
-            scale = scale_of(parameter)
-            mean = float(scale.back(np.mean([each.found.mean for each in records])))
+            told = _told(parameter, Population(0, float(np.mean([each.found.mean for each in records]))))
+            slope = scale_of(parameter).slope(told["mean"])
             spread = zip(("tau", "tau_low", "tau_high"), found, strict=True)
-            yield _scene("campaign", (campaign, "", model, parameter, unit), records) | {
-                "mean": mean,
-                **{name: value * scale.slope(mean) for name, value in spread},
-            }
+            told |= {name: value * slope for name, value in spread}
+            yield told | _scene("campaign", (campaign, "", model, parameter, unit), records)
 
 
 def _scene(level: str, common: Sequence[str], records: list[Mean]) -> dict[str, Any]:

@@ -10,9 +10,9 @@ import pandas as pd
 import xarray as xr
 
 from freerock.arrays import Floats
-from freerock.columns import columns_of
+from freerock.columns import table_of
 from freerock.models.free_parameters import PARAMETERS
-from freerock.models.laws import MODELS
+from freerock.models.laws import LAWS, MODELS
 from freerock.populations.impact_energy import of_measured
 from freerock.products.contents import (
     EXPLAINED,
@@ -40,8 +40,10 @@ OF_SELECTED = ("restitution_energy", "restitution_energy_u", "delta", "delta_u")
 NUMBERS_OF_FIT = ("value", "stderr", "u_law", "u_total")
 OF_EVIDENCE = ("residual_over_noise", "noise_p", "sigma_r_low", "sigma_r_high", "n_parameters")
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
+OF_LAWS = dict.fromkeys(name for law in LAWS.values() for name in law.parameters)
 MOVED = [*INPUT, "input_moved", "input_remaining", "input_pull"]
 CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *INPUT, "contribution"]
+MEASURED_OF_RUN = ("theta0_deg", "theta0_u_deg", "release_s", "duration_s", "sigma_theta_deg")
 Trees = Iterable[xr.DataTree]
 
 
@@ -67,7 +69,8 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
     for tree, number, run, verdict, reasons in _judged(records, fits):
         if run is None:
             left_out = verdict != "fail"  # by hand, the whole record
-            of_run: dict[str, Any] = {"n_impacts": 0, "n_restitution": 0, "excluded": left_out}
+            of_run: dict[str, Any] = dict.fromkeys(MEASURED_OF_RUN, math.nan)
+            of_run |= {"n_impacts": 0, "n_restitution": 0, "excluded": left_out}
         else:
             release = run["release"].item()
             of_run = {
@@ -83,7 +86,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
         told = {"origin": tree.attrs["origin"], "verdict": verdict, "reasons": in_one_line(reasons)}
         rows.append({**_identity(tree, number), **told, **of_run})
     whole = dict.fromkeys(["run", "n_impacts", "n_restitution"], "Int64")
-    return pd.DataFrame(rows, columns=columns_of("runs")).astype(whole)
+    return table_of("runs", rows).astype(whole)
 
 
 def reasons_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
@@ -104,11 +107,13 @@ def reasons_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
         sets it; remedy says what to do.
     """
     rows = [
-        (*_identity(tree, number).values(), verdict, name, value, limit, unit, key, text, _remedy(name))
+        _identity(tree, number)
+        | {"verdict": each.verdict, "reason": each.name, "sentence": each.text, "remedy": _remedy(each.name)}
+        | {"value": each.value, "limit": each.limit, "unit": each.unit, "key": each.key}
         for tree, number, _, _, reasons in _judged(records, fits)
-        for verdict, name, text, value, limit, unit, key in reasons
+        for each in reasons
     ]
-    frame = pd.DataFrame(rows, columns=columns_of("reasons"))
+    frame = table_of("reasons", rows)
     return frame.astype({"run": "Int64", "value": float, "limit": float})
 
 
@@ -162,7 +167,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
                     "success": bool(fit.attrs["success"]),
                 }
             )
-    return pd.DataFrame(rows, columns=columns_of("parameters")).astype({"success": bool})
+    return table_of("parameters", rows).astype({"success": bool})
 
 
 def _with_first(covariance: Floats) -> Floats:
@@ -232,17 +237,15 @@ def pulls_table(fits: Trees) -> pd.DataFrame:
         if "input_moved" not in inputs or not np.any(inputs["input_moved"].values):
             continue
         shifts = 100 * inputs["influence_of_input"].values / fit["value"].values[:, None]
+        shift_of = dict(zip(fit["parameter"].values.astype(str).tolist(), shifts.tolist(), strict=True))
         columns = {name: inputs[name].values.tolist() for name in MOVED}
-        columns |= {
-            f"influence_{name}_percent": shifts[i].tolist()
-            for i, name in enumerate(fit["parameter"].values.astype(str).tolist())
-            if name in MODELS[of_fit["model"]]
-        }
+        unknown = [math.nan] * shifts.shape[1]
+        columns |= {f"influence_{name}_percent": shift_of.get(name, unknown) for name in OF_LAWS}
         rows += [
             {**of_fit, **dict(zip(columns, each, strict=True))}
             for each in zip(*columns.values(), strict=True)
         ]
-    return pd.DataFrame(rows, columns=columns_of("pulls"))
+    return table_of("pulls", rows)
 
 
 def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
@@ -267,7 +270,7 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
         row["selected"] = of_fit["model"] == named[of_fit["test"]][of_fit["run"]]
         row |= {name: bool(fit.attrs[name]) for name in ("agrees_with_noise", "success")}
         rows.append(of_fit | row)
-    frame = pd.DataFrame(rows, columns=columns_of("epsilon"))
+    frame = table_of("epsilon", rows)
     return frame.astype(
         {"n_parameters": "Int64", "selected": bool, "agrees_with_noise": bool, "success": bool}
     )
@@ -296,7 +299,7 @@ def paper_table(fits: Trees) -> pd.DataFrame:
                 told | {"parameter": name, "unit": PARAMETERS[name].unit, "value": values[name]}
                 for name in MODELS[law]
             ]
-    return pd.DataFrame(rows, columns=columns_of("paper")).astype({"success": bool})
+    return table_of("paper", rows).astype({"success": bool})
 
 
 def choice_table(fits: Trees) -> pd.DataFrame:
@@ -317,13 +320,13 @@ def choice_table(fits: Trees) -> pd.DataFrame:
     rows = []
     for tree in fits:
         for run, choice in choices_of(tree):
-            numbers = {name: choice[name].values.tolist() for name in columns_of("choice") if name in choice}
+            numbers = {str(name): values.values.tolist() for name, values in choice.data_vars.items()}
             level = {key: str(choice.attrs[key]) for key in ("level", "criterion")}
             for i, model in enumerate(choice["candidate"].values.astype(str)):
                 found = {name: column[i] for name, column in numbers.items()}
                 explains = found["status"] in POSSIBLE and level["level"] in EXPLAINED
                 rows.append({**_identity(tree, run), "model": model, **found, **level, "explains": explains})
-    frame = pd.DataFrame(rows, columns=columns_of("choice"))
+    frame = table_of("choice", rows)
     return frame.astype({"explains": bool, "n_parameters": "Int64"})
 
 
@@ -377,14 +380,14 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
         if node.sizes.get("impact", 0)
     ]
     if not frames:
-        return pd.DataFrame(columns=columns_of("restitution"))
+        return table_of("restitution", [])
     frame = pd.concat(frames, ignore_index=True)
     ranks = {"test": list(dict.fromkeys(frame["test"])), "source": ["experiment", *MODELS]}
     order = frame.sort_values(
         ["test", "run", "source", "impact"],
         key=lambda column: column.map(ranks[column.name].index) if column.name in ranks else column,
     )
-    return order[columns_of("restitution")].reset_index(drop=True)
+    return table_of("restitution", order).reset_index(drop=True)
 
 
 def _with_energies(measured: xr.Dataset, fit: xr.Dataset | None) -> xr.Dataset:
