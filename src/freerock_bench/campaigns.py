@@ -26,6 +26,7 @@ from freerock.jobs.make_record import make_record
 from freerock.jobs.make_tables import make_tables
 from freerock.models.laws import Candidate
 from freerock.tables.csvfile import read_csv
+from freerock.tables.tidy_tables import R_ENERGY, R_ENERGY_U
 from freerock_bench.document import in_markdown
 
 ROOT = Path(__file__).parents[2]
@@ -217,14 +218,14 @@ def _restitution(
     release = {str(row.run): row.release_s for row in runs.itertuples()}
     for row in table[table["source"] == "experiment"].itertuples():
         j = known.get(str(row.run), -1)
-        if f"run{j}_volts_true_r" not in truth or not math.isfinite(row.r_energy):
+        r, u = getattr(row, R_ENERGY), getattr(row, R_ENERGY_U)
+        if f"run{j}_volts_true_r" not in truth or not math.isfinite(r):
             continue
         apart = np.abs(truth[f"run{j}_volts_impacts_s"] - release[str(row.run)] - row.time_s)
         at = int(np.argmin(apart))
         if apart[at] < SAME_IMPACT_S:
             true = float(truth[f"run{j}_volts_true_r"][at])
-            numbers = row.r_energy, row.r_energy_u, row.r_energy_u
-            yield number_row("r of an impact", true, *numbers) | {"run": row.run}
+            yield number_row("r of an impact", true, r, u, u) | {"run": row.run}
 
 
 def _means(table: pd.DataFrame, truth: Any, model: str) -> Iterator[Row]:

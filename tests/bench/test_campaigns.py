@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from freerock.config.campaign import load_campaign
+from freerock.tables.tidy_tables import R_ENERGY, R_ENERGY_U
 from freerock_bench import campaigns, kinds, noises
 from freerock_bench.scattered import KNOWN, make
 
@@ -59,7 +60,7 @@ def tables(records):
         float(truth["run0_volts_impacts_s"][1]) - runs[0]["release_s"],
         float(truth["run0_volts_true_r"][1]),
     )
-    impact = {"test": test, "run": 1, "source": "experiment", "time_s": at, "r_energy": r + 0.01}
+    impact = {"test": test, "run": 1, "source": "experiment", "time_s": at, R_ENERGY: r + 0.01}
     mean = of | {"level": "record", "parameter": "k", "n_runs": 3, "stderr": 1.0, "u_total": 1e4}
     mean |= {"mean": float(truth["mean_k"]), "next_low": 0.0, "next_high": 1.0}
     mean |= {"total95_low": 0.0, "total95_high": 1e9}
@@ -68,7 +69,7 @@ def tables(records):
         "runs": runs,
         "choice": choice,
         "parameters": fits,
-        "restitution": [impact | {"r_energy_u": 0.001}],
+        "restitution": [impact | {R_ENERGY_U: 0.001}],
     }
     paper = of | {"run": 1, "parameter": "k", "value": 1.2 * float(truth["run0_k"])}
     made |= {"populations": [mean], "predictions": [band], "paper": [paper], "epsilon": [scatter]}

@@ -3,6 +3,7 @@
 import pandas as pd
 import pytest
 
+from freerock.tables.tidy_tables import R_ENERGY, R_ENERGY_U
 from freerock_bench import foreign
 from freerock_bench.campaigns import TABLES
 
@@ -33,7 +34,7 @@ def graded(verdict="ok", selected="winkler", k=1.01e6, r=0.9005):
                 "success": True,
             }
         ],
-        "restitution": [of | {"source": "experiment", "time_s": 0.095, "r_energy": r, "r_energy_u": 1e-3}],
+        "restitution": [of | {"source": "experiment", "time_s": 0.095, R_ENERGY: r, R_ENERGY_U: 1e-3}],
     }
     heads = {
         "populations": ["test", "level", "model"],

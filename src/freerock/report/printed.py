@@ -241,8 +241,8 @@ def _restitution(frame: pd.DataFrame, labels: Labels, simulated: bool) -> Printe
             told = [str(row.impact), fixed(row.peak_before_deg, 2), quantity(row.r, row.r_u)]
             lines.append([*told, *(fixed(each, 3) for each in modelled)])
     about = (
-        "|θ|: peak before the impact. r from the peaks before and after it, as the sensor shows them; by "
-        f"energy: r_energy in restitution.csv. Laws {PROCEDURE}. –: the law has none there."
+        "|θ|: peak before the impact. r from the peaks before and after it, as the sensor shows them; "
+        f"restitution.csv has r by energy, too. Laws {PROCEDURE}. –: the law has none there."
     )
     caption = "Restitution of each impact from peaks, record and laws"
     return Printed(pd.DataFrame(lines, columns=heads), caption, [about])

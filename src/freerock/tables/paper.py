@@ -15,6 +15,7 @@ from freerock.models.laws import MODELS, PAPER_MODELS, law_of
 from freerock.products.contents import usable_runs
 from freerock.products.netcdf_groups import reasons_in
 from freerock.tables.choices import laws_of_foundations, rejected_laws
+from freerock.tables.tidy_tables import R_ENERGY
 
 Published = Mapping[str, Any] | None  # values by block, foundation, model and quantity
 QUOTED = ("r", "k", "c", "lambda")  # parameters of a foundation
@@ -221,7 +222,7 @@ def summary_table(tidy: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
             | {"n_runs": len(here["choice"][["test", "run"]].drop_duplicates())}
             | _quoted(here["populations"], law)
             | _scatter(here["epsilon"], law)
-            | {"r_first": first[first["foundation"] == foundation]["r_energy"].median()}
+            | {"r_first": first[first["foundation"] == foundation][R_ENERGY].median()}
             | {f"epsilon_{name}": epsilon.get(name, math.nan) for name in PAPER_MODELS}
             | _predicted(here["predictions"], law)
         )

@@ -31,9 +31,10 @@ from freerock.runs.verdict import KNOWN_REASONS, Reason, in_one_line
 from freerock.tables.choices import POSSIBLE
 from freerock.tables.populations import INPUT
 
+R_ENERGY, R_ENERGY_U = "r_energy", "r_energy_u"  # columns of restitution.csv, for those who read them
 # Of impacts: columns, and their variables in the datasets, which not all of them have.
 OF_IMPACTS = {"r": "restitution", "r_stderr": "restitution_stderr", "r_u": "restitution_u"}
-OF_IMPACTS |= {"r_energy": "restitution_energy", "r_energy_u": "restitution_energy_u"}
+OF_IMPACTS |= {R_ENERGY: "restitution_energy", R_ENERGY_U: "restitution_energy_u"}
 OF_IMPACTS |= {"delta": "delta", "delta_u": "delta_u"}
 PEAKS = {"peak_before_deg": "peak_before", "peak_before_u_deg": "peak_before_u"}
 OF_SELECTED = ("restitution_energy", "restitution_energy_u", "delta", "delta_u")  # of its impacts
