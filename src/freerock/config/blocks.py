@@ -1,7 +1,6 @@
 """What blocks and foundations are: the keys of `blocks` and `foundations`."""
 
 import math
-from dataclasses import fields
 from typing import Any
 
 from pydantic import ValidationInfo, field_validator
@@ -9,8 +8,6 @@ from pydantic import ValidationInfo, field_validator
 from freerock.config.input_uncertainties import BlockUncertainty, stated_only_with
 from freerock.config.values import Invalid, Label, Length, Number, Place, Positive, Section, key
 from freerock.models.block import GRAVITY, IMPOSSIBLE, Block, density_if_square
-
-SHAPE = [each.name for each in fields(Block) if each.name != "edge_radius_m"]  # a campaign states no radius
 
 
 class BlockSection(Section):
@@ -41,9 +38,14 @@ class BlockSection(Section):
     uncertainty: BlockUncertainty = key("the standard uncertainties of its keys", BlockUncertainty())
 
     @property
+    def shape(self) -> dict[str, Any]:
+        """What `Block` takes, as plain values."""
+        return self.model_dump(exclude={"label", "release_angle_deg", "uncertainty"})
+
+    @property
     def block(self) -> Block:
         """The block as the models take it."""
-        return Block(**{name: getattr(self, name) for name in SHAPE})
+        return Block(**self.shape)
 
     @field_validator("mass_kg")
     @classmethod
@@ -78,8 +80,7 @@ class BlockSection(Section):
     @classmethod
     def _below_critical(cls, angle: Any, info: ValidationInfo) -> Any:
         if angle is not None and {"height_m", "width_m", "mass_kg"} <= info.data.keys():
-            shape: dict[str, Any] = {name: info.data.get(name) for name in SHAPE}
-            critical = math.degrees(Block(**shape).theta_cr)
+            critical = math.degrees(Block(**info.data).theta_cr)  # what stands above is its shape
             if angle >= critical:
                 raise Invalid(
                     f"released at {angle:g}° the block overturns, its critical angle is {critical:.3f}°",

@@ -110,9 +110,8 @@ class LaserSection(Section):
             raise Invalid(f"a channel in {units} is the rotation itself", "remove it, or correct units")
         if value is None and not is_rotation:
             given = str(cls.model_fields[str(info.field_name)].description).partition(";")[0]
-            raise Invalid(
-                "is missing", f"give {given}, or declare units: deg where the channel is the rotation"
-            )
+            remedy = f"give {given}, or declare units: deg where the channel is the rotation"
+            raise Invalid("is missing", remedy)
         return value
 
     @field_validator("calibration", "sensitivity_per_mm")

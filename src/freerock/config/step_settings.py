@@ -15,17 +15,11 @@ from freerock.config.values import Section
 
 Settings = dict[str, Any]
 NUMBERED = re.compile(r"\w+ ?#?\d+")  # a block's label that says no more than which it is
-NOT_OF_BLOCK = ("label", "release_angle_deg", "uncertainty")
 
 
 def section_values(section: Section, *without: str) -> Settings:
     """A section as numbers and texts, in the order of its fields, without some of them."""
     return section.model_dump(mode="json", exclude={*without})
-
-
-def geometry(campaign: Campaign, record: Record | Scene) -> Settings:
-    """The block of a record, as `freerock.models.block.Block` takes it."""
-    return section_values(campaign.blocks[record.block], *NOT_OF_BLOCK)
 
 
 @lru_cache
@@ -44,14 +38,15 @@ def laboratory(campaign: Campaign, scene: Scene) -> Settings:
         u = levelled / math.sqrt(3)
         inputs.append({"owner": scene.foundation, "name": "levelled_deg", "stated": True, "u": u})
     own = {name: section_values(each, "uncertainty", "calibration") for name, each in lasers.items()}
-    return {"block": geometry(campaign, scene), "lasers": own, "inputs": inputs}
+    return {"block": block.shape, "lasers": own, "inputs": inputs}
 
 
 def record_attributes(campaign: Campaign, record: Record) -> Settings:
     """What identifies a record in its datasets."""
     found = {"campaign": campaign.name, "test": record.test, "block": record.block}
     found |= {"foundation": record.foundation, "origin": campaign.origin}
-    return found | {f"block_{name}": value for name, value in geometry(campaign, record).items() if value}
+    shape = campaign.blocks[record.block].shape
+    return found | {f"block_{name}": value for name, value in shape.items() if value}
 
 
 def descriptions(campaign: Campaign) -> Settings:
@@ -79,7 +74,7 @@ def record_settings(campaign: Campaign, record: Record, sha256: str) -> Settings
         "sha256": sha256,
         "channels": list(record.channels),
         "attributes": record_attributes(campaign, record),
-        "block": geometry(campaign, record),
+        "block": campaign.blocks[record.block].shape,
         "lasers": [section_values(campaign.lasers[name], "uncertainty") for name in record.lasers],
         "laboratory": laboratory(campaign, record.scene),
         "overrides": record.overrides,
@@ -97,7 +92,7 @@ def fit_settings(campaign: Campaign, record: Record) -> Settings:
     fits = campaign.fits
     return {
         "attributes": record_attributes(campaign, record),
-        "block": geometry(campaign, record),
+        "block": campaign.blocks[record.block].shape,
         "laboratory": laboratory(campaign, record.scene),
         "models": list(fits.models),
         "kinematics": list(fits.rivals),
@@ -121,7 +116,7 @@ def figure_settings(campaign: Campaign) -> Settings:
 
 def geometries(campaign: Campaign) -> Settings:
     """The blocks by name, as `freerock.models.block.Block` takes them."""
-    return {name: section_values(each, *NOT_OF_BLOCK) for name, each in campaign.blocks.items()}
+    return {name: each.shape for name, each in campaign.blocks.items()}
 
 
 def release_angles(campaign: Campaign) -> dict[str, float]:

@@ -11,10 +11,9 @@ from typing import Any
 from freerock.config.campaign import Campaign, load_campaign
 from freerock.config.record import Record
 from freerock.config.review_log import LOOKED_AT, Change, appended, changed, changes_in, log_of, looked_at
-from freerock.config.step_settings import geometry, labels
+from freerock.config.step_settings import labels
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums, read_bytes, write_bytes
-from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review.corrections import Correction, corrected, corrected_cells, correction_of
 from freerock.review.csv_edit import digest, locked, save_edits
@@ -341,7 +340,7 @@ class Desk:
         shown = run if run in numbers else next(iter(numbers), None)
         if near_s is not None and numbers:
             shown = min(numbers, key=lambda each: abs(numbers[each] - near_s))
-        block = Block(**geometry(self.campaign, line))
+        block = self.campaign.blocks[line.block].block
         return {
             "runs": runs,
             "failure": runs[0]["reasons"] if shown is None else "",
