@@ -1,6 +1,6 @@
 """Figures: a module each, found by the figure's name, with its function `draw`; and what figures share.
 
-A new figure is a module here and an entry in figures.toml.
+A new figure is a module here and an entry in figures.toml. Of datasets it reads the variables in `READS`.
 It takes the tables and datasets it draws, the `origin` of their records ("simulated" or "measured"; the
 figure states it) and `labels`, printed names of blocks and foundations. It returns the figure
 and the numbers drawn; `style.save` writes both. What a figure of a campaign says of these numbers in its

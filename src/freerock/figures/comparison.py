@@ -14,6 +14,7 @@ from freerock.tables.number_text import percent
 
 COLUMNS = ["test", "run", "block", "foundation", "source", "time_s", "theta_deg"]
 COLUMNS += ["residual_over_theta0", "residual_over_sigma"]
+READS = {"fits": ("time", "theta", "theta_model", "residual", "epsilon_theta")}
 HEIGHT_IN, RATIOS = 2.08, (2.8, 0.9, 0.8)  # of a block's row, and of its panels
 HEADROOM = 0.25  # above the curves, for ε_θ
 

@@ -15,6 +15,7 @@ from freerock.figures.style import Drawing, Labels, styled
 from freerock.products.contents import usable_runs
 from freerock.tables.number_text import fixed, in_words
 
+READS = {"records": ("time", "theta", "theta0", "release", "end")}
 MOST_BELOW = 4  # blocks, each below the other; more stand side by side
 OF_PAPER = {"6": "marble", "4": "marble", "2": "aerstop"}  # by h/b, where a block of the paper rocks longer
 

@@ -14,6 +14,7 @@ from freerock.figures.style import Axes, Drawing, Labels, styled
 from freerock.products.contents import runs_of, selected_fit
 
 COLUMNS = ["test", "run", "source", "frequency_hz", "density_deg2_hz", "over_rest"]
+READS = {"fits": ("time", "residual"), "records": ("frequency", "noise_density")}
 CHANCE = "noise: 999 of 1000 runs"
 LEAST, MOST = 0.5, 20.0  # that an axis shows: two powers of ten have their numbers
 APART = 1.5  # frequencies of a Hann window's periodogram per independent value

@@ -10,17 +10,8 @@ from freerock.figures.listed import entry_of
 from freerock.figures.style import save
 from freerock.files import write_text
 from freerock.models.block import Block
-from freerock.products.contents import one_of_each, runs_of, usable_runs
-from freerock.products.netcdf import open_fits, open_record
 from freerock.tables.csvfile import read_csv
 from freerock.tables.number_text import SIMULATED_NOTE
-
-OF_RECORDS = ("time", "theta", "theta0", "release", "end", "frequency", "noise_density")  # shown
-OF_FITS = ("time", "theta", "theta_model", "residual", "epsilon_theta")
-DATASETS = {
-    "records": (partial(open_record, only=OF_RECORDS), usable_runs),
-    "fits": (partial(open_fits, only=OF_FITS), runs_of),
-}
 
 
 def make_figure(
@@ -34,7 +25,8 @@ def make_figure(
     Parameters
     ----------
     figure : module
-        Draws it, with functions draw and caption; its entry in `freerock.figures.listed` has its name.
+        Draws it, with functions draw and caption; its entry in `freerock.figures.listed` has its name. Of
+        one that reads datasets, `READS` names the variables that it reads of each kind.
     settings : mapping
         origin, labels, scenes (of the datasets), blocks and set_ups: plain values.
     files : mapping
@@ -45,9 +37,8 @@ def make_figure(
     """
     scenes, origin, labels = (settings[name] for name in ("scenes", "origin", "labels"))
     known: dict[str, Any] = {Path(path).stem: read_csv(path) for path in files["tables"]}
-    for kind, opened_and_usable in DATASETS.items():
-        if files[kind]:
-            known[kind] = one_of_each(files[kind], scenes, *opened_and_usable)
+    if files["records"] or files["fits"]:
+        known |= _datasets(figure, files, scenes)
     known["blocks"] = {name: Block(**block) for name, block in settings["blocks"].items()}
     known["set_ups"] = settings["set_ups"]
     told = entry_of(figure.__name__.rpartition(".")[2])
@@ -56,3 +47,18 @@ def make_figure(
     note = SIMULATED_NOTE if origin == "simulated" else ""
     about = " ".join(filter(None, [told["caption"], figure.caption(data, labels), note]))
     write_text(Path(f"{stem}.txt"), f"{told['title']}.\n{about}\n")
+
+
+def _datasets(
+    figure: ModuleType, files: Mapping[str, Sequence[str | Path]], scenes: Sequence[str]
+) -> dict[str, Any]:
+    """Records and fits that a figure reads: the first of each scene with a usable or fitted run."""
+    from freerock.products.contents import one_of_each, runs_of, usable_runs  # a tenth of a second for xarray
+    from freerock.products.netcdf import open_fits, open_record
+
+    kinds = {"records": (open_record, usable_runs), "fits": (open_fits, runs_of)}
+    return {
+        kind: one_of_each(files[kind], scenes, partial(opened, only=figure.READS[kind]), usable)
+        for kind, (opened, usable) in kinds.items()
+        if files[kind]
+    }

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pandas as pd
-from scipy.special import ellipkinc
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
@@ -61,6 +60,8 @@ def first_runs(found: pd.DataFrame) -> pd.DataFrame:
 
 def rigid_period_s(block: Block, amplitude: Floats) -> Floats:
     """Period [s] of a rigid block without losses, four falls from an amplitude over the critical angle."""
+    from scipy.special import ellipkinc  # a fifth of a second, of which few figures have need
+
     k2 = np.sin((1 - amplitude) * block.theta_cr / 2) ** 2
     turned = np.arcsin(np.sqrt((1 - k2 / np.sin(block.theta_cr / 2) ** 2) / (1 - k2)))
     return np.asarray(4 * ellipkinc(turned, 1 - k2) / block.p)
