@@ -104,8 +104,11 @@ def letter(index: int) -> str:
 
 
 def entitle(ax: Axes, index: int, n_panels: int, text: str, room: float) -> None:
-    """Give a panel its title in so much of the figure's width, with a letter where there are several."""
-    ax.set_title(wrapped(f"({letter(index)}) {text}" if n_panels > 1 else text, room), loc="left")
+    """Give a panel its title in so much of the figure's width, with a letter where there are several.
+
+    It has its place, else one is sought beside the numbers of the axis, at each drawing.
+    """
+    ax.set_title(wrapped(f"({letter(index)}) {text}" if n_panels > 1 else text, room), loc="left", y=1.0)
 
 
 def recorded(origin: str) -> Style:
