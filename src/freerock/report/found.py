@@ -7,8 +7,8 @@ import pandas as pd
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import MODEL_LABELS, PAPER_MODELS
 from freerock.report.printed import PROCEDURE, Labels, Printed, identified
+from freerock.tables.choices import QUOTED
 from freerock.tables.number_text import fixed, percent, quantity, unit_text, with_unit
-from freerock.tables.paper import QUOTED
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
 PREDICTED = "A run predicted from the others"

@@ -3,6 +3,7 @@
 import pandas as pd
 
 POSSIBLE = ("selected", "also_possible")
+QUOTED = ("r", "k", "c", "lambda")  # parameters of the law of a foundation
 STATUS_WORDS = {
     "selected": "selected",
     "also_possible": "possible",

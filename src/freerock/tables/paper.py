@@ -14,11 +14,10 @@ from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import MODELS, PAPER_MODELS, law_of
 from freerock.products.contents import usable_runs
 from freerock.products.netcdf_groups import reasons_in
-from freerock.tables.choices import laws_of_foundations, rejected_laws
+from freerock.tables.choices import QUOTED, laws_of_foundations, rejected_laws
 from freerock.tables.tidy_tables import R_ENERGY
 
 Published = Mapping[str, Any] | None  # values by block, foundation, model and quantity
-QUOTED = ("r", "k", "c", "lambda")  # parameters of a foundation
 NOT_HELD = {"hold_unseen", "braked"}  # reasons of a run that begins at a peak, and so has no release angle
 
 
