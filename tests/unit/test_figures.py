@@ -1,4 +1,6 @@
 import inspect
+import subprocess
+import sys
 from importlib import import_module
 
 import numpy as np
@@ -21,7 +23,7 @@ from freerock.figures import (
     set_up,
     style,
 )
-from freerock.figures.listed import FIGURES
+from freerock.figures.listed import FIGURES, entry_of
 from freerock.figures.looks import extremes
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS, PAPER_MODELS
@@ -372,3 +374,18 @@ def test_a_figure_of_a_campaign_is_a_module_that_draws_and_captions(name):
     draw = inspect.signature(module.draw)
     assert {"origin", "labels"} < set(draw.parameters)
     assert [*inspect.signature(module.caption).parameters] == ["data", "labels"]
+    assert {*getattr(module, "READS", {})} == {"records", "fits"} & {*entry_of(name)["reads"]}
+
+
+@pytest.mark.parametrize(
+    ("step", "needless"),
+    [
+        ("freerock.jobs.make_figure, freerock.figures.restitution", {"xarray", "scipy", "netCDF4"}),
+        ("freerock.jobs.make_quality", {"scipy", "numba", "pydantic"}),
+        ("freerock.jobs.make_report", {"xarray", "scipy", "matplotlib"}),
+    ],
+)
+def test_a_step_that_draws_or_reports_loads_no_library_that_it_does_not_need(step, needless):
+    code = f"import sys, {step}; print(*{needless} & {{*sys.modules}})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []

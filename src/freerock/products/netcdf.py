@@ -21,7 +21,6 @@ from freerock.products.netcdf_groups import (
     root_attributes,
     write_groups,
 )
-from freerock.rotation.laboratory import UNITS
 from freerock.runs.verdict import Level, Reason
 
 FROM_START = "time from the start of the record"
@@ -295,6 +294,8 @@ def _paper(fit: "PaperFit") -> xr.Dataset:
 
 def _inputs(fit: "Fit") -> xr.Dataset:
     """What the inputs of the laboratory contribute to a fit, and how far it moved them."""
+    from freerock.rotation.laboratory import UNITS  # half a second, of which readers have no need
+
     known = fit.uncertainty.contributions
     return xr.Dataset(
         {
