@@ -30,13 +30,13 @@ html_last_updated_fmt = None
 html_theme_options = {
     "navbar_align": "left",
     "show_prev_next": True,
-    "secondary_sidebar_items": ["page-toc"],
+    "secondary_sidebar_items": {"**": ["page-toc"], "verdicts": []},  # room for its wide table
     "header_links_before_dropdown": 7,
     "footer_start": ["copyright"],
     "footer_end": [],
     "navbar_end": ["theme-switcher"],
 }
-html_sidebars = {page: [] for page in ("tutorial", "validation", "gallery")}  # of no chapter: room for tables
+html_sidebars = {page: [] for page in ("tutorial", "validation", "evidence", "gallery")}  # no chapter
 UNDERLINE = re.compile(r"\s*-{3,}\s*$")
 CODE = re.compile(r"(``.*?``|`[^`]*`)")
 
