@@ -159,13 +159,13 @@ class Posed:
         impacts = at.impacts if at.rates is None else self.model.here(at, self.samples, self.rtol).impacts
         return np.concatenate([left, release, at.inputs, impacts / self.sigma_r])
 
-    def jacobian(self, at: Point, by_inputs: Floats) -> tuple[Floats, Floats]:
-        """The curve [rad], and derivatives of `residual` by all numbers, inputs and impacts.
+    def jacobian(self, at: Point, by_inputs: Floats) -> Floats:
+        """Derivatives of `residual` by all numbers, inputs and impacts, shape (n_rows, n_all).
 
         By the logarithms of the rates after impacts where the point holds these, else by δ.
         """
-        theta, columns = self.model.derivatives(at, self.samples, self.rtol)
-        n, n_z, n_theta = len(self.model.names), len(at.inputs), theta.size
+        columns = self.model.derivatives(at, self.samples, self.rtol)
+        n, n_z, n_theta = len(self.model.names), len(at.inputs), self.samples.measured.size
         first = n_theta + len(self.release)  # row of the inputs
         rows = np.zeros((first + n_z + len(at.impacts), n + n_z + len(at.impacts)), order="F")
         begin = 0
@@ -181,7 +181,7 @@ class Posed:
             n, of_delta = n + n_z, self.sigma_r * rows[first + n_z :]
             rows[:, n:] = np.linalg.solve(of_delta[:, n:].T, rows[:, n:].T).T
             rows[:, :n] -= rows[:, n:] @ of_delta[:, :n]
-        return theta, rows
+        return rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,7 +240,7 @@ class _Objective:
         at, posed = self.posed.point(moved, self.before), self.posed
         if self.renews and np.max(np.abs(at.inputs - self.inputs), initial=0.0) > RENEWED:
             self.inputs, self.by_inputs = at.inputs, posed.model.by_inputs(at, posed.samples, posed.rtol)
-        rows = posed.jacobian(at, self.by_inputs)[1]
+        rows = posed.jacobian(at, self.by_inputs)
         varied = [i for i, each in enumerate(moved.values()) if each.vary]
         is_tied = any(each.expr for each in moved.values())
         found = rows @ tied(moved, varied) if is_tied else rows[:, varied]

@@ -57,7 +57,8 @@ class Posterior:
     def of(cls, ended: Ended) -> "Posterior":
         """At the end of a fit."""
         posed, at, parameters = ended.posed, ended.at, ended.result.params
-        theta, rows = posed.jacobian(at, posed.model.by_inputs(at, posed.samples, posed.rtol))
+        theta = posed.model.means(at, posed.samples, posed.rtol)
+        rows = posed.jacobian(at, posed.model.by_inputs(at, posed.samples, posed.rtol))
         varied = np.array([each.vary for each in parameters.values()])
         ties = np.eye(len(varied))[:, varied]
         if any(each.expr for each in parameters.values()):

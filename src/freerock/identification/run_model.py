@@ -6,9 +6,10 @@ impact i the rate is multiplied by 1 + δ_i.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -38,6 +39,7 @@ INPUT_STEP = 1e-4  # standard uncertainties: over 0.01 of them that of a width i
 SMALL_STEP = 1e-7  # rad, m: of what a sensor reads
 WIDEST = 0.75  # spread of an average, over the distance of averages, up to which a curve is smoothed
 MOST_PLACES = 50
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -249,7 +251,7 @@ class RunModel:
     settings: FitSettings = field(default_factory=FitSettings)
     moves_inputs: bool = True
     _places: dict[bytes, Place] = field(default_factory=dict, repr=False)
-    _last: dict[bytes, tuple[Floats, Moved]] = field(default_factory=dict, repr=False)
+    _last: dict[str, dict[bytes, tuple[Floats, Any]]] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         if np.isfinite(self.motion.theta).sum() <= len(self.names):
@@ -338,38 +340,26 @@ class RunModel:
 
     def means(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
         """Means of m samples of the curve, times √m [rad], shape (n,)."""
-        response_s2 = self._response_s2(at, samples)
-        if response_s2 is None:
-            return averaged(self.curve(at, samples.time_s, rtol), samples.m)
-        return samples.smoothed(self.here(at, samples, rtol).theta, response_s2)
+        response_s2, time_s = self._response_s2(at, samples), samples.time_s
+        if response_s2 is not None:
+            return samples.smoothed(self.here(at, samples, rtol).theta, response_s2)
+        return self._known(
+            "means", at, time_s, rtol, lambda: averaged(self.curve(at, time_s, rtol), samples.m)
+        )
 
     def held(self, at: Point, samples: Samples, rtol: float = RTOL) -> Point:
         """The point with the rate after each impact, and δ, as the motion there has them."""
         here = self.here(at, samples, rtol)
         left = np.where(np.isnan(here.passages[:, 0]), 0.0, np.abs(here.passages[:, 4]))
         held = replace(at, impacts=here.impacts, rates=left)
-        self._last[_key(held, rtol)] = samples.middle_s, here
+        self._last["motion"][_key(held, rtol)] = samples.middle_s, here
         return held
 
-    def derivatives(self, at: Point, samples: Samples, rtol: float = RTOL) -> tuple[Floats, Floats]:
-        """The curve [rad], and derivatives of it and of δ with the rates after impacts held.
+    def derivatives(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
+        """Derivatives of `means` and of δ with the rates after impacts held, (n + n_impacts, n_columns).
 
+        The columns are by the numbers of the model [SI], then by the logarithm of the rate after each impact.
         A slow sensor delays all derivatives alike: they are those at the middles of the samples.
-
-        Parameters
-        ----------
-        at : Point
-        samples : Samples
-        rtol : float
-            Of the integrator.
-
-        Returns
-        -------
-        theta : ndarray, shape (n,)
-            As of `means`.
-        columns : ndarray, shape (n + n_impacts, n_names + n_impacts)
-            Derivatives of θ times √m and of δ, by the numbers of the model [SI] and by the logarithm of the
-            rate after each impact.
         """
         at = self.held(at, samples, rtol)
         here = self.here(at, samples, rtol)
@@ -392,8 +382,8 @@ class RunModel:
             if name == "t0":
                 columns[:n, j] = -rate
             else:
-                columns[:, j] = self._quotient(at, name, samples.middle_s, rtol, here.whole)
-        return self.means(at, samples, rtol), self._averaged(columns, at, samples)
+                columns[:, j] = self._quotient(at, name, samples, rtol)
+        return self._averaged(columns, at, samples)
 
     def _averaged(self, columns: Floats, at: Point, samples: Samples) -> Floats:
         """Derivatives at the middles of samples, made those of `means` in place."""
@@ -411,21 +401,33 @@ class RunModel:
         rounded = "edge_radius" in self.names or bool(block.edge_radius_m)
         return not (rounded or block.e or self.settings.debonding == "tensionless")
 
-    def _quotient(self, at: Point, name: str, time_s: Floats, rtol: float, whole: Floats) -> Floats:
-        """Derivative of curve and δ by a number of the law or the release angle."""
-        value = at.values[name]
+    def _quotient(self, at: Point, name: str, samples: Samples, rtol: float) -> Floats:
+        """Derivative of curve and δ by a number of the law or the release angle; the last one is known."""
+        value = at.values.get(name, self.motion.theta0)
         step = STEP if self.is_smooth else STEP_BOTH_WAYS
         if PARAMETERS[name].fitted_as in LOGARITHMS or name == "width":
             step *= abs(value)
         elif name == "r":
             step = -step
-        larger = replace(at, values={**at.values, name: value + step})
-        later = self._simulated(larger, time_s, rtol).whole
-        if self.is_smooth or value - step < PARAMETERS[name].bounds[0]:
-            return (later - whole) / step
-        smaller = replace(at, values={**at.values, name: value - step})
-        earlier = self._simulated(smaller, time_s, rtol).whole
-        return (later - earlier) / (2 * step)
+        is_one_way = self.is_smooth or value - step < PARAMETERS[name].bounds[0]
+
+        def off(by: float) -> Floats:
+            moved = replace(at, values={**at.values, name: value + by})
+            return self._simulated(moved, samples.middle_s, rtol).whole
+
+        def quotient() -> Floats:
+            if is_one_way:
+                return (off(step) - self.here(at, samples, rtol).whole) / step
+            return (off(step) - off(-step)) / (2 * step)
+
+        return self._known(name, at, samples.middle_s, rtol, quotient)
+
+    def _released_by_seen(self, at: Point, here: Moved) -> float:
+        """Derivative of the release angle of the block by the one that is seen."""
+        higher = {**at.values, "theta0": at.values.get("theta0", self.motion.theta0) + STEP}
+        values = self._values(replace(at, values=higher), here.place.moved)
+        released = as_released(self.law, here.turning, values, here.place.view)["theta0"]
+        return (released - here.values["theta0"]) / STEP
 
     def by_inputs(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
         """Derivatives of `means` [rad] and of δ per standard uncertainty of the inputs.
@@ -434,16 +436,14 @@ class RunModel:
         read again, with the release as they show it. Shape (n + n_impacts, n_inputs); rates after impacts are
         held.
         """
-        at = self.held(at, samples, rtol)
+        given, at = at, self.held(at, samples, rtol)
         n = samples.middle_s.size
         columns = np.zeros((n + at.impacts.size, len(self.inputs)), order="F")
         if not self.inputs:
             return columns
         time_s = samples.middle_s
         here = self.here(at, samples, rtol)
-        higher = at.values.get("theta0", self.motion.theta0) + STEP
-        from_higher = self._simulated(replace(at, values={**at.values, "theta0": higher}), time_s, rtol)
-        by_release = (from_higher.whole - here.whole) / (from_higher.values["theta0"] - here.values["theta0"])
+        by_release = self._quotient(at, "theta0", samples, rtol) / self._released_by_seen(at, here)
         for j, (source, step) in enumerate(zip(self.inputs, np.eye(len(self.inputs)), strict=True)):
             moved = replace(at, inputs=at.inputs + INPUT_STEP * step)
             if source.name in OF_BLOCK or source.name == "levelled_deg":
@@ -460,11 +460,11 @@ class RunModel:
             if source.name == "response_ms":
                 # what a slow sensor does grows with the square of its time: by one standard uncertainty
                 slower = replace(at, inputs=at.inputs + np.eye(len(self.inputs))[j])
+                columns[:n, j] = -self.means(given, samples, rtol)
                 if self._response_s2(at, samples) is None:
-                    means = self.means(slower, samples, rtol)
+                    columns[:n, j] += self.means(slower, samples, rtol)
                 else:
-                    means = samples.smoothed(here.theta, self._there(slower).response_s2)
-                columns[:n, j] = means - self.means(at, samples, rtol)
+                    columns[:n, j] += samples.smoothed(here.theta, self._there(slower).response_s2)
         return columns
 
     @cached_property
@@ -474,12 +474,18 @@ class RunModel:
 
     def here(self, at: Point, samples: Samples, rtol: float = RTOL) -> Moved:
         """The motion, read at once, at the middles of the samples; that of the last point is known."""
-        key, time_s = _key(at, rtol), samples.middle_s
-        if key not in self._last or self._last[key][0] is not time_s:
-            moved = self._simulated(at, time_s, rtol)
-            self._last.clear()
-            self._last[key] = time_s, moved
-        return self._last[key][1]
+        time_s = samples.middle_s
+        return self._known("motion", at, time_s, rtol, lambda: self._simulated(at, time_s, rtol))
+
+    def _known(self, what: str, at: Point, time_s: Floats, rtol: float, found: Callable[[], Made]) -> Made:
+        """What was found at a point, which is kept until it is asked for at another one."""
+        key, known = _key(at, rtol), self._last.setdefault(what, {})
+        if key not in known or known[key][0] is not time_s:
+            last = found()
+            known.clear()
+            known[key] = time_s, last
+        made: Made = known[key][1]
+        return made
 
     def _simulated(self, at: Point, time_s: Floats, rtol: float) -> Moved:
         place = self._there(at)
