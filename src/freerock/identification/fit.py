@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from types import MappingProxyType
 
 import lmfit
 import numpy as np
@@ -128,18 +129,23 @@ def fit_record(
 class Followers:
     """The runs of a record, each followed to its end with wide priors of the impacts.
 
-    Parameters are those of `fit_record`, and the errors.
+    Parameters are those of `fit_record`, and the errors; `others` holds other candidates on the first run.
     """
 
     def __init__(
-        self, candidate: str, block: Block, motions: Mapping[int, Motion], settings: FitSettings
+        self,
+        candidate: str,
+        block: Block,
+        motions: Mapping[int, Motion],
+        settings: FitSettings,
+        others: Mapping[str, Followed] = MappingProxyType({}),
     ) -> None:
         check(candidate, block, settings)
         for each in motions.values():
             of_kind("motion", each, Motion, "give run.motion or freerock.Motion(...)")
         self.models = {run: RunModel(candidate, block, each, settings) for run, each in motions.items()}
         self.first = next(iter(self.models))
-        self.followed = Followed(self.models[self.first])
+        self.followed = Followed(self.models[self.first], others=others)
 
     @cached_property
     def end_of_first(self) -> Ended:

@@ -1,7 +1,7 @@
 """Starts of a fit: a scan over a grid on the first swing, then swings that last as long as measured."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 
@@ -13,8 +13,8 @@ from freerock.identification.posed import WIDEST_IMPACT, Ended, Posed, minimised
 from freerock.identification.run_model import RTOL_SCREENING, RTOL_SEARCH, Point, RunModel, Samples
 from freerock.models.block import Block
 from freerock.models.block_on_bed import static_depth
-from freerock.models.free_parameters import PARAMETERS
-from freerock.models.laws import LAWS, Foundation, law_of
+from freerock.models.free_parameters import PARAMETERS, PER_RUN
+from freerock.models.laws import CANDIDATES, Foundation, law_of
 from freerock.runs.motion import Motion
 
 
@@ -184,49 +184,35 @@ def _rate_after(block: Block, duration_s: Floats) -> Floats:
 
 
 def scan(model: RunModel, horizon_s: float, most: int, every: int = 1) -> list[Point]:
-    """Starts of a law: the lowest local minima of the error over a grid, up to an instant [s].
+    """Starts of a law without cases: the lowest local minima of the error over a grid, up to an instant [s].
 
     Of the grid's dampings each `every`-th is tried.
-    A law with cases starts from the minima of these, with a trace of the number that each lacks.
     """
-    law = law_of(model.candidate)
-    # what is freed beside the numbers that are scanned: as stated, else a trace
-    stated = {"width": 2 * model.block.b, "theta0": model.motion.theta0}
-    others = [name for name in model.names if name not in ("k", "r", *law.ratios)]
-    beside = {name: stated.get(name, PARAMETERS[name].trace) for name in others}
+    law, beside = law_of(model.candidate), _beside(model)
     if not law.is_foundation:
         return _scan_rigid(model, horizon_s, beside, most)
-    samples = model.until(horizon_s, START.grid)
-    laws = law.cases or (model.law,)
-    found, widths = list[tuple[float, Point]](), list[dict[str, float]]([{}])
+    (ratio,), widths = law.ratios, list[dict[str, float]]([{}])
     if "width" in beside:  # as stated, and of a worn block that stands at the release
         worn = beside["width"] * np.array(START.worn)
         stands = model.block.height_m * float(np.tan(abs(model.motion.theta0)))
         widths = [{"width": width} for width in worn[worn > 1.05 * stands].tolist()] or widths
-    for case in laws:
-        ratio = LAWS[case].ratios[0]
-        k_grid = np.geomspace(*PARAMETERS["k"].grid)
-        ratios = np.geomspace(*PARAMETERS[ratio].grid)[::every]
-        lacking = {name: PARAMETERS[name].trace for name in law.ratios if name != ratio}
-        middle = {ratio: float(ratios[len(ratios) // 2]), **lacking}
-        first_k = _first_swing_k(model, first_peak_s(model.motion), middle, beside)
-        k_grid = np.unique(np.append(k_grid, first_k))
-        points = [
-            point_of(
-                model,
-                {
-                    **beside,
-                    **free,
-                    "k": k,
-                    ratio: k * c,
-                    **{name: k * each for name, each in lacking.items()},
-                },
-            )
-            for free, k, c in product(widths, k_grid.tolist(), ratios.tolist())
-        ]
-        shape = len(points) // (len(k_grid) * len(ratios)), len(k_grid), len(ratios)
-        found += _lowest(model, points, shape, samples, most)
-    return [point for _, point in sorted(found, key=lambda each: each[0])[:most]]
+    ratios = np.geomspace(*PARAMETERS[ratio].grid)[::every]
+    middle = {ratio: float(ratios[len(ratios) // 2])}
+    first_k = _first_swing_k(model, first_peak_s(model.motion), middle, beside)
+    k_grid = np.unique(np.append(np.geomspace(*PARAMETERS["k"].grid), first_k))
+    points = [
+        point_of(model, {**beside, **free, "k": k, ratio: k * c})
+        for free, k, c in product(widths, k_grid.tolist(), ratios.tolist())
+    ]
+    shape = len(widths), len(k_grid), len(ratios)
+    return _lowest(model, points, shape, model.until(horizon_s, START.grid), most)
+
+
+def _beside(model: RunModel) -> dict[str, float]:
+    """What is freed beside k, r and dampings, where a fit starts: as stated, else a trace."""
+    stated = {"width": 2 * model.block.b, "theta0": model.motion.theta0}
+    others = [name for name in model.names if name not in ("k", "r", *law_of(model.candidate).ratios)]
+    return {name: stated.get(name, PARAMETERS[name].trace) for name in others}
 
 
 def point_of(model: RunModel, values: Mapping[str, float], inputs: Floats | None = None) -> Point:
@@ -237,7 +223,7 @@ def point_of(model: RunModel, values: Mapping[str, float], inputs: Floats | None
 
 def _lowest(
     model: RunModel, points: list[Point], shape: tuple[int, ...], samples: Samples, most: int
-) -> list[tuple[float, Point]]:
+) -> list[Point]:
     """Lowest local minima of the mean square error on a grid of so many points each way."""
     curves = (model.here(point, samples, 10 * RTOL_SCREENING).theta for point in points)
     errors = np.array([np.mean((curve - samples.theta) ** 2) for curve in curves])
@@ -245,7 +231,7 @@ def _lowest(
     beside = np.lib.stride_tricks.sliding_window_view(np.pad(cells, 1, mode="edge"), (3,) * cells.ndim)
     minima = np.flatnonzero(cells == beside.min(axis=tuple(range(cells.ndim, 2 * cells.ndim))))
     best = sorted(minima.tolist(), key=lambda i: errors[i])[:most]
-    return [(float(errors[i]), points[i]) for i in best]
+    return [points[i] for i in best]
 
 
 def _first_swing_k(
@@ -287,7 +273,7 @@ def _scan_rigid(model: RunModel, horizon_s: float, beside: Mapping[str, float], 
         beside = {**beside, "width": width}
     points = [point_of(model, {"r": r, **beside}) for r in grid.tolist()]
     samples = model.until(horizon_s, START.grid)
-    return [point for _, point in _lowest(model, points, (len(points),), samples, most)]
+    return _lowest(model, points, (len(points),), samples, most)
 
 
 @dataclass(frozen=True, eq=False)
@@ -300,11 +286,15 @@ class Followed:
     ----------
     model : RunModel
     known : Ended, optional
-        Where another run of the record ends; its numbers of the law are the start, else those of `scan`.
+        Where another run of the record ends; its numbers of the law are the start.
+    others : mapping of str to Followed
+        Other candidates on the same run. A law with cases starts where these end; they are followed anew
+        unless they are among them.
     """
 
     model: RunModel
     known: Ended | None = None
+    others: "Mapping[str, Followed]" = field(default_factory=dict)
 
     def whole(self, roughly: bool = False) -> Ended:
         """The best end of the whole run, from the numbers of the law; `roughly` if it is far from the run."""
@@ -329,8 +319,22 @@ class Followed:
         """Promising ends of a few evaluations on the first swings, the best one first."""
         motion, crossings = self.model.motion, crossings_s(self.model.motion)
         end_s = float(crossings[START.screened]) if crossings.size > START.screened else whole_s(motion)
-        starts = scan(self.model, first_peak_s(motion), START.followed)
+        starts = self._from_cases() or scan(self.model, first_peak_s(motion), START.followed)
         return promising(self._ends(end_s, starts, 1.0, START.quick))
+
+    def _from_cases(self) -> list[Point]:
+        """Where the cases end on the first swings, with a trace of the damping that each lacks."""
+        model, ends = self.model, list[Ended]()
+        for name in CANDIDATES[model.candidate].cases:
+            own = RunModel(name, model.block, model.motion, model.settings, model.moves_inputs)
+            ends += self.others.get(name, Followed(own)).glimpsed
+        best, found = sorted(ends, key=lambda end: end.over_noise)[: START.followed], list[Point]()
+        for end in best:
+            values = _shared(end.at).values
+            lacking = {name: PARAMETERS[name].trace * values["k"] for name in law_of(model.candidate).ratios}
+            of_law = {name: each for name, each in values.items() if name not in PER_RUN}
+            found.append(point_of(model, lacking | _beside(model) | of_law))
+        return found
 
     @cached_property
     def screened(self) -> list[Ended]:

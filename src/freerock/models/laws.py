@@ -202,6 +202,11 @@ class Candidate:
         return self._joined(LAWS[self.law].label, ", ", "pivoting", "width free")
 
     @property
+    def cases(self) -> tuple[str, ...]:
+        """Candidates of the cases of its law, with the same kinematics and width."""
+        return tuple(Candidate(law, self.kinematics, self.width).name for law in LAWS[self.law].cases)
+
+    @property
     def is_rival(self) -> bool:
         """Whether it differs from the paper's law."""
         return self.width or self.kinematics != LAWS[self.law].kinematics[0]

@@ -12,6 +12,7 @@ from freerock.identification.fitted import Fit
 from freerock.identification.paper_fit import PaperFit, paper_fit
 from freerock.identification.posed import Ended
 from freerock.identification.significance_levels import REJECTS
+from freerock.identification.start import Followed
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, PAPER_MODELS
 from freerock.runs.motion import Motion
@@ -86,14 +87,15 @@ def identify_record(block: Block, motions: Mapping[int, Motion], allowed: Allowe
     found = Identified()
     if not motions:
         return found
-    least = float("inf")
+    least, followed = float("inf"), dict[str, Followed]()
     rank = {name: max(n_numbers(name), 2) for name in allowed.candidates}  # of one and of two together
     for n in sorted({*rank.values()}):
         own, left = dict[str, Followers](), dict[str, Ended]()
         for name in (each for each in rank if rank[each] == n):
             with _missed(name, found):
-                own[name] = Followers(name, block, motions, allowed.settings(name))
+                own[name] = Followers(name, block, motions, allowed.settings(name), followed)
                 left[name] = own[name].followed.glimpsed[0]
+        followed |= {name: each.followed for name, each in own.items()}
         least = min([least, *(each.over_noise for each in left.values())])
         for name in sorted(left, key=lambda each: left[each].over_noise):
             if left[name].over_noise > SEARCH.behind * max(least, 1.0):
