@@ -45,8 +45,9 @@ class Charts {
       source: this.source("impacts", ["x", "y"]), marker: "circle", size: 6, line_color: "black", fill_color: "white"});
     this.bands = [this.band(this.signals, false), this.band(this.theta, true), this.band(this.residual, false)];
     this.speed = Bokeh.Plotting.figure({
-      css_classes: ["speed"], title: "Restitution against speed", x_axis_label: "speed at the impact / (°/s)",
-      y_axis_label: "r", height: 240, tools: "pan,wheel_zoom,box_zoom,reset", ...wide});
+      css_classes: ["speed"], title: "Restitution against speed: measured from peaks (circles), of laws by energy",
+      x_axis_label: "speed at the impact / (°/s)", y_axis_label: "r", height: 240,
+      y_range: new Bokeh.DataRange1d({only_visible: true}), tools: "pan,wheel_zoom,box_zoom,reset", ...wide});
     this.speed.toolbar.active_scroll = null;
     this.housner = new Bokeh.Span({location: 1, dimension: "width", line_color: "#777777", line_dash: "dotted"});
     this.speed.add_layout(this.housner);
