@@ -9,9 +9,10 @@ import numpy as np
 import xarray as xr
 
 from freerock.errors import FreerockError
-from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, Uncertainty
+from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter
 from freerock.identification.paper_fit import PaperFit
 from freerock.identification.scatter import Scatter
+from freerock.identification.u_total import Uncertainty
 from freerock.models.given import legal
 from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS
 from freerock.noise.spectrum import white_noise

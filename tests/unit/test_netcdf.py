@@ -16,9 +16,10 @@ from fabricated import held
 
 from freerock.errors import FreerockError
 from freerock.files import sha256
-from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, Uncertainty
+from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter
 from freerock.identification.paper_fit import PaperFit
 from freerock.identification.scatter import Scatter
+from freerock.identification.u_total import Uncertainty
 from freerock.models.given import legal
 from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS
 from freerock.noise.spectrum import white_noise

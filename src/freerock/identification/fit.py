@@ -13,13 +13,14 @@ from freerock.arrays import Floats
 from freerock.config.fit_settings import FitSettings
 from freerock.errors import of_kind
 from freerock.identification.epsilon_theta import epsilon_theta
-from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, Minimizer, Uncertainty
+from freerock.identification.fitted import Curve, Evidence, Fit, ImpactScatter, Minimizer
 from freerock.identification.posed import Ended, minimised
 from freerock.identification.posterior import Posterior
 from freerock.identification.run_model import RTOL, RunModel
 from freerock.identification.scatter import NONE, Scatter, find_scatter
 from freerock.identification.settings import check
 from freerock.identification.start import START, Followed, in_step, n_lifting, whole_s, with_impacts
+from freerock.identification.u_total import uncertainty_of
 from freerock.models.block import Block
 from freerock.models.given import legal
 from freerock.runs.motion import Motion
@@ -233,19 +234,7 @@ def _round(end: Ended, sigma_r: float, level: float, search: tuple[int, float]) 
 def _finished(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
     """The fit of a run, of the linear model where it ended."""
     model, at, n = ended.posed.model, ended.at, posterior.n_names
-    contributions, found = posterior.contributions(), posterior.goodness
-    plain, whole = np.diag(posterior.inverse)[:n], np.diag(posterior.covariance)[:n]
-    moved = [contributions.inputs.index(each) for each in model.inputs]
-    by_moved = np.sum(contributions.values[:, moved] ** 2, axis=1)
-    stderr = np.sqrt(np.maximum(np.minimum(plain, whole) - by_moved, 0.0))
-    # where a search of a law that is far off ends early, its numbers have a step ahead of them
-    u_law = np.sqrt(np.maximum(whole - np.minimum(plain, whole), 0.0) + posterior.step[:n] ** 2)
-    covariance = posterior.covariance + np.outer(posterior.step, posterior.step)
-    beside = [j for j in range(len(contributions.inputs)) if j not in moved]
-    covariance[:n, :n] += contributions.values[:, beside] @ contributions.values[:, beside].T
-    of_moved = contributions.values[:, moved]
-    covariance[:n, :n] += (posterior.birge**2 - 1) * of_moved @ of_moved.T
-    contributions.values[:, moved] *= posterior.birge
+    (uncertainty, covariance), found = uncertainty_of(posterior), posterior.goodness
     curve = Curve(model.whole.time_s, model.whole.theta, model.curve(at, model.whole.time_s))
     epsilon = epsilon_theta(curve.time, curve.theta_model, curve.theta)
     message = _failure(ended, posterior, epsilon)
@@ -276,7 +265,7 @@ def _finished(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
     return Fit(
         model.candidate,
         {name: at.values[name] for name in model.names},
-        Uncertainty(covariance[:n, :n], stderr, u_law, contributions),
+        uncertainty,
         curve,
         evidence,
         of_impacts,

@@ -11,42 +11,14 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.posterior import Posterior
 from freerock.identification.scatter import Scatter
+from freerock.identification.u_total import Uncertainty
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.given import legal
 from freerock.models.laws import law_of
 from freerock.runs.impacts import Impacts
-from freerock.runs.u_of_measured import Contributions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-@dataclass(frozen=True)
-class Uncertainty:
-    """What is known of the numbers of a fit.
-
-    Parameters
-    ----------
-    covariance : ndarray, shape (n_parameters, n_parameters)
-        In the product of the parameters' units: noise, inputs, scatter of the impacts, error of the law.
-    stderr : ndarray, shape (n_parameters,)
-        Standard uncertainty by noise and scatter of the impacts.
-    u_law : ndarray, shape (n_parameters,)
-        What a residual beyond the noise adds to it.
-    contributions : Contributions
-        Of the inputs of the laboratory.
-    """
-
-    covariance: Floats
-    stderr: Floats
-    u_law: Floats
-    contributions: Contributions
-
-    @property
-    def u_total(self) -> Floats:
-        """Standard uncertainty by all of it, shape (n_parameters,)."""
-        of_inputs = np.sum(self.contributions.values**2, axis=1)
-        return np.asarray(np.sqrt(self.stderr**2 + self.u_law**2 + of_inputs))
 
 
 @dataclass(frozen=True)

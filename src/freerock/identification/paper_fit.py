@@ -113,7 +113,7 @@ def paper_fit(
             break
         other = minimised(quick, starts[i], *GLIMPSE, "trf")
         over_best = other.result.chisqr / best.result.chisqr
-        is_same = over_best >= 1 and len(promising([best, other])) == 1
+        is_same = over_best > 1 - SEARCH[1] and len(promising([best, other])) == 1
         if over_best < NEAR and not is_same:
             best = min(best, minimised(quick, other.at, *SEARCH, "trf"), key=lambda end: end.result.chisqr)
     last = Posed(model, model.until(np.inf, ENOUGH), 0.0, level, 10 * RTOL, walls=RELEASE_WALLS)

@@ -1,7 +1,7 @@
 """Total standard uncertainty of what is measured of a run, release angle, peaks and r: `measured_total`.
 
-Other modules have `u_total` of parameters (`identification.fitted`, with the `Contributions` of this module),
-of r by energy (`populations.impact_energy`), of means (`populations.random_effects`) and of plans
+Other modules have `u_total` of parameters (`identification.u_total`, with the `Contributions` of this
+module), of r by energy (`populations.impact_energy`), of means (`populations.random_effects`) and of plans
 (`planning.bound`).
 
 Of what is measured of a run a moved input changes the angle that a reading means, and so the restitution,

@@ -8,6 +8,7 @@ record's other runs they were fitted to.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -117,7 +118,9 @@ class Choice:
 Fits = Mapping[str, Mapping[int, Fit]]
 
 
-def choose(fits: Fits, missing: Mapping[str, str], ruled_out: Mapping[str, str] | None = None) -> Choice:
+def choose(
+    fits: Fits, missing: Mapping[str, str], ruled_out: Mapping[str, str] = MappingProxyType({})
+) -> Choice:
     """The law that the runs of a record need.
 
     Parameters
@@ -143,9 +146,9 @@ def choose(fits: Fits, missing: Mapping[str, str], ruled_out: Mapping[str, str] 
     if not usable:
         return Choice("", "none", "none", "no fit is to be used", tuple(left_out))
     agree = [name for name, own in usable.items() if all(fit.evidence.agrees for fit in own.values())]
-    good = [name for name in agree if name not in (ruled_out or {})] or agree
+    good = [name for name in agree if name not in ruled_out] or agree
     found = _by_evidence(usable, good) if good else _by_prediction(usable)
-    beside = {name: (ruled_out or {})[name] for name in agree if name not in good}
+    beside = {name: ruled_out[name] for name in agree if name not in good}
     judged = (replace(each, reason=beside.get(each.model, each.reason)) for each in found[4])
     return Choice(*found[:4], (*judged, *left_out))
 
