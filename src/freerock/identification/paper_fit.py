@@ -15,8 +15,8 @@ from freerock.arrays import Floats
 from freerock.config.fit_settings import FitSettings
 from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fitted import Curve
-from freerock.identification.posed import Posed, minimised
-from freerock.identification.run_model import RTOL, RTOL_SCREENING, RunModel
+from freerock.identification.posed import Ended, Posed, minimised
+from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel
 from freerock.identification.start import point_of, promising, scan
 from freerock.models.block import Block
 from freerock.models.free_parameters import PARAMETERS
@@ -105,17 +105,7 @@ def paper_fit(
     for each in near:
         starts.append(point_of(model, {**each, "theta0": motion.theta0, "t0": 0.0}))
     quick = Posed(model, few, 0.0, level, RTOL_SCREENING, walls=RELEASE_WALLS)
-    errors = [float(np.sum(quick.residual(start) ** 2)) for start in starts]
-    first, *others = np.argsort(errors)[:STARTS].tolist()
-    best = minimised(quick, starts[first], *SEARCH, "trf")
-    for i in others:
-        if errors[i] > PROMISING * best.result.chisqr:
-            break
-        other = minimised(quick, starts[i], *GLIMPSE, "trf")
-        over_best = other.result.chisqr / best.result.chisqr
-        is_same = over_best > 1 - SEARCH[1] and len(promising([best, other])) == 1
-        if over_best < NEAR and not is_same:
-            best = min(best, minimised(quick, other.at, *SEARCH, "trf"), key=lambda end: end.result.chisqr)
+    best = _lowest_end(quick, starts)
     last = Posed(model, model.until(np.inf, ENOUGH), 0.0, level, 10 * RTOL, walls=RELEASE_WALLS)
     # of a stiff foundation under a rigid block the objective falls slowly
     best = minimised(last, best.at, 40, 1e-5 if law_of(law).is_foundation else 1e-4, "trf")
@@ -137,3 +127,19 @@ def paper_fit(
         message or "converged",
         best.result,
     )
+
+
+def _lowest_end(posed: Posed, starts: Sequence[Point]) -> Ended:
+    """The lowest end of a few starts: the best one is followed, others where a glimpse finds them as low."""
+    errors = [float(np.sum(posed.residual(start) ** 2)) for start in starts]
+    first, *others = np.argsort(errors)[:STARTS].tolist()
+    best = minimised(posed, starts[first], *SEARCH, "trf")
+    for i in others:
+        if errors[i] > PROMISING * best.result.chisqr:
+            break
+        other = minimised(posed, starts[i], *GLIMPSE, "trf")
+        over_best = other.result.chisqr / best.result.chisqr
+        is_same = over_best > 1 - SEARCH[1] and len(promising([best, other])) == 1
+        if over_best < NEAR and not is_same:
+            best = min(best, minimised(posed, other.at, *SEARCH, "trf"), key=lambda end: end.result.chisqr)
+    return best
