@@ -40,16 +40,16 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
         (row.test, str(row.run)): row.sigma_theta_deg for row in runs.itertuples() if pd.notna(row.run)
     }
     figure, panels = style.panels_per_scene(scenes, labels, HEIGHT_IN, RATIOS)
-    parts = []
-    for scene, tree in zip(scenes, fits, strict=True):
+    typical, parts = [_typical(runs_of(tree)) for tree in fits], []
+    laws = {_selected(run) for _, run in typical if run is not None}
+    told = f"Δθ/σ: {laws.pop() if len(laws) == 1 else 'selected law'}"
+    for scene, tree, (number, run) in zip(scenes, fits, typical, strict=True):
         motion = panels[scene][0]
-        number, run = _typical(runs_of(tree))
         if run is None:
             motion.text(0.5, 0.5, "no fitted run", transform=motion.transAxes, ha="center")
             continue
         own = _curves(run, sigma_deg[tree.attrs["test"], str(number)])
-        selected = next((MODEL_LABELS[law] for law, _ in filter(None, [selected_fit(run)])), "")
-        _plot(panels[scene], own, origin, selected)
+        _plot(panels[scene], own, origin, told)
         _tell(motion, number, run)
         parts.append(own.assign(test=tree.attrs["test"], run=number, block=scene[0], foundation=scene[1]))
     data = style.gathered(parts, COLUMNS).reindex(columns=COLUMNS)
@@ -70,6 +70,11 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
         return "No run can be drawn."
     below = f"Below, Δθ over the noise σ of the selected law, impacts free; logarithmic beyond ±{LINEAR:g}."
     return below if (data["source"] == "selected").any() else ""
+
+
+def _selected(run: xr.DataTree) -> str:
+    """Name of the candidate selected for a run."""
+    return next((MODEL_LABELS[law] for law, _ in filter(None, [selected_fit(run)])), "")
 
 
 def _typical(runs: Mapping[int, xr.DataTree]) -> tuple[int, xr.DataTree | None]:
@@ -115,14 +120,14 @@ def _curves(run: xr.DataTree, sigma_deg: float) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
-def _plot(axes: Sequence[Axes], own: pd.DataFrame, origin: str, selected: str) -> None:
+def _plot(axes: Sequence[Axes], own: pd.DataFrame, origin: str, told: str) -> None:
     """A run and its laws, the residuals of these below."""
     motion, over_release, over_noise = axes
     for source, rows in own.groupby("source", sort=False):
         if source == "measured":
             motion.plot(rows["time_s"], rows["theta_deg"], **style.recorded(origin))
         elif source == "selected":
-            look = {"color": "black", "linewidth": 0.4, "label": f"Δθ/σ: {selected}"}
+            look = {"color": "black", "linewidth": 0.4, "label": told}
             over_noise.plot(rows["time_s"], rows["residual_over_sigma"], **look)
             style.scale_by_noise(over_noise, float(rows["residual_over_sigma"].abs().max()), few=True)
         else:

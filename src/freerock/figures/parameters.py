@@ -18,7 +18,7 @@ from freerock.tables.choices import laws_of_foundations
 from freerock.tables.number_text import number_of, quantity
 
 MOST_RECORDS = 12  # of a foundation: with more, as many of them evenly, without rows of their runs
-ROW_IN, FRAME_IN, LEAST_ROWS = 0.16, 0.75, 8.0  # height of a row, of a panel's frame, and its least rows
+ROW_IN, FRAME_IN, LEAST_ROWS = 0.16, 0.9, 8.0  # height of a row, of a panel's frame, and its least rows
 COLUMNS = ["level", "model", "test", "run", "block", "foundation", "parameter", "value", "u", "correlation"]
 COLUMNS += ["rejected", "named_by"]
 LOOKS: dict[str, tuple[Style, str]] = {
@@ -65,7 +65,8 @@ def draw(
     room = [FRAME_IN + ROW_IN * max(LEAST_ROWS, len(rows)) for rows in of_base.values()]
     figure = Figure(figsize=(style.WIDTH_IN, 0.3 + sum(room)))
     axes = figure.subplots(len(laws), beside, squeeze=False, height_ratios=room)
-    for line, (base, rows) in zip(axes, of_base.items(), strict=True):
+    for n, (line, (base, rows)) in enumerate(zip(axes, of_base.items(), strict=True)):
+        style.entitle(line[0], n, len(laws), style.label(labels, base), 0.9)
         own = data[data["foundation"] == base]
         for i, (ax, name) in enumerate(zip(line, names[base], strict=False)):
             _panel(ax, own[own["parameter"] == name], rows)
@@ -153,7 +154,7 @@ def _rows(own: pd.DataFrame, labels: Labels) -> dict[tuple[str, str], str]:
         name = style.label(labels, blocks[test])
         rows[test, ""] = f"{name}: {test}" if (blocks == blocks[test]).sum() > 1 else name
     if (own["level"] == "foundation").any():
-        rows["", ""] = f"{style.label(labels, own['foundation'].iloc[0])}, all records"
+        rows["", ""] = "all records"
     return rows
 
 

@@ -66,7 +66,7 @@ def _panel(ax: Axes, own: pd.DataFrame) -> None:
         if source == CHANCE:
             ax.fill_between(*drawn, ends[0], color="0.9", linewidth=0, label=CHANCE)
         else:
-            look = looks.MODEL_STYLES[str(source)] | {"linewidth": 0.6, "linestyle": "-"}
+            look = looks.MODEL_STYLES[str(source)] | {"linewidth": 0.6}
             ax.plot(*drawn, **look | {"marker": ".", "markersize": 4})
     ax.axhline(1.0, color="0.55", linewidth=1.2, zorder=1, label="noise at rest")
     ax.set(xscale="log", yscale="log", ylim=ends, xmargin=0.03)

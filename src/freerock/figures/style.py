@@ -287,14 +287,14 @@ def finish(figure: Figure, origin: str, handles: Sequence[Artist] = ()) -> None:
 def scale_by_noise(residual: Axes, furthest: float, few: bool = False) -> None:
     """Linear about zero, logarithmic beyond: the axis of a residual over the noise, up to its largest, with
     the band that holds 95 % of white noise. Its edges lie on top: a residual that is noise hides the band.
-    Of few numbers, for a low panel, 10 is left out beside 3 and 100."""
+    Of few numbers, for a low panel, 10 is left out beside 3."""
     residual.axhspan(-NOISE, NOISE, facecolor="0.85", linewidth=0)
     for edge, label in ((-NOISE, None), (NOISE, "95 % of the noise")):
         residual.axhline(edge, color=NOISE_COLOUR, linewidth=0.8, zorder=3, label=label)
     residual.set_yscale("symlog", linthresh=LINEAR)
     decades = [10.0**power for power in range(1, 7) if 10**power < furthest]
     ticks = [-each for each in decades[::-1]] + [-LINEAR, 0.0, LINEAR] + decades
-    crowded = {10.0} if decades[1:] and few else set()  # beside 3
+    crowded = {10.0} if few else set()  # beside 3
     residual.set_yticks(ticks, [fixed(tick, 0) if abs(tick) not in crowded else "" for tick in ticks])
     residual.minorticks_off()
 
