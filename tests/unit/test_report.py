@@ -76,6 +76,16 @@ def test_the_first_screen_says_how_long_blocks_rock_and_has_the_numbers_of_table
     assert printed["Scatter of impacts σ_r / %"] == "none found" and "; blocks: " in printed.iloc[0]
 
 
+def test_only_a_block_on_two_foundations_can_rock_longer_on_one(tables):
+    runs, head = tables["runs"], "Blocks that rock longest on it"
+    printed = printed_summary(tables["summary"], runs, LABELS).text.set_index("Foundation").loc[head]
+    assert printed.to_dict() == {"Marble": "Slender, Squat", "Soft mat": "none"}
+    apart = runs[(runs["block"] == "b1") == (runs["foundation"] == "marble")]
+    summary = tables["summary"].assign(longest=[math.nan, "b2"])
+    printed = printed_summary(summary, apart, LABELS).text.set_index("Foundation").loc[head]
+    assert printed["Marble"] == "–"
+
+
 def test_no_run_needs_a_look_only_where_that_is_so(tmp_path, page):
     assert re.search("\\d needs? a look", page.text) and "No run needs a look" not in page.text
     tree = record(n_runs=1)

@@ -33,6 +33,8 @@ def printed_summary(frame: pd.DataFrame, runs: pd.DataFrame, labels: Labels) -> 
             for name in QUOTED
             if pd.notna(row[name])
         ]
+        here = usable["foundation"] == row["foundation"]
+        elsewhere = {*usable[here]["block"]} & {*usable[~here]["block"]}
         longest = str(row["longest"]).split() if pd.notna(row["longest"]) else []
         law, scatter = MODEL_LABELS.get(row["model"], "none"), (100 * row["sigma_r"], 100 * row["sigma_r_u"])
         epsilon = [
@@ -42,9 +44,9 @@ def printed_summary(frame: pd.DataFrame, runs: pd.DataFrame, labels: Labels) -> 
         ]
         told = {
             "Foundation": labels.get(row["foundation"], row["foundation"]),
-            "Rocking lasts / s, median": _lasting(usable[usable["foundation"] == row["foundation"]], labels),
+            "Rocking lasts / s, median": _lasting(usable[here], labels),
             "Blocks that rock longest on it": ", ".join(labels.get(block, block) for block in longest)
-            or "none",
+            or ("none" if elsewhere else "–"),
             "Selected law": f"{law}, {row['n_selected']} of {row['n_runs']} runs",
             "Parameters": "; ".join(parameters).replace(" ", NO_BREAK).replace(f";{NO_BREAK}", "; "),
             "Scatter of impacts σ_r / %": quantity(*scatter) if scatter[0] else "none found",
