@@ -3,11 +3,13 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 from fabricated import campaign, failed_record, fits, record, tidy_tables
 
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 from freerock.tables.campaign_tables import joined, rows_of
 from freerock.tables.tidy_tables import (
+    _with_energies,
     epsilon_table,
     parameters_table,
     reasons_table,
@@ -91,6 +93,12 @@ def test_restitution_of_experiment_and_models_since_release(datasets):
     assert first["time_s"].tolist() == pytest.approx([0.3] * 4)
     assert first["peak_before_deg"].iloc[0] == pytest.approx(10.2)
     assert set(table["run"]) == {1, 2, 3}
+
+
+def test_impacts_beside_a_law_that_has_none_stay_without_energies():
+    measured = xr.Dataset({"impact_time": ("impact", [0.3]), "release": 0.0})
+    law = xr.Dataset({name: ("impact", np.empty(0)) for name in ("impact_time", "restitution_energy")})
+    assert _with_energies(measured, law).identical(measured)
 
 
 @pytest.mark.parametrize("odd", [[], [failed_record()], [failed_record(), record("b9_oak", n_runs=1)]])

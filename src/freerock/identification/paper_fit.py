@@ -19,7 +19,6 @@ from freerock.identification.posed import Ended, Posed, minimised
 from freerock.identification.run_model import RTOL, RTOL_SCREENING, Point, RunModel
 from freerock.identification.start import point_of, promising, scan
 from freerock.models.block import Block
-from freerock.models.free_parameters import PARAMETERS
 from freerock.models.laws import law_of
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
@@ -65,11 +64,6 @@ class PaperFit:
     message: str
     result: "lmfit.minimizer.MinimizerResult" = field(compare=False, repr=False)
     impacts: Impacts | None = None
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """Unit of each number."""
-        return tuple(PARAMETERS[name].unit for name in self.values)
 
 
 def paper_fit(

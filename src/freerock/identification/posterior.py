@@ -86,19 +86,15 @@ class Posterior:
         return np.asarray(self.ties @ own @ self.ties.T)
 
     @cached_property
-    def _slope(self) -> Floats:
-        """Half the derivative of the objective by all numbers, shape (n_all,)."""
-        return np.asarray(self.rows.T @ self.posed.residual(self.at, self.theta))
-
-    @cached_property
     def step(self) -> Floats:
         """Step to the minimum of the linear model, shape (n_all,); 0 where a search came to its end."""
-        return np.asarray(-self.inverse @ self._slope)
+        half_slope = self.rows.T @ self.posed.residual(self.at, self.theta)
+        return np.asarray(-self.inverse @ half_slope)
 
     @property
     def ahead(self) -> float:
         """Fall of the objective that the linear model still foretells; 0 at a minimum."""
-        return float(-self._slope @ self.step)
+        return float(np.sum((self.rows @ self.step) ** 2))
 
     @cached_property
     def covariance(self) -> Floats:

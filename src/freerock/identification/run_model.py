@@ -8,7 +8,7 @@ impact i the rate is multiplied by 1 + δ_i.
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -382,7 +382,8 @@ class RunModel:
             if name == "t0":
                 columns[:n, j] = -rate
             else:
-                columns[:, j] = self._quotient(at, name, samples, rtol)
+                quotient = partial(self._quotient, at, name, samples, rtol)
+                columns[:, j] = self._known(name, at, samples.middle_s, rtol, quotient)
         return self._averaged(columns, at, samples)
 
     def _averaged(self, columns: Floats, at: Point, samples: Samples) -> Floats:
@@ -402,25 +403,20 @@ class RunModel:
         return not (rounded or block.e or self.settings.debonding == "tensionless")
 
     def _quotient(self, at: Point, name: str, samples: Samples, rtol: float) -> Floats:
-        """Derivative of curve and δ by a number of the law or the release angle; the last one is known."""
-        value = at.values.get(name, self.motion.theta0)
+        """Derivative of curve and δ by a number of the law or the release angle."""
+        value, time_s = at.values.get(name, self.motion.theta0), samples.middle_s
         step = STEP if self.is_smooth else STEP_BOTH_WAYS
         if PARAMETERS[name].fitted_as in LOGARITHMS or name == "width":
             step *= abs(value)
         elif name == "r":
             step = -step
-        is_one_way = self.is_smooth or value - step < PARAMETERS[name].bounds[0]
-
-        def off(by: float) -> Floats:
-            moved = replace(at, values={**at.values, name: value + by})
-            return self._simulated(moved, samples.middle_s, rtol).whole
-
-        def quotient() -> Floats:
-            if is_one_way:
-                return (off(step) - self.here(at, samples, rtol).whole) / step
-            return (off(step) - off(-step)) / (2 * step)
-
-        return self._known(name, at, samples.middle_s, rtol, quotient)
+        larger = replace(at, values={**at.values, name: value + step})
+        later = self._simulated(larger, time_s, rtol).whole
+        if self.is_smooth or value - step < PARAMETERS[name].bounds[0]:
+            return (later - self.here(at, samples, rtol).whole) / step
+        smaller = replace(at, values={**at.values, name: value - step})
+        earlier = self._simulated(smaller, time_s, rtol).whole
+        return (later - earlier) / (2 * step)
 
     def _released_by_seen(self, at: Point, here: Moved) -> float:
         """Derivative of the release angle of the block by the one that is seen."""
@@ -443,7 +439,8 @@ class RunModel:
             return columns
         time_s = samples.middle_s
         here = self.here(at, samples, rtol)
-        by_release = self._quotient(at, "theta0", samples, rtol) / self._released_by_seen(at, here)
+        quotient = partial(self._quotient, at, "theta0", samples, rtol)
+        by_release = self._known("theta0", at, time_s, rtol, quotient) / self._released_by_seen(at, here)
         for j, (source, step) in enumerate(zip(self.inputs, np.eye(len(self.inputs)), strict=True)):
             moved = replace(at, inputs=at.inputs + INPUT_STEP * step)
             if source.name in OF_BLOCK or source.name == "levelled_deg":

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from freerock.models.free_parameters import PARAMETERS
 from freerock.models.given import legal
 from freerock.products.contents import CHOICE_GROUP, INPUTS_GROUP, Attrs
 from freerock.products.netcdf_groups import (
@@ -274,7 +275,7 @@ def _paper(fit: "PaperFit") -> xr.Dataset:
     """The dataset of a law as the paper fits it."""
     names = list(fit.values)
     arrays: dict[str, Any] = {
-        "unit": ("parameter", np.array(fit.units, str)),
+        "unit": ("parameter", [PARAMETERS[name].unit for name in fit.values]),
         "value": ("parameter", np.array(list(fit.values.values()))),
         "stderr": ("parameter", fit.stderr),
         "theta_model": ("time", fit.curve.theta_model),

@@ -176,7 +176,7 @@ def _by_evidence(fits: Fits, good: Sequence[str]) -> "tuple[str, Level, Criterio
         apart = value[name] - value[selected]
         status: Status = "rejected"
         if name == selected:
-            status, why = "selected", "of those that leave only noise it has the best evidence"
+            status, why = "selected", "it leaves only noise, with the best evidence of those that do"
             if len(near) > 1:
                 why = "the least numbers among those that the data can't tell apart"
         elif name not in good:

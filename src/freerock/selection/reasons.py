@@ -84,7 +84,7 @@ def _of_nuisances(fit: Fit) -> Iterator[Reason]:
     for source, by, pull in zip(known.inputs, known.moved, known.pulls, strict=True):
         if abs(pull) > PULLED:
             off = f"{by * source.u:+.3g} {UNITS[source.name]}".removesuffix(" 1")
-            text = f"{source.label} off by {off}, {abs(pull):.1f} standard uncertainties"
+            text = f"{source.label} off by {off}, pull {abs(pull):.1f}"
             # where the law leaves more than the noise, it pulls the inputs as well
             unlikely = 2 * len(known.pulls) * float(ndtr(-abs(pull))) < WARNS
             warns = (unlikely and fit.evidence.agrees) or abs(pull) > REASONS.pulled

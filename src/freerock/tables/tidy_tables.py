@@ -393,7 +393,7 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
 
 def _with_energies(measured: xr.Dataset, fit: xr.Dataset | None) -> xr.Dataset:
     """Measured impacts with their energies under the selected law, those of its nearest impacts."""
-    if fit is None or "restitution_energy" not in fit:
+    if fit is None or "restitution_energy" not in fit or not fit.sizes["impact"]:
         return measured
     since_s = measured["impact_time"].values - measured["release"].item()
     own = of_measured(since_s, fit["impact_time"].values)
