@@ -282,7 +282,18 @@ def test_what_is_cited_has_its_entry_and_no_more(folder, page):
 
 
 def test_durations_are_not_compared_where_blocks_were_released_from_unlike_angles(tables):
-    runs = tables["runs"].copy()
-    assert not any("rock longest" in each for each in limits(runs, tables["choice"]))
+    runs, others = tables["runs"].copy(), (tables["choice"], tables["populations"], {})
+    assert not any("rock longest" in each for each in limits(runs, *others))
     runs.loc[runs["foundation"] == "mat", "theta0_deg"] *= 1.3
-    assert any("rock longest" in each for each in limits(runs, tables["choice"]))
+    assert any("rock longest" in each for each in limits(runs, *others))
+
+
+@pytest.mark.parametrize(("off", "told"), [(1.0, 0), (1.3, 1)])
+def test_a_k_that_depends_on_which_possible_law_is_meant_is_told(tables, off, told):
+    choice, means = tables["choice"].copy(), tables["populations"].copy()
+    choice["status"] = choice["model"].map({"winkler": "selected", "hunt_crossley": "also_possible"})
+    is_k = (means["parameter"] == "k") & (means["foundation"] == "mat")
+    means.loc[is_k, ["mean", "u_total"]] = 1e6, 1e5
+    means.loc[is_k & (means["model"] == "hunt_crossley"), "mean"] *= off
+    found = [each for each in limits(tables["runs"], choice, means, {"mat": "Mat"}) if "Mat: k" in each]
+    assert len(found) == told and all("30 %" in each for each in found)

@@ -1,21 +1,27 @@
 """What the data of a campaign do not bear, in sentences."""
 
+from collections.abc import Iterator
+
 import pandas as pd
 
+from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.laws import law_of
-from freerock.tables.choices import laws_of_foundations
+from freerock.report.printed import Labels
+from freerock.tables.choices import POSSIBLE, laws_of_foundations
 
 MOST = 4  # the weightiest come first
 UNLIKE = 1.2  # ratio of release angles from which durations are not compared
 
 
-def limits(runs: pd.DataFrame, choice: pd.DataFrame) -> list[str]:
+def limits(runs: pd.DataFrame, choice: pd.DataFrame, populations: pd.DataFrame, labels: Labels) -> list[str]:
     """What limits the results, a sentence each, the weightiest first.
 
     Parameters
     ----------
-    runs, choice : pandas.DataFrame
+    runs, choice, populations : pandas.DataFrame
         Tidy tables.
+    labels : mapping of str to str
+        Printed names of foundations.
     """
     if choice.empty:
         return ["No run was fitted: nothing is known of the foundations."]
@@ -32,6 +38,7 @@ def limits(runs: pd.DataFrame, choice: pd.DataFrame) -> list[str]:
     )
     told = [
         ("simulated" in set(runs["origin"]), "The records are simulated: real blocks may behave otherwise."),
+        *((True, text) for text in _by_law(choice, populations, labels)),
         (
             not selected["explains"].astype(bool).all(),
             "Where the residual exceeds the noise, a law is only near within a swing.",
@@ -47,3 +54,16 @@ def limits(runs: pd.DataFrame, choice: pd.DataFrame) -> list[str]:
         (True, "All holds for releases at the angles tested."),
     ]
     return [text for holds, text in told if holds][:MOST]
+
+
+def _by_law(choice: pd.DataFrame, populations: pd.DataFrame, labels: Labels) -> Iterator[str]:
+    """Foundations on which k of laws that the data can't tell apart differs by more than its ±."""
+    k = populations[(populations["level"] == "record") & (populations["parameter"] == "k")]
+    possible = choice.loc[choice["status"].isin(POSSIBLE), ["test", "model"]].drop_duplicates()
+    of_record = k.merge(possible, on=["test", "model"]).groupby(["foundation", "test"], sort=False)
+    ends = of_record.agg(low=("mean", "min"), high=("mean", "max"), u=("u_total", "max"))
+    depends = ends[ends["high"] - ends["low"] > NORMAL_95 * ends["u"]]
+    apart = 100 * (depends["high"] / depends["low"] - 1).groupby("foundation", sort=False).max()
+    for foundation, percent in apart.items():
+        name = labels.get(str(foundation), str(foundation))
+        yield f"{name}: k of laws that the data can't tell apart differs by {percent:.2g} %, more than its ±."

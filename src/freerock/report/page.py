@@ -109,7 +109,7 @@ def _content(
         "simulated": config["origin"] == "simulated",
         "simulated_note": SIMULATED_NOTE,
         "summary": printed_summary(tables["summary"], runs, labels),
-        "limits": limits(runs, choice),
+        "limits": limits(runs, choice, tables["populations"], labels),
         "verdicts": [(each, counted[each]) for each in VERDICTS if each in counted],
         "n_excluded": int(excluded.sum()),
         "n_to_look_at": int(((runs["verdict"] != "ok") & ~excluded).sum()),
