@@ -21,7 +21,7 @@ import numpy as np
 
 from freerock.files import atomic, write_manifest
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES
+from freerock.models.laws import CANDIDATES, Rules
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.virtual_record import Recording, VirtualRecord, VirtualRelease, simulate_record
 from freerock.virtual_lab.write_tdms import write_truth
@@ -63,7 +63,7 @@ def records(seed: int = 6670588) -> Iterator[tuple[str, VirtualRecord]]:
                 [release],
                 seed=own,
                 recording=Recording(rate_hz=RATE_HZ, rest_s=1.0),
-                rules=CANDIDATES[TRUE].rules(),
+                rules=Rules(kinematics=CANDIDATES[TRUE].kinematics),
             ),
         )
 
