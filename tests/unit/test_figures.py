@@ -124,6 +124,13 @@ def test_comparison_says_of_a_failed_fit_that_it_failed():
     assert data.empty and "no fitted run" in texts(figure)
 
 
+def test_comparison_names_the_law_that_is_selected_wherever_one_is():
+    trees = [record("b1_mat", "b1", "mat"), record("b1_marble", "b1", "marble")]
+    fitted = [fits(trees[0]), fits(trees[1], failed=PAPER_MODELS)]
+    figure, _ = comparison.draw(fitted, runs_table(trees), "simulated")
+    assert "Δθ/σ: Hunt–Crossley" in legend(figure)
+
+
 def legend(figure):
     return [text.get_text() for text in figure.legends[0].get_texts()]
 

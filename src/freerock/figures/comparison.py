@@ -41,7 +41,7 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
     }
     figure, panels = style.panels_per_scene(scenes, labels, HEIGHT_IN, RATIOS)
     typical, parts = [_typical(runs_of(tree)) for tree in fits], []
-    laws = {_selected(run) for _, run in typical if run is not None}
+    laws = {_selected(run) for _, run in typical if run is not None} - {""}
     told = f"Δθ/σ: {laws.pop() if len(laws) == 1 else 'selected law'}"
     for scene, tree, (number, run) in zip(scenes, fits, typical, strict=True):
         motion = panels[scene][0]
@@ -73,7 +73,7 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
 
 
 def _selected(run: xr.DataTree) -> str:
-    """Name of the candidate selected for a run."""
+    """Name of the candidate selected for a run; "" where none is."""
     return next((MODEL_LABELS[law] for law, _ in filter(None, [selected_fit(run)])), "")
 
 
