@@ -10,8 +10,8 @@ from freerock.config.review_log import log_of
 from freerock.errors import FreerockError
 from freerock.figures.listed import FIGURES, entry_of, tables_of
 from freerock.files import listed_checksums
-from freerock.jobs.reruns import code_checksum
 from freerock.jobs.home import PACKAGE
+from freerock.jobs.reruns import code_checksum
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
 if not os.access(PACKAGE, os.W_OK):  # no room for the compiled integrator beside its source

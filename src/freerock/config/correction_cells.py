@@ -1,4 +1,4 @@
-"""Returns the corrections by hand that cells of a campaign's CSV state, and the cells that state corrections.
+"""Reads the corrections by hand in the cells of a campaign's CSV, and writes such cells.
 
 `runs.hand_corrections` tells their way to the fit.
 """

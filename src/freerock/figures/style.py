@@ -106,7 +106,7 @@ def letter(index: int) -> str:
 def entitle(ax: Axes, index: int, n_panels: int, text: str, room: float) -> None:
     """Give a panel its title in so much of the figure's width, with a letter where there are several.
 
-    It has its place, else one is sought beside the numbers of the axis, at each drawing.
+    With its height given, Matplotlib does not look for one at each drawing.
     """
     ax.set_title(wrapped(f"({letter(index)}) {text}" if n_panels > 1 else text, room), loc="left", y=1.0)
 

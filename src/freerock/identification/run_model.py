@@ -356,9 +356,10 @@ class RunModel:
         return held
 
     def derivatives(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
-        """Derivatives of `means` and of δ with the rates after impacts held, (n + n_impacts, n_columns).
+        """Derivatives of `means` and of δ with the rates after impacts held.
 
-        The columns are by the numbers of the model [SI], then by the logarithm of the rate after each impact.
+        Shape (n + n_impacts, n_names + n_impacts): by the numbers of the model [SI], then by the logarithm of
+        the rate after each impact.
         A slow sensor delays all derivatives alike: they are those at the middles of the samples.
         """
         at = self.held(at, samples, rtol)
@@ -419,7 +420,7 @@ class RunModel:
         return (later - earlier) / (2 * step)
 
     def _released_by_seen(self, at: Point, here: Moved) -> float:
-        """Derivative of the release angle of the block by the one that is seen."""
+        """Derivative of the release angle of the block by the angle that is seen."""
         higher = {**at.values, "theta0": at.values.get("theta0", self.motion.theta0) + STEP}
         values = self._values(replace(at, values=higher), here.place.moved)
         released = as_released(self.law, here.turning, values, here.place.view)["theta0"]
@@ -475,7 +476,7 @@ class RunModel:
         return self._known("motion", at, time_s, rtol, lambda: self._simulated(at, time_s, rtol))
 
     def _known(self, what: str, at: Point, time_s: Floats, rtol: float, found: Callable[[], Made]) -> Made:
-        """What was found at a point, which is kept until it is asked for at another one."""
+        """What is found at a point, kept until it is asked for at another one; nobody changes it in place."""
         key, known = _key(at, rtol), self._last.setdefault(what, {})
         if key not in known or known[key][0] is not time_s:
             last = found()

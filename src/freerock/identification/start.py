@@ -186,7 +186,7 @@ def _rate_after(block: Block, duration_s: Floats) -> Floats:
 def scan(model: RunModel, horizon_s: float, most: int, every: int = 1) -> list[Point]:
     """Starts of a law without cases: the lowest local minima of the error over a grid, up to an instant [s].
 
-    Of the grid's dampings each `every`-th is tried.
+    Such a law has one damping, or is rigid. Of the grid's dampings each `every`-th is tried.
     """
     law, beside = law_of(model.candidate), _beside(model)
     if not law.is_foundation:
@@ -288,8 +288,8 @@ class Followed:
     known : Ended, optional
         Where another run of the record ends; its numbers of the law are the start.
     others : mapping of str to Followed
-        Other candidates on the same run. A law with cases starts where these end; they are followed anew
-        unless they are among them.
+        Other candidates on the same run. A law with cases starts where these cases end; a case that is not
+        among them is followed anew.
     """
 
     model: RunModel

@@ -37,7 +37,8 @@ OF_BLOCKS = {  # by the head of a row of table 1
 # Of simulated records beside published values, and of a law that the paper found worse.
 TRUTH = " (the records are simulated, so that agreement proves nothing; a wrong law takes another k̄)"
 AGAINST = (
-    "§: below Hunt–Crossley, against the paper: with impacts and motion exact, a wrong law may fit better."
+    "§: smaller than that of Hunt–Crossley, unlike in the paper. This procedure takes impacts and motion as "
+    "exact, so that a wrong law may fit better."
 )
 Part = tuple[str, str]  # kind of identification, and block
 Cell = tuple[Part, str, str, str]  # part, law, foundation and text

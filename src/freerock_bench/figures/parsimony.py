@@ -1,4 +1,4 @@
-"""Figure of parsimony: how well a candidate foretells a run left out, against the numbers it has free."""
+"""Figure of parsimony: how well a candidate predicts a run left out, against the numbers it has free."""
 
 import pandas as pd
 from matplotlib.figure import Figure
