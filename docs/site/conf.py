@@ -36,7 +36,8 @@ html_theme_options = {
     "footer_end": [],
     "navbar_end": ["theme-switcher"],
 }
-html_sidebars = {page: [] for page in ("tutorial", "validation", "evidence", "gallery")}  # no chapter
+# pages of no chapter have no list of chapters: room for tables
+html_sidebars = {page: [] for page in ("tutorial", "validation", "evidence", "gallery")}
 UNDERLINE = re.compile(r"\s*-{3,}\s*$")
 CODE = re.compile(r"(``.*?``|`[^`]*`)")
 

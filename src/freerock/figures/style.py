@@ -285,9 +285,11 @@ def finish(figure: Figure, origin: str, handles: Sequence[Artist] = ()) -> None:
 
 
 def scale_by_noise(residual: Axes, furthest: float, few: bool = False) -> None:
-    """Linear about zero, logarithmic beyond: the axis of a residual over the noise, up to its largest, with
-    the band that holds 95 % of white noise. Its edges lie on top: a residual that is noise hides the band.
-    Of few numbers, for a low panel, 10 is left out beside 3."""
+    """Make the axis of a residual over the noise linear about zero and logarithmic beyond, up to its largest.
+
+    Grey is the band that holds 95 % of white noise. Its edges lie on top: a residual that is noise hides the
+    band. With `few` numbers, for a low panel, 10 has none: it would touch 3.
+    """
     residual.axhspan(-NOISE, NOISE, facecolor="0.85", linewidth=0)
     for edge, label in ((-NOISE, None), (NOISE, "95 % of the noise")):
         residual.axhline(edge, color=NOISE_COLOUR, linewidth=0.8, zorder=3, label=label)

@@ -25,13 +25,13 @@ def make_figure(
     Parameters
     ----------
     figure : module
-        Draws it, with functions draw and caption; its entry in `freerock.figures.listed` has its name. Of
-        one that reads datasets, `READS` names the variables that it reads of each kind.
+        Draws it, with functions draw and caption; its entry in `freerock.figures.listed` has its name. Where
+        it reads datasets, `READS` names the variables that it reads of each kind.
     settings : mapping
         origin, labels, scenes (of the datasets), blocks and set_ups: plain values.
     files : mapping
-        By kind: records and fits, the datasets of all tests (drawn is the first of each scene with a usable
-        or fitted run), and tables, as CSV. Needed are those that the figure reads.
+        By kind, of what the figure reads: records and fits, the datasets of all tests, and tables, as CSV.
+        Of each scene the first dataset with a usable or fitted run is drawn.
     stem : path
         Files to write, without suffix.
     """

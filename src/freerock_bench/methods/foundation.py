@@ -1,8 +1,8 @@
 """Contact laws integrated without locating the changes of contact, which is how it is done in the field.
 
-The right-hand side exists twice: `freerock.models.block_on_bed` in plain Python, and compiled, written for
-this module and independent of the kernel in `freerock.models.kernel`. All that is compiled stands in this
-file: numba's cache notices a change in the file of the cached function only.
+The right-hand side exists twice: that of `freerock.models.kernel`, called from Python, and one that is
+compiled, written for this module and independent of it. All that is compiled stands in this file. Numba's
+cache notices a change in the file of the cached function only.
 """
 
 import math

@@ -1,6 +1,6 @@
 """Writes tensionless.csv: configuration 3 on Aerstop under the tensionless rule, by SciPy's DOP853.
 
-The law is that of `freerock.models.block_on_bed`, which the compiled integrator does not use.
+The law is that of `plain_law`, which the compiled integrator does not use.
 """
 
 import math
