@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.models.block import Block
-from freerock.populations.band import MOST_PEAKS, foretold
+from freerock.populations.band import MOST_PEAKS, predicted
 from freerock.products.estimates import estimates_in
 from freerock.products.runs import motions_in
 from freerock.tables.results import open_results
@@ -53,7 +53,7 @@ def held_out(folder: Path, frame: pd.DataFrame) -> pd.DataFrame:
                 logs = [np.log([*each.parameters.values()]) for each in others]
                 numbers = dict(zip(own.parameters, np.exp(np.mean(logs, axis=0)).tolist(), strict=True))
                 told = own, [(numbers, 0.0)], motions[own.run], block, "geometric", seen
-                error = np.linalg.norm(foretold(*told)[1][0] - seen[0]) / np.linalg.norm(seen[0])
+                error = np.linalg.norm(predicted(*told)[1][0] - seen[0]) / np.linalg.norm(seen[0])
                 rows.append((campaigns.HELD_OUT, test, own.run, own.model, error))
     found = pd.DataFrame(rows, columns=["parameter", "test", "run", "note", "value"])
     return found.merge(frame[["case", "test", "scene"]].drop_duplicates())

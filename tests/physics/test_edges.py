@@ -229,7 +229,7 @@ def test_what_is_not_worked_out_is_refused(model, law, rules):
     )
 
 
-@pytest.mark.parametrize("radius", [-1e-3, 0.035])
+@pytest.mark.parametrize("radius", [-1e-3, 0.035, None])
 def test_a_radius_beyond_the_base_is_refused(radius):
     with pytest.raises(FreerockError) as error:
         simulate("hunt_crossley", rounded(radius), MARBLE, TIME, theta0=0.1)

@@ -36,7 +36,7 @@ def test_peaks_are_those_of_the_closed_form():
     np.testing.assert_allclose(times[:5], exact.impact_time[:5], atol=1e-4)
 
 
-def test_equal_runs_foretell_each_other_in_a_narrow_band():
+def test_equal_runs_predict_each_other_in_a_narrow_band():
     table = record([0.9, 0.9, 0.9])
     assert list(table) == columns_of("predictions") and table["inside"].all()
     assert ((table["impact_high_s"] - table["impact_low_s"]) < 0.01).all()
@@ -73,7 +73,7 @@ def test_the_band_is_read_with_the_inputs_that_the_fit_moved():
         assert table["impact_inside"][table["peak"] > 1].all() == inside
 
 
-def test_a_run_alone_is_not_foretold():
+def test_a_run_alone_is_not_predicted():
     assert record([0.9]).empty
 
 

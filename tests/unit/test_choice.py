@@ -124,7 +124,7 @@ def test_a_law_that_first_swings_reject_is_no_choice_beside_one_that_leaves_only
     assert "winkler" in found.ruled_out and "hunt_crossley" not in found.ruled_out
 
 
-def test_the_right_law_foretells_the_swings_of_a_run_left_out(found):
+def test_the_right_law_predicts_the_swings_of_a_run_left_out(found):
     right, wrong = (errors_of_swings(found.fits[law]) for law in ("hunt_crossley", "housner"))
     told = compared(right, wrong)
     assert told.ratio < 0.5 and told.p < 0.01

@@ -316,7 +316,7 @@ def test_each_figure_has_the_width_of_a_page_and_nothing_overlaps(datasets):
         "foundation": lambda: foundation_effect.draw(datasets[0], "simulated", LABELS),
         "comparison": lambda: comparison.draw(datasets[1][:2], runs_table(datasets[0]), "simulated", LABELS),
         "restitution": lambda: restitution.draw(*tables, BLOCKS, "simulated", LABELS),
-        "predictions": lambda: predictions.draw(foretold(), "simulated", LABELS),
+        "predictions": lambda: predictions.draw(predicted(), "simulated", LABELS),
     }
     for name, draw in drawings.items():
         figure, _ = draw()
@@ -326,7 +326,7 @@ def test_each_figure_has_the_width_of_a_page_and_nothing_overlaps(datasets):
         assert shrinks * min(text.get_fontsize() for text in figure.findobj(Text)) >= 7, name
 
 
-def foretold():
+def predicted():
     """A table of bands of two runs in two scenes, made up."""
     rows = [
         {"block": "b1", "foundation": base, "test": f"b1_{base}", "run": run, "model": "hunt_crossley"}
@@ -340,7 +340,7 @@ def foretold():
 
 
 def test_predictions_draw_the_band_of_the_run_with_most_peaks_and_the_peaks_of_all():
-    table = foretold()
+    table = predicted()
     figure, data = predictions.draw(table, "simulated", LABELS)
     assert len(figure.axes) == 2 and data is table
     (band,) = figure.axes[0].collections
@@ -355,7 +355,7 @@ def test_predictions_draw_the_band_of_the_run_with_most_peaks_and_the_peaks_of_a
 
 
 def test_predictions_of_runs_of_one_peak_have_no_band_and_name_none():
-    table = foretold()
+    table = predicted()
     shortened = table[(table["run"] == 2) | (table["peak"] == 1)]
     figure, _ = predictions.draw(shortened, "simulated")
     assert len(figure.axes[0].collections) == 1 and len(figure.axes[0].lines[0].get_xdata()) == 8

@@ -223,6 +223,22 @@ def test_the_result_of_a_search_is_where_it_ended_however_wide_its_impacts():
     assert left @ left == pytest.approx(end.result.chisqr)
 
 
+class Lost:
+    """A candidate that can't be followed."""
+
+    @property
+    def glimpsed(self):
+        raise FreerockError("fits", "lost", "none")
+
+
+def test_a_law_starts_where_one_of_its_cases_ends():
+    motion, _ = scattered_run("hunt_crossley", 0.01, 3)
+    model = Followers("general", BLOCK, {1: motion}, FitSettings()).models[1]
+    assert Followed(model, others={"winkler": Lost()}).screened[0].over_noise < 1.5
+    with pytest.raises(FreerockError, match="winkler and hunt_crossley have no fit to start from"):
+        _ = Followed(model, others={"winkler": Lost(), "hunt_crossley": Lost()}).glimpsed
+
+
 def test_a_width_that_is_freed_is_found_below_the_stated_one():
     worn = replace(BLOCK, width_m=0.94 * BLOCK.width_m)
     motion, _ = scattered_run("hunt_crossley", 0.01, 3, theta0=0.15, block=worn)

@@ -13,6 +13,7 @@ def test_a_law_is_made_of_known_parameters(model):
     assert all(set(LAWS[case].parameters) < set(law.parameters) for case in law.cases)
     if law.is_foundation:
         assert law.parameters[0] == "k"
+        assert len(law.ratios) == 1 or law.cases  # a scan is of one damping
         for name in law.parameters:
             (low, high), (least, most, n) = PARAMETERS[name].bounds, PARAMETERS[name].grid
             assert low < least < most < high and n > 1

@@ -90,8 +90,8 @@ def test_the_time_of_a_sensor_counts_on_below_none():
     assert np.linalg.norm(averaged(each, posed.samples.m) - sharper) < 0.05 * np.linalg.norm(sharper - plain)
 
 
-def test_a_search_has_ended_where_nothing_more_is_foretold():
-    """One standard uncertainty off the end, the objective is foretold to fall by one."""
+def test_a_search_has_ended_where_nothing_more_is_predicted():
+    """One standard uncertainty off the end, the objective is predicted to fall by one."""
     motion, _ = motion_of(1, 0.02)
     fit = fit_run(LAW, BLOCK, motion)
     posed, at = fit.posterior.posed, fit.posterior.at

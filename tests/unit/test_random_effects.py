@@ -95,7 +95,7 @@ def test_the_spread_of_several_populations_lies_in_its_interval(tau):
 
 
 @pytest.mark.parametrize("tau", [0.0, 1.0, 5.0])
-def test_two_values_foretell_a_third_as_often_as_they_say(tau):
+def test_two_values_predict_a_third_as_often_as_they_say(tau):
     """Also where the two agree by chance: a spread that is drawn from what they make likely allows for it."""
     draw, held = np.random.default_rng(6), []
     for _ in range(300):

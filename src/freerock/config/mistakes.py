@@ -90,7 +90,7 @@ def _explain(model: type[Section], loc: Key, fault: ErrorDetails) -> tuple[str, 
         return context["error"].what, context["error"].remedy
     if kind == "extra_forbidden":
         if loc[-1].isdigit():
-            return "is no key; is it behind a decimal comma?", "write numbers with a decimal point"
+            return "is no key; it may be what follows a decimal comma", "write numbers with a decimal point"
         keys = _keys(model, loc[:-1])
         return "unknown key", values.did_you_mean(loc[-1], keys) or f"use one of {', '.join(keys)}"
     if context.get("pattern") == NAME_PATTERN and value:

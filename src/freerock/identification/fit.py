@@ -37,7 +37,7 @@ class RoundSettings:
     changed : float
         Relative change of σ_r or of the level from which a further round is worth its time.
     ahead : float
-        A search has ended where its objective is foretold to fall by less. A step of one standard
+        A search has ended where its objective is predicted to fall by less. A step of one standard
         uncertainty lowers it by 1.
     poor, lost : float
         A run is sought once more from so many times the mean square of the best run of its record; `lost`
@@ -234,7 +234,8 @@ def _round(end: Ended, sigma_r: float, level: float, search: tuple[int, float]) 
 def _finished(posterior: Posterior, ended: Ended, scatter: Scatter) -> Fit:
     """The fit of a run, of the linear model where it ended."""
     model, at, n = ended.posed.model, ended.at, posterior.n_names
-    (uncertainty, covariance), found = uncertainty_of(posterior), posterior.goodness
+    uncertainty, covariance = uncertainty_of(posterior)
+    found = posterior.goodness
     curve = Curve(model.whole.time_s, model.whole.theta, model.curve(at, model.whole.time_s))
     epsilon = epsilon_theta(curve.time, curve.theta_model, curve.theta)
     message = _failure(ended, posterior, epsilon)

@@ -93,7 +93,7 @@ class Posterior:
 
     @property
     def ahead(self) -> float:
-        """Fall of the objective that the linear model still foretells; 0 at a minimum."""
+        """Fall of the objective that the linear model still predicts; 0 at a minimum."""
         return float(np.sum((self.rows @ self.step) ** 2))
 
     @cached_property

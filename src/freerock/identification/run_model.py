@@ -340,12 +340,14 @@ class RunModel:
 
     def means(self, at: Point, samples: Samples, rtol: float = RTOL) -> Floats:
         """Means of m samples of the curve, times √m [rad], shape (n,)."""
-        response_s2, time_s = self._response_s2(at, samples), samples.time_s
+        response_s2 = self._response_s2(at, samples)
         if response_s2 is not None:
             return samples.smoothed(self.here(at, samples, rtol).theta, response_s2)
-        return self._known(
-            "means", at, time_s, rtol, lambda: averaged(self.curve(at, time_s, rtol), samples.m)
-        )
+
+        def means() -> Floats:
+            return averaged(self.curve(at, samples.time_s, rtol), samples.m)
+
+        return self._known("means", at, samples.middle_s, rtol, means)
 
     def held(self, at: Point, samples: Samples, rtol: float = RTOL) -> Point:
         """The point with the rate after each impact, and δ, as the motion there has them."""

@@ -1,6 +1,7 @@
 """Starts of a fit: a scan over a grid on the first swing, then swings that last as long as measured."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
@@ -9,6 +10,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from freerock.arrays import Floats
+from freerock.errors import FreerockError
 from freerock.identification.posed import WIDEST_IMPACT, Ended, Posed, minimised
 from freerock.identification.run_model import RTOL_SCREENING, RTOL_SEARCH, Point, RunModel, Samples
 from freerock.models.block import Block
@@ -324,10 +326,13 @@ class Followed:
 
     def _from_cases(self) -> list[Point]:
         """Where the cases end on the first swings, with a trace of the damping that each lacks."""
-        model, ends = self.model, list[Ended]()
-        for name in CANDIDATES[model.candidate].cases:
+        model, ends, cases = self.model, list[Ended](), CANDIDATES[self.model.candidate].cases
+        for name in cases:
             own = RunModel(name, model.block, model.motion, model.settings, model.moves_inputs)
-            ends += self.others.get(name, Followed(own)).glimpsed
+            with suppress(FreerockError, np.linalg.LinAlgError):  # another case may do
+                ends += (self.others.get(name) or Followed(own)).glimpsed
+        if cases and not ends:
+            raise FreerockError("fits", f"{' and '.join(cases)} have no fit to start from", "exclude the run")
         best, found = sorted(ends, key=lambda end: end.over_noise)[: START.followed], list[Point]()
         for end in best:
             values = _shared(end.at).values

@@ -81,7 +81,7 @@ class Block:
             what = f"{self.e:g} m off the middle, the block at rest stands on a part of its base"
             remedy = f"give less than {self.b / 3:g} m, a sixth of the width"
             raise FreerockError("com_offset_m", what, remedy)
-        if not 0 <= self.edge_radius_m < self.b:
+        if not (hasattr(self.edge_radius_m, "__float__") and 0 <= self.edge_radius_m < self.b):
             what = f"{self.edge_radius_m} m is no radius of an edge"
             raise FreerockError("edge_radius_m", what, f"give 0 to {self.b:g} m, half the width")
 

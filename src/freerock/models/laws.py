@@ -95,7 +95,7 @@ class Law:
         Whether Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) identified it.
     cases : tuple of str
         Laws that it becomes when one of its numbers is zero. It is fitted only where they leave more than
-        noise, and starts from where their scans end.
+        noise, and starts where they end on the first swings. A law with several dampings needs them.
     tensionless : bool
         Whether the tensionless rule of debonding is implemented where none of its ratios is zero.
     kinematics : tuple of str

@@ -19,7 +19,7 @@ from freerock.populations.random_effects import likely_spreads
 from freerock.runs.motion import Motion
 
 DRAWS = 200  # motions of a band
-MOST_PEAKS = 12  # of a run that are foretold
+MOST_PEAKS = 12  # of a run that are predicted
 RATE_HZ = 250.0  # of a motion, at which a peak is off by less than 1e-4 of itself
 ENOUGH = 1.2  # times the impact after the last that counts: until then a motion is computed first
 LEAST_NOISE = 1e-5  # relative standard error of a parameter
@@ -76,7 +76,7 @@ def bands(
             if not others or own.run not in measured or not seen.size:
                 continue
             drawn = _drawn(others, of_law, np.random.default_rng(_seed(own)))
-            low, middle, high = foretold(own, drawn, measured[own.run], blocks[own.block], debonding, seen)
+            low, middle, high = predicted(own, drawn, measured[own.run], blocks[own.block], debonding, seen)
             of_run = {"campaign": own.campaign, "test": own.test, "run": own.run, "block": own.block}
             of_run |= {"foundation": own.foundation, "model": own.model, "n_runs": len(others)}
             columns: dict[str, Iterable[object]] = {"peak": range(1, seen.shape[1] + 1)}
@@ -89,7 +89,7 @@ def bands(
     return table_of("predictions", rows)
 
 
-def foretold(
+def predicted(
     own: Estimate,
     drawn: Iterable[tuple[dict[str, float], float]],
     motion: Motion,
@@ -97,7 +97,7 @@ def foretold(
     debonding: str,
     seen: Floats,
 ) -> tuple[Floats, Floats, Floats]:
-    """2.5, 50 and 97.5 % of as many peaks [°] and impacts [s] as were seen of a run, foretold by others.
+    """2.5, 50 and 97.5 % of as many peaks [°] and impacts [s] as were seen of a run, predicted by others.
 
     Shape (2, n_peaks) each, as of `seen`. A motion is computed to its end only where it is slow.
     """

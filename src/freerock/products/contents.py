@@ -15,7 +15,8 @@ from freerock.runs.verdict import Level, Reason, Verdict
 
 Attrs = Mapping[Any, Any]  # names of attributes are texts; xarray says hashable
 
-CHOICE_GROUP, INPUTS_GROUP = "choice", "inputs"  # in that of a run, where no candidate has its name; of a fit
+# Groups within that of a run, where no candidate has this name, and within that of a fit.
+CHOICE_GROUP, INPUTS_GROUP = "choice", "inputs"
 NO_INPUTS = xr.DataTree()
 EXPLAINED = ("noise", "repeatability")  # levels at which the selected law explains the runs
 

@@ -295,7 +295,7 @@ def _paper(fit: "PaperFit") -> xr.Dataset:
 
 def _inputs(fit: "Fit") -> xr.Dataset:
     """What the inputs of the laboratory contribute to a fit, and how far it moved them."""
-    from freerock.rotation.laboratory import UNITS  # half a second, of which readers have no need
+    from freerock.rotation.laboratory import UNITS  # loads in 0.5 s; readers do not need it
 
     known = fit.uncertainty.contributions
     return xr.Dataset(

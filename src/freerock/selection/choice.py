@@ -1,7 +1,7 @@
 """Which law the runs of a record need: a choice among candidates that had the same freedom.
 
 Where a candidate leaves no more than the noise of the sensor, the evidence decides: -2 ln L with the numbers
-and nuisances charged. Where none does, laws are compared by how well they foretell the swings of a run whose
+and nuisances charged. Where none does, laws are compared by how well they predict the swings of a run whose
 record's other runs they were fitted to.
 """
 
@@ -178,7 +178,7 @@ def _by_evidence(fits: Fits, good: Sequence[str]) -> "tuple[str, Level, Criterio
         if name == selected:
             status, why = "selected", "it leaves only noise, with the best evidence of those that do"
             if len(near) > 1:
-                why = "the least numbers among those that the data can't tell apart"
+                why = "the fewest numbers among those that the data can't tell apart"
         elif name not in good:
             why = f"its residual is {_over_noise(own):.3g} times the noise"
         elif name not in near:
@@ -214,7 +214,7 @@ def _by_prediction(fits: Fits) -> "tuple[str, Level, Criterion, str, tuple[Judge
     for name, own in fits.items():
         apart, status = value[name] - value[selected], "rejected"
         if name == selected:
-            status, why = "selected", "it foretells the swings of other runs best"
+            status, why = "selected", "it predicts the swings of other runs best"
             if criterion == "evidence":
                 why = "it leaves least, with its numbers charged"
         elif name not in near:
@@ -223,15 +223,15 @@ def _by_prediction(fits: Fits) -> "tuple[str, Level, Criterion, str, tuple[Judge
             status = "also_possible" if abs(apart) <= TELLS else "rejected"
             why = f"−2 ln L differs by {apart:+.3g}"
         elif p[name] >= CHOICE.significant:
-            status, why = "also_possible", f"it foretells other runs as well (chance {p[name]:.2g})"
+            status, why = "also_possible", f"it predicts other runs as well (chance {p[name]:.2g})"
         else:
-            why = f"it foretells other runs worse (chance {p[name]:.2g})"
+            why = f"it predicts other runs worse (chance {p[name]:.2g})"
         judged.append(
             Judged(name, status, why, apart, n_numbers(name), _over_noise(own), p.get(name, math.nan))  # type: ignore[arg-type]
         )
     level: Level = "repeatability" if _is_repeatable(fits[selected]) else "rejected"
     beside = [MODEL_LABELS[each.model] for each in judged if each.status == "also_possible"]
-    what = "foretells the swings of other runs best" if criterion == "prediction" else "leaves least"
+    what = "predicts the swings of other runs best" if criterion == "prediction" else "leaves least"
     reason = f"{MODEL_LABELS[selected]} {what}; it leaves {_over_noise(fits[selected]):.3g} times the noise"
     reason += f"; the data can't tell it from {', '.join(beside)}" if beside else ""
     return selected, level, criterion, reason, tuple(judged)  # type: ignore[return-value]
@@ -252,7 +252,7 @@ def _under_least_residual(fits: Fits) -> dict[str, float]:
 
 
 def _best_of(names: Sequence[str], errors) -> str:  # type: ignore[no-untyped-def]
-    """The candidate that foretells best; among those that are no worse, the one with the least numbers."""
+    """The candidate that predicts best; among those that are no worse, the one with the least numbers."""
     best = names[0]
     for name in names[1:]:
         if compared(errors[name], errors[best]).ratio < 1:

@@ -1,4 +1,4 @@
-"""How well a law that was fitted to the other runs of a record foretells the swings of a run.
+"""How well a law that was fitted to the other runs of a record predicts the swings of a run.
 
 Each swing of the run that is left out begins from its own start, so that the scatter of the impacts is no
 error of the law: the law's numbers come from the other runs, the release and the impacts from the run.
@@ -24,7 +24,7 @@ LEAST_SWINGS = 5  # of which a difference and its chance can be told
 
 @dataclass(frozen=True)
 class Compared:
-    """Two laws that foretell the same swings.
+    """Two laws that predict the same swings.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def errors_of_swings(fits: Mapping[int, Fit]) -> dict[int, Floats]:
 
 
 def compared(one: Mapping[int, Floats], other: Mapping[int, Floats]) -> Compared:
-    """Which of two laws foretells the swings of a record better, and by what chance."""
+    """Which of two laws predicts the swings of a record better, and by what chance."""
     pairs = [
         np.log(one[run][:n] / other[run][:n])
         for run in one
