@@ -17,7 +17,8 @@ from freerock.identification.goodness import goodness
 from freerock.identification.paper_fit import RELEASE_WALLS, paper_fit
 from freerock.identification.posed import release_prior
 from freerock.identification.posterior import Posterior
-from freerock.identification.run_model import Point, RunModel, Samples
+from freerock.identification.run_model import Point, RunModel
+from freerock.identification.samples import Samples
 from freerock.identification.scatter import Told, find_scatter
 from freerock.identification.start import Followed, crossings_s, in_step, whole_s
 from freerock.models.block import Block

@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from freerock.identification.fit import fit_run
-from freerock.identification.run_model import Point, RunModel, Samples
+from freerock.identification.run_model import Point, RunModel
+from freerock.identification.samples import Samples
 from freerock.models.block import GRAVITY, Block
 from freerock.models.block_on_bed import static_depth
 from freerock.models.laws import Foundation

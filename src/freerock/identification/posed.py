@@ -14,7 +14,8 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.identification.run_model import RTOL, Point, RunModel, Samples
+from freerock.identification.run_model import RTOL, Point, RunModel
+from freerock.identification.samples import Samples
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.given import Given, arithmetic, legal
 from freerock.models.laws import law_of

@@ -12,7 +12,8 @@ from scipy.optimize import minimize_scalar
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.posed import WIDEST_IMPACT, Ended, Posed, minimised
-from freerock.identification.run_model import RTOL_SCREENING, RTOL_SEARCH, Point, RunModel, Samples
+from freerock.identification.run_model import RTOL_SCREENING, RTOL_SEARCH, Point, RunModel
+from freerock.identification.samples import Samples
 from freerock.models.block import Block
 from freerock.models.block_on_bed import static_depth
 from freerock.models.free_parameters import PARAMETERS, PER_RUN
