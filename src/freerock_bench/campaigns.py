@@ -202,9 +202,8 @@ def _choice(choice: pd.DataFrame, right: Sequence[str]) -> Iterator[Row]:
 def _parameters(fits: pd.DataFrame, truth: Any, runs: Mapping[str, int]) -> Iterator[Row]:
     """Numbers of the fits of the law that is selected."""
     fits = fits[fits["success"].astype(str) == "True"]
-    for row in fits.itertuples():
-        if row.parameter in ("theta0", "t0"):
-            continue  # of the reading, not of the block
+    of_block = ~fits["parameter"].isin(["theta0", "t0"])  # those are of the reading
+    for row in fits[of_block].itertuples():
         key = f"run{runs.get(str(row.run), -1)}_{row.parameter}"
         if key in truth:
             numbers = row.value, row.stderr, row.u_total
