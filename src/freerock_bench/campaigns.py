@@ -202,10 +202,9 @@ def _choice(choice: pd.DataFrame, right: Sequence[str]) -> Iterator[Row]:
 def _parameters(fits: pd.DataFrame, truth: Any, runs: Mapping[str, int]) -> Iterator[Row]:
     """Numbers of the fits of the law that is selected."""
     fits = fits[fits["success"].astype(str) == "True"]
-    of_block = ~fits["parameter"].isin(["theta0", "t0"])  # those are of the reading
-    for row in fits[of_block].itertuples():
+    for row in fits.itertuples():
         key = f"run{runs.get(str(row.run), -1)}_{row.parameter}"
-        if key in truth:
+        if key in truth and row.parameter not in ("theta0", "t0"):  # those are of the reading
             numbers = row.value, row.stderr, row.u_total
             yield number_row(str(row.parameter), float(truth[key]), *numbers) | {"run": row.run}
 
