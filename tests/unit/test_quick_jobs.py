@@ -1,4 +1,4 @@
-"""Jobs look for garbage seldom, and from their first import on."""
+"""Jobs leave out what takes time and serves nothing in them: garbage, the help of Matplotlib."""
 
 import subprocess
 import sys
@@ -32,3 +32,13 @@ def test_it_is_the_first_of_our_modules_that_a_job_and_the_workflow_import(file)
 def test_python_looks_for_garbage_seldom_and_not_at_the_end():
     threshold, frozen = map(int, subprocess.check_output([sys.executable, "-c", PRINT_AT_THE_END]).split())
     assert threshold >= 10_000 and frozen > 1000
+
+
+@pytest.mark.parametrize("script", ["figure.py", "quality.py"])
+def test_jobs_that_draw_leave_out_the_help_of_matplotlib_before_they_import_it(script):
+    ours = [
+        line for line in (WORKFLOW / "scripts" / script).read_text().splitlines() if "import freerock" in line
+    ]
+    assert "import freerock.jobs.no_help" in ours[1]
+    printed = "import freerock.jobs.no_help; from matplotlib.lines import Line2D; print(Line2D.set.__doc__)"
+    assert "dash_joinstyle" not in subprocess.check_output([sys.executable, "-c", printed], text=True)
