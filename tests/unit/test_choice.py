@@ -8,10 +8,11 @@ from scattered import BLOCK, SIGMA, TRUTH, scattered_run
 
 from freerock.config.fit_settings import FitSettings
 from freerock.errors import FreerockError
+from freerock.identification import start
 from freerock.identification.fit import Followers, fit_record
 from freerock.identification.run_model import Point, RunModel
 from freerock.identification.scatter import Scatter
-from freerock.identification.start import Followed
+from freerock.identification.start import START, Followed
 from freerock.models import laws
 from freerock.models.simulate import Solver, simulate_fitted
 from freerock.rotation.laboratory import Input, Laboratory
@@ -33,6 +34,13 @@ def runs(candidate, sigma_r, seeds=(1, 2)):
 @pytest.fixture(scope="module")
 def found():
     return identify_record(BLOCK, runs("hunt_crossley", 0.01), LAWS)
+
+
+def test_no_law_is_ruled_out_before_its_search_has_ended(monkeypatch):
+    monkeypatch.setattr(start, "START", replace(START, quick=(8, 0.99)))  # a glimpse that ends too soon
+    found = identify_record(BLOCK, runs("winkler", 0.01, [2]), Allowed(LAWS.laws, ()))
+    assert found.choice.selected == "winkler"
+    assert "winkler" not in found.ruled_out
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ from freerock.identification.fit import fit_run
 from freerock.identification.posed import Ended, Posed, minimised
 from freerock.identification.posterior import Posterior
 from freerock.identification.run_model import Point, RunModel
+from freerock.identification.start import n_lifting
 from freerock.noise.spectrum import averaged
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
@@ -124,3 +125,13 @@ def test_a_fit_ends_in_the_minimum_that_the_truth_lies_in(seed):
     assert fit.result.chisqr < best.result.chisqr + 0.5
     off = fit.values["k"] / best.at.values["k"] - 1
     assert abs(off) < 0.3 * np.sqrt(posterior.covariance[0, 0]) / best.at.values["k"]
+
+
+def test_a_search_finds_the_rate_after_an_impact_where_its_start_is_half():
+    motion, truth = motion_of(1, 0.02)
+    posed = posed_of(motion, 0.02)
+    truth = replace(truth, impacts=truth.impacts[: n_lifting(posed.model, truth)])
+    far = truth.impacts.copy()
+    far[-3] = -0.5
+    best, found = (minimised(posed, replace(truth, impacts=each), 25, 1e-3) for each in (truth.impacts, far))
+    assert found.result.chisqr < best.result.chisqr + 0.5

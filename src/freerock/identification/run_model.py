@@ -338,8 +338,7 @@ class RunModel:
             if name == "t0":
                 columns[:n, j] = -rate
             else:
-                quotient = partial(self._quotient, at, name, samples, rtol)
-                columns[:, j] = self._known(name, at, samples.middle_s, rtol, quotient)
+                columns[:, j] = self._quotient(at, name, samples, rtol)
         return self._averaged(columns, at, samples)
 
     def _averaged(self, columns: Floats, at: Point, samples: Samples) -> Floats:
@@ -360,6 +359,10 @@ class RunModel:
 
     def _quotient(self, at: Point, name: str, samples: Samples, rtol: float) -> Floats:
         """Derivative of curve and δ by a number of the law or the release angle."""
+        quotient = partial(self._new_quotient, at, name, samples, rtol)
+        return self._known(name, at, samples.middle_s, rtol, quotient)
+
+    def _new_quotient(self, at: Point, name: str, samples: Samples, rtol: float) -> Floats:
         value, time_s = at.values.get(name, self.motion.theta0), samples.middle_s
         step = STEP if self.is_smooth else STEP_BOTH_WAYS
         if PARAMETERS[name].fitted_as in LOGARITHMS or name == "width":
@@ -395,8 +398,7 @@ class RunModel:
             return columns
         time_s = samples.middle_s
         here = self.here(at, samples, rtol)
-        quotient = partial(self._quotient, at, "theta0", samples, rtol)
-        by_release = self._known("theta0", at, time_s, rtol, quotient) / self._released_by_seen(at, here)
+        by_release = self._quotient(at, "theta0", samples, rtol) / self._released_by_seen(at, here)
         for j, (source, step) in enumerate(zip(self.inputs, np.eye(len(self.inputs)), strict=True)):
             moved = replace(at, inputs=at.inputs + INPUT_STEP * step)
             if source.name in OF_BLOCK or source.name == "levelled_deg":

@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.identification.posed import WIDEST_IMPACT, Ended, Posed, minimised
+from freerock.identification.posed import RATES, Ended, Posed, minimised
 from freerock.identification.run_model import RTOL_SCREENING, RTOL_SEARCH, Point, RunModel
 from freerock.identification.samples import Samples
 from freerock.models.block import Block
@@ -138,7 +138,7 @@ def in_step(model: RunModel, at: Point, end_s: float, enough: float = START.in_s
         rates[i : n - 1] = _lasting(model.block, wanted, np.diff(own), rates, i)
         at = replace(at, rates=rates, impacts=np.where(rates > 0, at.impacts, 0.0))
     at = model.held(at, samples, rtol)
-    impacts = np.clip(at.impacts, -WIDEST_IMPACT / 2, WIDEST_IMPACT / 2)
+    impacts = np.clip(at.impacts, RATES[0] / 2, RATES[1] / 2)
     return _shared(replace(at, impacts=impacts, rates=None))
 
 
@@ -329,9 +329,8 @@ class Followed:
         """Where the cases end on the first swings, with a trace of the damping that each lacks."""
         model, ends, cases = self.model, list[Ended](), CANDIDATES[self.model.candidate].cases
         for name in cases:
-            own = RunModel(name, model.block, model.motion, model.settings, model.moves_inputs)
             with suppress(FreerockError, np.linalg.LinAlgError):  # another case may do
-                ends += (self.others.get(name) or Followed(own)).glimpsed
+                ends += (self.others.get(name) or Followed(self._of(name))).glimpsed
         if cases and not ends:
             raise FreerockError("fits", f"{' and '.join(cases)} have no fit to start from", "exclude the run")
         best, found = sorted(ends, key=lambda end: end.over_noise)[: START.followed], list[Point]()
@@ -342,6 +341,11 @@ class Followed:
             found.append(point_of(model, lacking | _beside(model) | of_law))
         return found
 
+    def _of(self, candidate: str) -> RunModel:
+        """Another candidate on the same run."""
+        model = self.model
+        return RunModel(candidate, model.block, model.motion, model.settings, model.moves_inputs)
+
     @cached_property
     def screened(self) -> list[Ended]:
         """Promising ends on the first swings, the best one first."""
@@ -350,6 +354,14 @@ class Followed:
             for end in self.glimpsed
         ]
         return promising(ends)
+
+    @cached_property
+    def searched(self) -> Ended:
+        """The best end on the first swings, sought until little changes: no law is ruled out before."""
+        best = self.screened[0]
+        if best not in self.glimpsed:
+            return best
+        return min(best, minimised(best.posed, best.at, *START.search), key=lambda end: end.mean_square)
 
     def _ends(self, end_s: float, starts: list[Point], left: float, search: tuple[int, float]) -> list[Ended]:
         """Ends of starts on the samples up to an instant, the best one first."""

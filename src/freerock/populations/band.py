@@ -12,7 +12,7 @@ import pandas as pd
 from freerock.arrays import Floats
 from freerock.columns import table_of
 from freerock.config.fit_settings import FitSettings
-from freerock.identification.run_model import Point, RunModel
+from freerock.identification.run_model import RTOL_SCREENING, Point, RunModel
 from freerock.models.block import Block
 from freerock.populations.estimate import Estimate
 from freerock.populations.random_effects import likely_spreads
@@ -111,9 +111,9 @@ def predicted(
     for law, sigma_r in drawn:
         impacts = rng.normal(0.0, sigma_r, 4 * MOST_PEAKS) if sigma_r > 0 else np.zeros(0)
         point = Point(law | _released(own, motion, rng), inputs, impacts)
-        found = peaks_of(enough_s, model.curve(point, enough_s))
+        found = peaks_of(enough_s, model.curve(point, enough_s, RTOL_SCREENING))
         if found.shape[1] < n_peaks:
-            found = peaks_of(whole_s, model.curve(point, whole_s))
+            found = peaks_of(whole_s, model.curve(point, whole_s, RTOL_SCREENING))
         found = found[:, :n_peaks]
         rests = np.array([[0.0], [motion.time_s[-1]]])  # no peak, and no impact within the run
         drawn_swings.append(np.hstack([found, np.tile(rests, n_peaks - found.shape[1])]))
