@@ -13,6 +13,13 @@ atexit.register(lambda: print(gc.get_freeze_count()))  # after what is registere
 import freerock.jobs.garbage
 print(gc.get_threshold()[0])
 """
+LATER = """
+import sys
+import freerock.jobs.no_stats, freerock.jobs.make_fits
+from lmfit.minimizer import norm_dist
+print("scipy.stats.distributions" in sys.modules or bool(sys.modules["matplotlib"]))
+print(round(norm_dist.cdf(1.96), 3), "scipy.stats.distributions" in sys.modules)
+"""
 
 
 @pytest.mark.parametrize(
@@ -42,3 +49,10 @@ def test_jobs_that_draw_leave_out_the_help_of_matplotlib_before_they_import_it(s
     assert "import freerock.jobs.no_help" in ours[1]
     printed = "import freerock.jobs.no_help; from matplotlib.lines import Line2D; print(Line2D.set.__doc__)"
     assert "dash_joinstyle" not in subprocess.check_output([sys.executable, "-c", printed], text=True)
+
+
+def test_a_fit_imports_distributions_only_when_they_are_used():
+    text = (WORKFLOW / "scripts/fit.py").read_text()
+    assert "import freerock.jobs.garbage\nimport freerock.jobs.no_stats" in text
+    told = subprocess.check_output([sys.executable, "-c", LATER], text=True).split()
+    assert told == ["False", "0.975", "True"]
