@@ -22,10 +22,6 @@ rule all:
 
 
 onstart:
-    # Else Snakemake asks ten times a second which jobs are ready, and waits for a second at its end.
-    limit = getattr(getattr(workflow, "scheduler", None), "job_rate_limiter", None)
-    if limit and limit.max_jobs >= 100 * limit.timespan:  # more than any machine starts
-        workflow.scheduler.job_rate_limiter = None
     print(f"freerock: {', '.join(f'{name} ({len(tests)} records)' for name, tests in RECORDS.items())}")
 
 

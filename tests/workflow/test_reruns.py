@@ -61,23 +61,6 @@ def test_a_picture_deleted_is_drawn_again_alone(checkout):
     assert picture.read_bytes() == before
 
 
-def test_snakemake_starts_without_pandas(checkout, tmp_path):
-    told = 'import atexit, sys\natexit.register(lambda: print("with pandas:", "pandas" in sys.modules))\n'
-    (tmp_path / "sitecustomize.py").write_text(told)
-    path = os.pathsep.join(map(str, (checkout / "src", tmp_path)))
-    assert "with pandas: False" in checkout.snakemake(warm=False, PYTHONPATH=path).stdout
-
-
-def test_snakemake_sets_no_timers_to_look_for_jobs(checkout, tmp_path):
-    (tmp_path / "sitecustomize.py").write_text(
-        "import threading\nthreading.Timer.start = lambda self: print(self)\n"
-    )
-    (checkout / "results/small/figures/set_up.png").unlink()
-    path = os.pathsep.join(map(str, (checkout / "src", tmp_path)))
-    done = checkout.snakemake("--until", "figure", PYTHONPATH=path)
-    assert done.returncode == 0 and "Timer" not in done.stdout
-
-
 @pytest.mark.parametrize(
     ("path", "old", "new", "jobs"),
     [

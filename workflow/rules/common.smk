@@ -4,8 +4,6 @@ import os
 import sys
 from pathlib import Path
 
-from snakemake import persistence
-
 import freerock.jobs.garbage
 from freerock.config import step_settings as settings
 from freerock.config.campaign import check_options, load_config
@@ -19,13 +17,6 @@ from freerock.jobs.reruns import code_checksum
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
 if not os.access(PACKAGE, os.W_OK):  # no room for the compiled integrator beside its source
     os.environ.setdefault("NUMBA_CACHE_DIR", os.path.abspath(".snakemake/numba"))
-
-noted = getattr(persistence, "PersistenceBase", None)
-if of_pandas := getattr(noted, "_serialize_param_pandas", None):
-    # Else Snakemake imports pandas, a sixth of a second, to find that no param is a table of pandas.
-    noted._serialize_param_pandas = lambda self, value: (
-        of_pandas(self, value) if "pandas" in sys.modules else self._serialize_param_builtin(value)
-    )
 
 try:
     check_options(config)
