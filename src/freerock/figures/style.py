@@ -338,7 +338,7 @@ def save(
     with atomic(f"{stem}.png") as part:
         stacked, dpi = Image.fromarray(np.vstack(images)), pages[0].dpi
         few = stacked.quantize(COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-        few.save(part, "png", dpi=(dpi, dpi))
+        few.save(part, "png", dpi=(dpi, dpi), compress_level=4)  # 6 takes twice as long for 6 % less
     with atomic(f"{stem}.pdf") as part:
         if isinstance(figures, Figure):
             _print_pdf(figures, part)
