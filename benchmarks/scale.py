@@ -172,7 +172,10 @@ def run(numbers: list[int], cores: int) -> None:
 
 
 def measured(n: int, cores: int) -> list[dict]:
-    """Rows of `freerock_bench.scale`: what n records of three runs take, whole and by step."""
+    """Rows of `freerock_bench.scale`: what n records of three runs take, whole and by step, and 600 records.
+
+    All cores share the jobs of a record; then tables, figures and report follow one another.
+    """
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch, "campaign")
         write_campaign(folder, n, runs=3)
@@ -180,6 +183,11 @@ def measured(n: int, cores: int) -> list[dict]:
     rows = [("whole", "processor time", whole["cpu_s"] / n)]
     for step, spent in by_step.iterrows():
         rows += [(step, "processor time", spent.cpu_time / n), (step, "memory", spent.max_rss)]
+    last = by_step.cpu_time.loc[["tables", "report"]].sum()
+    last += by_step.cpu_time.filter(like="figure_").max()
+    for many in (2, 32):
+        minutes = 600 / 60 * ((whole["cpu_s"] - last) / many + last) / n
+        rows.append((f"600 records, {many} cores", "minutes", minutes))
     return [dict(zip(("case", "parameter", "value"), row, strict=True)) for row in rows]
 
 
