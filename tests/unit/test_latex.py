@@ -13,7 +13,7 @@ from freerock.figures.listed import FIGURES, entry_of
 from freerock.models.block import Block
 from freerock.report.document import figures_tex, paper_tex
 from freerock.report.printed import printed_tables
-from freerock.tables.latex import latex, numbers_tex
+from freerock.tables.latex import latex, numbers_tex, tex
 from freerock.tables.number_text import SIMULATED_NOTE, quantity
 from freerock.tables.paper import table1
 from freerock.tables.populations import means_in, populations_table
@@ -43,6 +43,10 @@ def test_latex_sets_symbols_in_italics_and_numbers_by_siunitx():
     assert r"Hunt--Crossley $\ddagger$ & 3 runs \\" in text
     assert text.count(r"\sisetup{separate-uncertainty=true, exponent-product=\cdot}") == 1
     assert text.index(r"\caption") < text.index(r"\label{tab:x}") < text.index(r"\begin{tabular}")
+
+
+def test_latex_sets_indices_as_the_other_texts_name_them():
+    assert tex("σ_r, ε_θ, θ_cr") == r"$\sigma_r$, $\varepsilon_\theta$, $\theta_\mathrm{cr}$"
 
 
 def test_a_value_without_u_has_no_more_digits_than_are_asked_for():

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.text import Annotation
 
 from freerock.arrays import Floats
 from freerock.figures import looks, style
@@ -38,6 +39,7 @@ LEFT_IN, LABEL_IN = 0.76, 0.45  # of the panels, and between the label of an axi
 SIDES = {"left": LEFT_IN / WIDTH_IN, "right": 1 - 0.12 / WIDTH_IN, "hspace": 0.5}  # of the panels
 OF_FITS = ("time", "residual", "parameter", "value", "stderr", "u_total", "unit", "epsilon_theta")  # shown
 COLUMNS = ["run", "series", "time_s", "value", "unit"]
+INDEX = 0.7  # size of a subscript over that of its text
 UNSELECTED = "0.6"  # instead of black
 VERDICT_COLOURS = {"ok": "#00643c", "warn": "#8a5a00", "fail": "#b00020", "excluded": "#5a5a5a"}
 
@@ -318,8 +320,15 @@ def _header(figure: Figure, title: str, attrs: Mapping[Any, Any], facts: str = "
     height = figure.get_figheight()
 
     def write(x: float, inches: float, text: str, **look: Any) -> None:
-        plain = text.replace("$", r"\$")  # no formula: it would take 0.1 s
-        figure.text(x, 1 - inches / height, plain, va="top", **look)
+        before, epsilon, after = text.replace("$", r"\$").partition("ε_θ")
+        y = 1 - inches / height
+        first = figure.text(x, y, f"{before}{epsilon[:1]}", va="top", **look)
+        if epsilon:  # index and rest follow as plain texts: a formula would take 0.1 s
+            small = look | {"fontsize": INDEX * first.get_fontsize()}
+            index = Annotation("θ", (1, -0.1), xycoords=first, va="bottom", **small)
+            rest = Annotation(after, (1, y), xycoords=(index, "figure fraction"), va="top", **look)
+            figure.add_artist(index)
+            figure.add_artist(rest)
 
     write(0.01, 0.05, title, fontsize=11)
     write(0.99, 0.05, verdict, fontsize=11, ha="right", color=colour)

@@ -27,7 +27,7 @@ TEX = {
     **{"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"},
     **{"…": r"\ldots{}", "−": "$-$", "°": r"$^\circ$", "–": "--", "’": "'"},
     **{"ε_θ": r"$\varepsilon_\theta$", "θ₀": r"$\theta_0$", "θ_cr": r"$\theta_\mathrm{cr}$"},
-    **{"t_f": "$t_f$", "t₀": "$t_0$", "k̄": r"$\bar{k}$"},
+    **{"t_f": "$t_f$", "t₀": "$t_0$", "k̄": r"$\bar{k}$", "σ_r": r"$\sigma_r$"},
 }
 _TEX_TOKEN = re.compile(
     r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|[₀₁₂₃₄₅₆₇₈₉ₙ]+|\bt_f\b|"
