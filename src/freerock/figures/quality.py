@@ -39,7 +39,6 @@ LEFT_IN, LABEL_IN = 0.76, 0.45  # of the panels, and between the label of an axi
 SIDES = {"left": LEFT_IN / WIDTH_IN, "right": 1 - 0.12 / WIDTH_IN, "hspace": 0.5}  # of the panels
 OF_FITS = ("time", "residual", "parameter", "value", "stderr", "u_total", "unit", "epsilon_theta")  # shown
 COLUMNS = ["run", "series", "time_s", "value", "unit"]
-INDEX = 0.7  # size of a subscript over that of its text
 UNSELECTED = "0.6"  # instead of black
 VERDICT_COLOURS = {"ok": "#00643c", "warn": "#8a5a00", "fail": "#b00020", "excluded": "#5a5a5a"}
 
@@ -324,8 +323,7 @@ def _header(figure: Figure, title: str, attrs: Mapping[Any, Any], facts: str = "
         y = 1 - inches / height
         first = figure.text(x, y, f"{before}{epsilon[:1]}", va="top", **look)
         if epsilon:  # index and rest follow as plain texts: a formula would take 0.1 s
-            small = look | {"fontsize": INDEX * first.get_fontsize()}
-            index = Annotation("θ", (1, -0.1), xycoords=first, va="bottom", **small)
+            index = Annotation("θ", (1, -0.1), xycoords=first, va="bottom", fontsize="x-small", **look)
             rest = Annotation(after, (1, y), xycoords=(index, "figure fraction"), va="top", **look)
             figure.add_artist(index)
             figure.add_artist(rest)
