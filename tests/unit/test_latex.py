@@ -45,7 +45,8 @@ def test_latex_sets_symbols_in_italics_and_numbers_by_siunitx():
     assert text.index(r"\caption") < text.index(r"\label{tab:x}") < text.index(r"\begin{tabular}")
 
 
-def test_latex_sets_indices_as_the_other_texts_name_them():
+def test_latex_sets_indices_and_keeps_the_percent_at_its_number():
+    assert tex("95 % 5%") == r"95~\% 5\%"
     assert tex("σ_r, ε_θ, θ_cr") == r"$\sigma_r$, $\varepsilon_\theta$, $\theta_\mathrm{cr}$"
 
 
@@ -62,7 +63,7 @@ def test_numbers_are_macros_of_letters_alone(datasets):
     tidy["epsilon"].loc[own, "epsilon_theta"] = [0.01, 0.03]
     lines = numbers_tex(tidy).splitlines()
     assert lines[0].startswith("% The records are simulated")
-    names = [re.fullmatch(r"\\newcommand\{\\(fr[a-zA-Z]+)\}\{.+\}", line)[1] for line in lines[1:]]
+    names = [re.fullmatch(r"\\newcommand\{\\(fr[a-zA-Z]+)\}\{.+\}", line)[1] for line in lines[2:]]
     populations, epsilon = tidy["populations"], tidy["epsilon"]
     told = (populations["level"] != "campaign") & (populations["model"] == "hunt_crossley")
     n_epsilon = epsilon.query("model == 'hunt_crossley'")["test"].nunique()
@@ -77,7 +78,7 @@ def test_numbers_are_macros_of_letters_alone(datasets):
     named = {re.search(r"\\(fr\w+)", line)[1] for line in lines}
     of_record = {f"frBOneMarbleWinkler{each}" for each in ("K", "C", "Epsilon")}
     assert named == of_record | {"frmeanMarbleWinklerK", "frmeanMarbleWinklerC"}
-    assert r"\newcommand{\frBOneMarbleWinklerEpsilon}{2.00 \%}" in lines
+    assert r"\newcommand{\frBOneMarbleWinklerEpsilon}{2.00~\%}" in lines
 
 
 @pytest.mark.skipif(not has_latex(), reason="needs pdflatex with booktabs and siunitx")

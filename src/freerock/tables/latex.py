@@ -27,7 +27,7 @@ TEX = {
     **{"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"},
     **{"…": r"\ldots{}", "−": "$-$", "°": r"$^\circ$", "–": "--", "’": "'"},
     **{"ε_θ": r"$\varepsilon_\theta$", "θ₀": r"$\theta_0$", "θ_cr": r"$\theta_\mathrm{cr}$"},
-    **{"t_f": "$t_f$", "t₀": "$t_0$", "k̄": r"$\bar{k}$", "σ_r": r"$\sigma_r$"},
+    **{"t_f": "$t_f$", "t₀": "$t_0$", "k̄": r"$\bar{k}$", "σ_r": r"$\sigma_r$", " %": r"~\%"},
 }
 _TEX_TOKEN = re.compile(
     r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|[₀₁₂₃₄₅₆₇₈₉ₙ]+|\bt_f\b|"
@@ -161,6 +161,7 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
             text = f"{quantity(100 * own['epsilon_theta'].median())} %"
             macro([_letters(test), _letters(law[-1]), "Epsilon"], text)
     notes = [f"% {SIMULATED_NOTE}"] * ("simulated" in set(runs["origin"]))
+    notes.append("% Epsilon: of fits with inputs and impacts free; table 3 has the paper's own procedure.")
     lines = [rf"\newcommand{{\{name}}}{{{text}}}" for name, text in named.items()]
     return "\n".join([*notes, *lines, ""])
 
