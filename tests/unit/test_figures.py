@@ -13,6 +13,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from overlaps import assert_nothing_overlaps
+from PIL import Image
 
 from freerock.figures import (
     comparison,
@@ -408,3 +409,12 @@ def test_a_step_that_draws_or_reports_loads_no_library_that_it_does_not_need(ste
     code = f"import sys, {step}; print(*{needless} & {{*sys.modules}})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == []
+
+
+def test_a_png_has_few_colours_and_pure_black_and_white(tmp_path):
+    figure = Figure()
+    figure.subplots().plot([0, 1], [0, 1], "k", linewidth=9)
+    style.save(figure, pd.DataFrame({"x": [0, 1]}), tmp_path / "line")
+    with Image.open(tmp_path / "line.png") as picture:
+        colours = {colour for _, colour in picture.convert("RGB").getcolors()}
+    assert {(0, 0, 0), (255, 255, 255)} < colours and len(colours) <= style.COLOURS

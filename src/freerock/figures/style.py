@@ -79,6 +79,7 @@ NOISE_COLOUR = "#f0c000"
 NOISE = 1.96  # standard deviations within which 95 % of white noise lies
 CHARACTER = 0.56  # width of a character over the size of its font, as a rule
 COLOURS = 64  # of a PNG: lines, text and their smooth edges need no more
+PURE = {1: 0, 254: 255}  # what the choice of colours makes of black and white
 FOOTER = "simulated record – not the laboratory's data"
 
 
@@ -338,6 +339,7 @@ def save(
     with atomic(f"{stem}.png") as part:
         stacked, dpi = Image.fromarray(np.vstack(images)), pages[0].dpi
         few = stacked.quantize(COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+        few.putpalette([PURE.get(value, value) for value in few.getpalette() or ()])
         few.save(part, "png", dpi=(dpi, dpi), compress_level=4)  # 6 takes twice as long for 6 % less
     with atomic(f"{stem}.pdf") as part:
         if isinstance(figures, Figure):
