@@ -27,9 +27,7 @@ def read_bytes(path: str | Path) -> bytes:
     try:
         return Path(path).read_bytes()
     except OSError as error:
-        locked = isinstance(error, PermissionError)
-        remedy = "allow reading it" if locked else "put it there, or correct its name"
-        raise FreerockError(path, f"cannot be read ({error.strerror})", remedy) from None
+        raise FreerockError(path, f"cannot be read ({error.strerror})", "put it back") from None
 
 
 @contextmanager

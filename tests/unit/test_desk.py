@@ -284,7 +284,7 @@ def test_a_refused_save_leaves_both_files_and_a_table_that_is_away_is_one_line(d
         for do in (lambda: desk.keep({"tall": own}, known, "heard"), lambda: desk.look("tall", 1, True)):
             with pytest.raises(
                 FreerockError,
-                match=r"small\.csv: can.*t be read .*; (put it|write the file|put a file there)",
+                match=r"small\.csv: can.*t be read .*; (put it back|write the file|put a file there)",
             ):
                 do()
         with pytest.raises(FreerockError, match=r"small\.csv: can't be read .*; put it back"):
