@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.fft import fft, ifft, next_fast_len, rfft
 
 from freerock.arrays import Complexes, Floats
 from freerock.noise.signal_noise import StillSignal
@@ -43,8 +44,8 @@ class Mains(NamedTuple):
 
     def over(self, time_s: Floats) -> Floats:
         """Its values at some instants [s]."""
-        turn = 2j * np.pi * self.frequency_hz * np.arange(1, self.weights.size + 1)
-        return np.asarray((self.weights @ np.exp(np.outer(turn, time_s))).real)
+        turned = np.exp(2j * np.pi * self.frequency_hz * time_s)
+        return np.asarray(np.polynomial.polynomial.polyval(turned, [0, *self.weights]).real)
 
 
 def fit_mains(
@@ -146,25 +147,39 @@ def mains_ratio(time_s: ArrayLike, signal: ArrayLike, mains_hz: float) -> tuple[
     if seen.sum() < 16:
         return None
     window = np.hanning(time.size)
-    values = np.interp(time, time[seen], values[seen])  # across gaps, lest their edges hide the line
+    if not seen.all():
+        values = np.interp(time, time[seen], values[seen])  # across gaps, lest their edges hide the line
     weighted = window * (values - (window @ values) / window.sum())
     window = np.where(seen, window, 0.0)
-    step, padded = (time[-1] - time[0]) / (time.size - 1), PER_BIN * time.size
-    frequency = np.fft.rfftfreq(padded, step)
-    power = np.abs(np.fft.rfft(weighted, padded)) ** 2
+    step = (time[-1] - time[0]) / (time.size - 1)
+    frequency, power = _power_near(mains_hz, weighted, step)
     band = np.flatnonzero(np.abs(frequency - mains_hz) < SOUGHT * mains_hz)
-    if band.size < 16 * PER_BIN or frequency[-1] < (1 + SOUGHT) * mains_hz:
+    if band.size < 16 * PER_BIN or 0.5 / step < (1 + SOUGHT) * mains_hz:
         return None
     noise = np.median(power[band]) / math.log(2)
     top = band[np.argmax(power[band])]
     if not power[top] > noise * math.log(band.size / PER_BIN / FALSE_ALARM):
         return None
-    line_hz = frequency[top] + _vertex(power[top - 1 : top + 2]) * frequency[1]
+    line_hz = frequency[top] + _vertex(power[top - 1 : top + 2]) * (frequency[1] - frequency[0])
     amplitude = 2 * math.sqrt(power[top]) / window.sum()
     centred = time - (window @ time) / window.sum()
     spread = 2 * noise / (window @ window) * ((window * centred) @ (window * centred))
     stderr = math.sqrt(spread) / (amplitude * (window @ centred**2)) / (2 * math.pi)
     return float(line_hz / mains_hz), float(stderr / mains_hz)
+
+
+def _power_near(mains_hz: float, signal: Floats, step: float) -> tuple[Floats, Floats]:
+    """Frequencies [Hz] within twice `SOUGHT` of the nominal one, `PER_BIN` to a bin, and the power there.
+
+    The bins near the mains alone are those of a short signal with as long a duration. Padding it with zeros
+    shows what lies between them, and takes no transform of a length with a large prime factor.
+    """
+    size = next_fast_len(signal.size, real=True)
+    width = 1 / (size * step)
+    first = math.ceil((1 - 2 * SOUGHT) * mains_hz / width)
+    near = rfft(signal, size)[first : math.floor((1 + 2 * SOUGHT) * mains_hz / width) + 1]
+    fine = fft(ifft(near), PER_BIN * near.size) if near.size else near
+    return (first + np.arange(fine.size) / PER_BIN) * width, np.abs(fine) ** 2
 
 
 def significant_mains(signal: StillSignal, mains_hz: float) -> Mains | None:
