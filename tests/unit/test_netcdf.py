@@ -300,7 +300,7 @@ def test_attributes_follow_cf_and_acdd(folder):
         assert file["theta"].ancillary_variables == "sigma_theta flags"
         assert file["flags"].flag_meanings == "error_level out_of_range saturated target_lost dropout spike"
         assert file["flags"].flag_masks.dtype == file["flags"].dtype == np.uint8
-        assert file["theta"].filters()["complevel"] == 4
+        assert file["theta"].filters()["complevel"] == 1
         assert file["run_2"].excluded == 1
         assert file["run_1/restitution"].ancillary_variables == "restitution_stderr restitution_u"
         assert "time" not in file["run_1"].variables

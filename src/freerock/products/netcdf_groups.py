@@ -134,7 +134,7 @@ def _define(
         elif name in SINGLE_PRECISION and variable.dims:
             dtype = np.float32
         missing = np.nan if variable.dtype.kind == "f" and np.isnan(variable.values).any() else None
-        packed: dict[str, Any] = {"compression": "zlib", "complevel": 4} if "time" in variable.dims else {}
+        packed: dict[str, Any] = {"compression": "zlib", "complevel": 1} if "time" in variable.dims else {}
         dimensions = [str(each) for each in variable.dims]
         written = group.createVariable(name, dtype, dimensions, fill_value=missing, **packed)
         attrs = describe(name, dataset)
