@@ -101,7 +101,6 @@ def rotation_in(
             several = f"has the channels {', '.join(map(str, read.data_vars))}"
             raise FreerockError(path, several, "name one in the channel column of the campaign's CSV")
         (signal,) = read.data_vars.values()
-        signal = signal.copy(data=np.array(signal.values))  # a reader may give one that can't be written to
         signal.values[signal.attrs.pop("out_of_range", [])] = np.inf  # counted as such
         channels.append(signal.assign_attrs(read.attrs))
     time_s = channels[0]["time"].values
