@@ -8,8 +8,9 @@ import pytest
 
 from freerock.config.campaign import load_campaign
 from freerock.tables.tidy_tables import R_ENERGY, R_ENERGY_U
-from freerock_bench import campaigns, kinds, noises
+from freerock_bench import campaigns, kinds, noises, scattered
 from freerock_bench.scattered import KNOWN, make
+from freerock_bench.springs import Motion
 
 TRUTH = {"k": 2e6, "lambda": 5e7}
 
@@ -114,35 +115,45 @@ def test_the_campaign_that_is_written_is_read(records, tmp_path, monkeypatch):
     assert (tmp_path / f"raw/bench/{test}.csv").stat().st_mtime_ns == before
 
 
-@pytest.fixture(scope="module")
-def of_kind(tmp_path_factory):
-    """The record of a kind whose impacts do not scatter, made once."""
-    folder = tmp_path_factory.mktemp("kinds")
-    return lambda name: np.load(kinds.make(folder, (name, 0.0)))
+@pytest.fixture
+def cut(monkeypatch):
+    """Motions end after two seconds."""
+    for study in (kinds, scattered):
+        monkeypatch.setattr(study, "Motion", lambda scene, rate_hz: Motion(scene, rate_hz, 2.0))
 
 
 @pytest.mark.parametrize(
     "name", ["clean, rigid", "three samples lost", "clock 0.2 % fast", "card of 12 bits"]
 )
-def test_a_record_of_a_kind_is_that_of_its_seed(name, of_kind, tmp_path):
-    one, other = of_kind(name), np.load(kinds.make(tmp_path, (name, 0.0)))
+def test_a_record_of_a_kind_is_that_of_its_seed(name, tmp_path, cut):
+    one, other = (np.load(kinds.make(tmp_path / each, (name, 0.0))) for each in "ab")
     np.testing.assert_array_equal(one["volts"], other["volts"])
     assert np.isfinite(one["volts"]).all() and np.std(one["volts"][:1000]) < 6e-3
     assert str(one["kind"]) == name and bool(one["clean"]) is kinds.KINDS[name].is_clean
 
 
-def test_what_a_kind_states_is_in_its_record(of_kind):
-    plain, fast = of_kind("slow noise"), of_kind("clock 0.2 % fast")
+def test_what_a_kind_states_is_in_its_record(tmp_path, cut):
+    names = "slow noise", "clock 0.2 % fast", "card of 12 bits"
+    plain, fast, coarse = (np.load(kinds.make(tmp_path, (name, 0.0))) for name in names)
     assert abs(float(fast["true_clock"]) - 1 / 1.002) < 3e-4 > abs(float(plain["true_clock"]) - 1)
-    coarse = of_kind("card of 12 bits")["volts"]
-    assert len(np.unique(coarse)) < 4096 and np.diff(np.unique(coarse)).min() == pytest.approx(20 / 2**12)
+    levels = np.unique(coarse["volts"])
+    assert len(levels) < 4096 and np.diff(levels).min() == pytest.approx(20 / 2**12)
 
 
 @pytest.mark.parametrize("name", ["white", "200 ms", "1/f", "14 bits, 2 mV"])
-def test_a_record_of_a_noise_has_its_size(name, tmp_path):
+def test_a_record_of_a_noise_has_its_size(name, tmp_path, cut):
     record = np.load(noises.make(tmp_path, (name, 0)))
+    assert str(record["noise"]) == name
     assert float(record["true_height_m"]) == float(record["stated_height_m"])
     spread = np.std(record["volts"][:4000])
     assert 2e-4 < spread < 8e-3
     slow = np.corrcoef(record["volts"][:3999], record["volts"][1:4000])[0, 1]
     assert (slow > 0.5) == (name in ("200 ms",)) or name == "1/f"
+
+
+@pytest.mark.parametrize(("size", "n"), [("full", 6 * 14), ("small", 1)])
+def test_noises_are_a_study_of_every_noise_and_converter(size, n, tmp_path, monkeypatch):
+    monkeypatch.setattr(campaigns, "study", lambda *given: given)
+    folder, make, cases, case_of, cores = noises.run(size, tmp_path, 2)
+    assert (folder, make, cores, len({*cases})) == (tmp_path, noises.make, 2, n)
+    assert all(case_of({"noise": name}) == name for name, _ in cases)

@@ -6,10 +6,11 @@ import pandas as pd
 import pytest
 
 from freerock.errors import FreerockError
-from freerock_bench import evidence
+from freerock_bench import evidence, kinds, minimum, scatter, scattered
 from freerock_bench.campaigns import COLUMNS
 from freerock_bench.document import BEGIN, END
 
+KIND = "clean, Winkler, guided"
 ROWS = pd.DataFrame(
     [
         {"case": "one", "parameter": "k", "truth": 2.0, "value": 2.02, "u": 0.02, "inside": True},
@@ -74,16 +75,23 @@ def test_every_table_of_the_documentation_is_that_of_its_study():
 
 
 def test_studies_in_their_small_size(tmp_path, monkeypatch):
-    """Of each way of making a table one, from records to rows."""
+    """Of each way of making a table one, from records to rows; blocks on Aerstop rock briefly."""
     monkeypatch.chdir(tmp_path)
-    names = "minimum", "means", "by_hand", "scatter", "noises", "kinds"
-    evidence.main(*names, size="small", cores=2)
+    of_table = dict(reversed(scattered.TABLE_2.items()))
+    for study in (scattered, kinds):
+        monkeypatch.setattr(study, "TABLE_2", of_table)
+    monkeypatch.setattr(minimum, "STARTS", 5)
+    monkeypatch.setattr(scatter, "SIGMAS", (0.0,))
+    monkeypatch.setattr(kinds, "KINDS", {KIND: kinds.KINDS[KIND]})
+    names = "minimum", "by_hand", "scatter", "kinds"
+    evidence.main(*names, size="small", cores=1)
     found = {name: evidence.table(name, tmp_path / "results/evidence") for name in names}
     assert found["minimum"]["inside"].all()
     left_out = found["scatter"].query("parameter == 'error of held-out peaks' and case == 'σ_r 0 %'")
-    error = left_out.groupby("note")["value"].median()  # a guided Hunt–Crossley block on marble
+    error = left_out.groupby("note")["value"].median()  # a guided Hunt–Crossley block
     assert error["hunt_crossley"] < 0.01 < error["winkler"] < error["housner"]
     named = found["scatter"].query("parameter == 'true law in the set'")["inside"]
-    assert len(named) == 6 and named.mean() > 0.8
-    assert found["kinds"].query("parameter == 'r of an impact'")["inside"].mean() > 0.8
+    assert len(named) == 3 and named.all()
+    of_kind = found["kinds"].groupby("parameter")["inside"]
+    assert of_kind.mean()["r of an impact"] > 0.8 and of_kind.all()["true law in the set"]
     assert set(found["by_hand"]["parameter"]) == {"k", "lambda", "ε_θ", "processor time"}
