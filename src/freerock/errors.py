@@ -1,4 +1,4 @@
-"""The one error class a user meets."""
+"""The one error class a user meets, and words of messages."""
 
 import sys
 import unicodedata
@@ -23,6 +23,11 @@ def printable(text: str) -> str:
         else char
         for char in text
     )
+
+
+def number_of(n: int, thing: str) -> str:
+    """A number of things in words: "1 run", "3 runs"."""
+    return f"{n} {thing}{'' if n == 1 else 's'}"
 
 
 class FreerockError(Exception):

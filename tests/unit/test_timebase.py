@@ -71,15 +71,15 @@ def test_time_that_runs_backwards_is_refused():
 @pytest.mark.parametrize(
     ("time", "message"),
     [
-        ([0.1], "1 time stamps give no sampling rate; record more samples"),
+        ([0.1], "no sampling rate from 1 time stamp; record more samples"),
         ([1, 1, 1], "all time stamps are 1 s; export the time column again"),
         (
             [0, np.nan, 2],
-            "1 time stamps are missing or infinite, the first at sample 1; export the time column again",
+            "1 time stamp missing or infinite, the first at sample 1; export the time column again",
         ),
         (
             [0, 1, np.inf],
-            "1 time stamps are missing or infinite, the first at sample 2; export the time column again",
+            "1 time stamp missing or infinite, the first at sample 2; export the time column again",
         ),
     ],
 )

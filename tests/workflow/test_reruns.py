@@ -146,7 +146,7 @@ def test_a_run_that_is_killed_goes_on_to_the_same_bytes(finished, tmp_path):
 def test_verify_names_what_differs(checkout, monkeypatch, capsys):
     monkeypatch.chdir(checkout.folder)
     assert cli.main(["verify"]) == 0
-    assert capsys.readouterr().out.endswith(" files are as listed\n")
+    assert capsys.readouterr().out.endswith(" files as listed\n")
     append(checkout, "results/small/tables/runs.csv", "edited\n")
     append(checkout, "raw/small/squat_mat.tdms", "edited")
     (checkout / "results/small/fits/tall_mat.nc").unlink()

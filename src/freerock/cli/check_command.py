@@ -21,10 +21,9 @@ from freerock.config.lasers import LaserSection
 from freerock.config.mistakes import refuse
 from freerock.config.record import Record
 from freerock.config.step_settings import section_values
-from freerock.errors import FreerockError, attempt
+from freerock.errors import FreerockError, attempt, number_of
 from freerock.files import check_file, listed_checksums, sha256
 from freerock.models.block import density_if_square
-from freerock.tables.number_text import number_of
 
 if TYPE_CHECKING:
     from freerock.arrays import Floats

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from freerock.config.campaign import load_config
 from freerock.config.mistakes import refuse
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, number_of
 from freerock.files import read_json, sha256
 
 AGAIN = "restore record files; make products again: snakemake --forcerun FILE …"
@@ -34,7 +34,7 @@ def run(chosen: Namespace) -> None:
         listed: dict[str, str] = known["inputs"] | known["products"]
         told = {path: state_of(path, checksum) for path, checksum in listed.items()}
         differing = [f"{state}: {path}" for path, state in told.items() if state]
-        print(*differing, f"{name}: {len(listed) - len(differing)} files are as listed", sep="\n")
+        print(*differing, f"{name}: {number_of(len(listed) - len(differing), 'file')} as listed", sep="\n")
         if differing:
             what = f"differs from its provenance.json in {len(differing)} of {len(listed)} files"
             problems.append(FreerockError(f"results/{name}", what, AGAIN))

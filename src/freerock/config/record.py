@@ -12,7 +12,7 @@ from freerock.config.correction_cells import EXCLUDED, WHOLE_RECORD, read_exclus
 from freerock.config.mistakes import FILL_IN, validate
 from freerock.config.values import Inside, Invalid, Key, Name, Section, Text, closest, did_you_mean, key
 from freerock.config.yaml_lines import read_text, text_of
-from freerock.errors import FreerockError, attempt
+from freerock.errors import FreerockError, attempt, number_of
 
 
 def rows_in(text: str, path: str | Path) -> list[tuple[int, list[str]]]:
@@ -36,7 +36,7 @@ def rows_in(text: str, path: str | Path) -> list[tuple[int, list[str]]]:
 
 def wrong_length(path: str | Path, line: int, cells: Sized, header: Sized) -> FreerockError:
     """The error of a row that has not one cell for each column."""
-    what = f"has {len(cells)} cells, the first line has {len(header)}"
+    what = f"has {number_of(len(cells), 'cell')}, the first line has {len(header)}"
     remedy = "put texts that hold a comma in quotes"
     if len(cells) < len(header):
         remedy = "give the missing ones, even if empty"
@@ -94,7 +94,7 @@ class Record(Section):
         if len(lasers) > 2:
             raise Invalid(f"{laser!r} names more than two lasers", "name one or two")
         if len(channels) != len(lasers):
-            raise Invalid(f"{len(lasers)} for {len(channels)} channels", remedy)
+            raise Invalid(f"{len(lasers)} for {number_of(len(channels), 'channel')}", remedy)
         if len(set(channels)) < len(channels):
             raise Invalid(f"both are given channel {channels[0]!r}", remedy)
         return laser

@@ -11,12 +11,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from freerock.arrays import Floats
+from freerock.errors import number_of
 from freerock.figures import looks, style
 from freerock.figures.style import Axes, Drawing, Labels, styled
 from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS, PAPER_MODELS
-from freerock.tables.number_text import fixed, in_words, number_of
+from freerock.tables.number_text import fixed, in_words
 from freerock.tables.swings import first_runs, swings
 
 MARKERS = "os^Dv<>p*h"  # of the runs of a record

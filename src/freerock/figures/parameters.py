@@ -10,12 +10,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from freerock.arrays import Floats
+from freerock.errors import number_of
 from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, styled
 from freerock.identification.significance_levels import NORMAL_95
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.tables.choices import laws_of_foundations
-from freerock.tables.number_text import number_of, quantity
+from freerock.tables.number_text import quantity
 
 MOST_RECORDS = 12  # of a foundation: with more, as many of them evenly, without rows of their runs
 ROW_IN, FRAME_IN, LEAST_ROWS = 0.16, 0.9, 8.0  # height of a row, of a panel's frame, and its least rows

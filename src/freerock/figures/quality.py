@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
 from freerock.arrays import Floats
+from freerock.errors import number_of
 from freerock.figures import looks, style
 from freerock.figures.style import Axes, Labels, Style, styled
 from freerock.models.free_parameters import OF_RECORD, SYMBOLS
@@ -28,7 +29,7 @@ from freerock.products.contents import (
 from freerock.products.netcdf_groups import reasons_in
 from freerock.rotation.flags import listed_faults
 from freerock.runs.verdict import in_one_line
-from freerock.tables.number_text import number_of, quantity, value_text
+from freerock.tables.number_text import quantity, value_text
 from freerock.units import BASE
 
 Pages = tuple[list[Figure], pd.DataFrame]

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.arrays import Floats
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, number_of
 from freerock.records.headings import MONTHS, SECOND_UNITS, WORDS
 
 NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
@@ -99,7 +99,7 @@ def numbers(where: object, cells: "pd.Series[Any]", decimal: str, place: Callabl
             raise FreerockError(where, what, "correct the line, or export the file again")
     values[cells.index.get_indexer(odd.index)] = odd.map(marked).to_numpy(float)
     marks = odd.value_counts().items()
-    return values, [f"{n} cells marked {cell!r} are missing samples" for cell, n in marks]
+    return values, [f"{number_of(n, 'cell')} marked {cell!r} taken as missing" for cell, n in marks]
 
 
 def why_no_number(cell: str) -> str:

@@ -14,6 +14,7 @@ from scipy.io import loadmat, netcdf_file
 from scipy.io.matlab import MatlabFunction, MatlabOpaque, matfile_version
 
 from freerock.arrays import Floats
+from freerock.errors import number_of
 from freerock.records.channels import Channel, Contents, Even, Load, Stamps, names_in_short, unfit
 from freerock.records.headings import also_stated, is_time, split_unit, stated_rate, states_rate
 
@@ -153,7 +154,7 @@ def of_arrays(path: Path, arrays: Arrays, attributes: Mapping[str, Attributes], 
             start = "" if begun.startswith("1970-01-01") else begun or start
         elif near:
             told = names_in_short(f"{time} {arrays[time].shape[0]}" for time in near)
-            why = f"has {arrays[name].shape[0]} samples, its time {told}"
+            why = f"has {number_of(arrays[name].shape[0], 'sample')}, its time {told}"
             left_out.append(unfit(last, why, group))
             continue
         else:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats, Indices
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, number_of
 from freerock.records import channels
 from freerock.records.cells import OVERLOAD
 from freerock.records.channels import COPY_AGAIN, Contents, Even, Grid, Named, Stamps
@@ -162,7 +162,8 @@ def _grid(path: Path, clocks: Clocks, given: tuple[list[str], str, float | None]
         time_s, told = _in_seconds(where, clock, also, time_unit)
         notes.append(told)
         if len(time_s) != length:
-            raise FreerockError(where, f"{length} samples but {len(time_s)} time stamps", COPY_AGAIN)
+            what = f"{number_of(length, 'sample')} but {number_of(len(time_s), 'time stamp')}"
+            raise FreerockError(where, what, COPY_AGAIN)
         while length and np.isnan(time_s[length - 1]):  # empty rows at the end
             length -= 1
         grid = regular_grid(where, time_s[:length])
@@ -223,7 +224,8 @@ def _dataset(
         found[name] = ("time", values, {"units": units[name]})
         if over.size:
             found[name][2]["out_of_range"] = over.astype(np.int64)
-            notes.append(f"{over.size} samples of {name} are out of range, the first at {over[0]}")
+            over_told = number_of(over.size, "sample")
+            notes.append(f"{over_told} of {name} out of range, the first at {over[0]}")
     attrs = {
         "format": contents.format,
         "start_time": origin or contents.start_time,
@@ -269,10 +271,11 @@ def regular_grid(where: object, time_s: ArrayLike) -> Grid:
     """
     time = np.asarray(time_s, float)
     if time.size < 2:
-        raise FreerockError(where, f"{time.size} time stamps give no sampling rate", "record more samples")
+        what = f"no sampling rate from {number_of(time.size, 'time stamp')}"
+        raise FreerockError(where, what, "record more samples")
     bad = np.flatnonzero(~np.isfinite(time))
     if bad.size:
-        what = f"{bad.size} time stamps are missing or infinite, the first at sample {bad[0]}"
+        what = f"{number_of(bad.size, 'time stamp')} missing or infinite, the first at sample {bad[0]}"
         raise FreerockError(where, what, EXPORT)
     back = np.flatnonzero(time[1:] < time[:-1])
     if back.size:
@@ -297,8 +300,8 @@ def on_grid(where: object, grid: Grid, samples: Floats) -> Floats:
         Two samples with one stamp that differ; samples without a stamp at the end.
     """
     stamped = grid.size if grid.places is None else grid.places.size
-    if late := np.count_nonzero(np.isfinite(samples[stamped:])):
-        raise FreerockError(where, f"{late} samples at the end have no time stamp", EXPORT)
+    if late := int(np.count_nonzero(np.isfinite(samples[stamped:]))):
+        raise FreerockError(where, f"{number_of(late, 'sample')} at the end without a time stamp", EXPORT)
     samples = samples[:stamped]
     if grid.places is None:
         return samples
@@ -353,7 +356,7 @@ def _pieces(where: object, time: Floats) -> Grid:
     typical = float(np.median(steps[steps > 0]))
     number = np.cumsum(steps > 0, dtype=float)
     piece = np.cumsum(steps > GAP * typical, dtype=np.intp)
-    told = "1 gap" if piece[-1] == 1 else f"{piece[-1]} gaps"
+    told = number_of(piece[-1], "gap")
     step, start, off = _line(time, number, piece, typical)
     deviation = off / step
     if not deviation <= MILD_JITTER:
@@ -368,10 +371,12 @@ def _pieces(where: object, time: Floats) -> Grid:
     if deviation > NAMEABLE:
         faults.append(f"time stamps jitter by up to {100 * deviation:.2g} % of the sampling interval")
     if time.size > taken:
-        faults.append(f"{time.size - taken} repeated samples dropped")
+        faults.append(f"{number_of(time.size - taken, 'repeated sample')} dropped")
     if size > taken:
         begins = time[np.flatnonzero(np.diff(places) > 1)[0]]
-        faults.append(f"{size - taken} samples missing in {told}, the first after {begins:.6g} s")
+        faults.append(
+            f"{number_of(size - taken, 'sample')} missing in {told}, the first after {begins:.6g} s"
+        )
     even = size == time.size and taken == size
     first = time[0] if deviation <= NAMEABLE else start[0]
     return Grid(float(first), step, size, None if even else places, tuple(faults))

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.arrays import Floats
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, number_of
 from freerock.records import headings
 from freerock.records.cells import Samples, kind_of, numbers, seconds, why_no_number
 from freerock.records.channels import Channel, Even, Stamps, unfit
@@ -172,7 +172,8 @@ def head_of(table: Table) -> tuple[list[tuple[str, str]], dict[str, str], list[s
         elif not COMMENT.match(lines[n]):
             if crossed:
                 break
-            what = f"line {n + 1} holds neither numbers nor {used} headings: {lines[n].strip()[:60]!r}"
+            sought = f"neither numbers nor {number_of(used, 'heading')}"
+            what = f"line {n + 1} holds {sought}: {lines[n].strip()[:60]!r}"
             remedy = "give each column a heading, as Time [s]; Laser [V], or correct the cell"
             raise FreerockError(table.where, what, remedy)
     others = {n: line.strip() for n, line in enumerate(lines) if line.strip() and n not in rows}

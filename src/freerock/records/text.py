@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, number_of
 from freerock.records.cells import seconds
 from freerock.records.channels import COPY_AGAIN, Contents
 from freerock.records.table import Layout, Table, cells_of, channels_of, layout_of
@@ -113,7 +113,7 @@ def frame_of(
         ).set_index(pd.Index([*numbered]))
     except pd.errors.ParserError as error:
         wide = next((n for n, line in numbered.items() if len(cells_of(line, layout[0])) > len(texts)), 0)
-        what = f"line {wide} has more than {len(texts)} cells" if wide else str(error)
+        what = f"line {wide} has more than {number_of(len(texts), 'cell')}" if wide else str(error)
         raise FreerockError(path, what, "correct the line, or export the file again") from None
     if lines[-1] and len(cells) > 1:
         if (cells.iloc[-1].isna() & cells.iloc[-2].notna()).any():

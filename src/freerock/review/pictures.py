@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from freerock.arrays import Floats
+from freerock.errors import number_of
 from freerock.models.block import Block
 from freerock.models.free_parameters import SYMBOLS
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
@@ -133,7 +134,7 @@ def means_of(fits: xr.DataTree | None) -> Json | None:
         of = found.setdefault(
             row["model"],
             {"model": row["model"], "label": MODEL_LABELS[row["model"]], "status": "", "reason": ""}
-            | {"says": f"{row['n_runs']} runs" if row["n_runs"] > 1 else "1 run", "parameters": []},
+            | {"says": number_of(row["n_runs"], "run"), "parameters": []},
         )
         of["parameters"].append(
             _parameter(row["parameter"], row["mean"], row["u_total"], row["unit"])

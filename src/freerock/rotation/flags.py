@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Flags, Floats
+from freerock.errors import number_of
 from freerock.noise.signal_noise import lattice_step
 from freerock.noise.still_phases import between_breaks, stretches
 from freerock.units import BASE
@@ -227,6 +228,6 @@ def flagged_faults(time_s: Floats, flags: Flags) -> list[Fault]:
         if index.size == 0:
             continue
         for i, j in zip(*between_breaks(np.diff(index) > apart), strict=True):
-            note = f"{j - i + 1} sample{'s' if j > i else ''}"
+            note = number_of(j - i + 1, "sample")
             faults.append(Fault(name, float(time_s[index[i]]), float(time_s[index[j]]), note))
     return faults

@@ -76,11 +76,6 @@ def value_text(value: float, stderr: float, unit: str) -> str:
     return f"{quantity(value, stderr)} {unit_text(unit)}".rstrip()
 
 
-def number_of(n: int, thing: str) -> str:
-    """A number of things in words: "1 run", "3 runs"."""
-    return f"{n} {thing}{'' if n == 1 else 's'}"
-
-
 def in_words(names: Sequence[str]) -> str:
     """Names one after the other: "a, b and c"."""
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
