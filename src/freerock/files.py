@@ -27,7 +27,9 @@ def read_bytes(path: str | Path) -> bytes:
     try:
         return Path(path).read_bytes()
     except OSError as error:
-        raise FreerockError(path, f"cannot be read ({error.strerror})", "put it back") from None
+        there = isinstance(error, PermissionError)
+        remedy = "allow reading it" if there else "put it there, or correct its name"
+        raise FreerockError(path, f"cannot be read ({error.strerror})", remedy) from None
 
 
 @contextmanager

@@ -1,6 +1,8 @@
 """Files written whole or not at all, and checksums of raw files."""
 
 import hashlib
+from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -9,6 +11,7 @@ from freerock.files import (
     atomic,
     check_file,
     listed_checksums,
+    read_bytes,
     renew_manifest,
     sha256,
     write_manifest,
@@ -101,3 +104,16 @@ def test_atomic_leaves_all_or_nothing(tmp_path):
         partial.write_text("half")
         raise KeyboardInterrupt
     assert [each.read_text() for each in path.parent.iterdir()] == ["new"]
+
+
+@pytest.mark.parametrize(
+    "error, remedy",
+    [
+        (FileNotFoundError(2, "No such file"), "put it there, or correct its name"),
+        (PermissionError(13, "Permission denied"), "allow reading it"),
+    ],
+)
+def test_what_cannot_be_read_is_told_by_why(monkeypatch, error, remedy):
+    monkeypatch.setattr(Path, "read_bytes", Mock(side_effect=error))
+    with pytest.raises(FreerockError, match=rf"lab\.yaml: cannot be read \({error.strerror}\); {remedy}"):
+        read_bytes("lab.yaml")

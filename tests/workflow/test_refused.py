@@ -35,7 +35,8 @@ def left_to_fill_in(checkout):
 REFUSED = {
     broken_yaml: "config/config.yaml:1: expected ',' or ']', but got ':'; "
     "close the brace, bracket or quote that opens here, with commas between",
-    no_config: "config/config.yaml: cannot be read (No such file or directory); put it back",
+    no_config: "config/config.yaml: cannot be read (No such file or directory); "
+    "put it there, or correct its name",
     studies: "config/config.yaml:1: campaigns: 'studies' is a folder of results; rename the campaign",
     no_raw_folder: "raw/lab: there is no such folder; put the record files there",
     left_to_fill_in: "config/campaigns/lab.yaml:4: blocks.tall.mass_kg: is still to be filled in; "
