@@ -118,7 +118,7 @@ FILES = {
     "unknown channel": (
         lambda raw: edit("config/campaigns/lab.csv", "top", "tip"),
         "config/campaigns/lab.csv:3: channel: raw/lab/b.tdms: no channel 'tip'; its channels are top, low; "
-        "correct the channel column of the campaign's CSV",
+        "name one (of a campaign in the channel column of its CSV)",
     ),
     "unit other than declared": (
         lambda raw: edit("config/campaigns/lab.yaml", "0.05}", "0.05, units: mA}"),

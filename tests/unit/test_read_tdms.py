@@ -49,7 +49,8 @@ def test_linear_scaling(tmp_path):
 
 def test_missing_channel_lists_those_present(record):
     assert refusal(record, "lazer") == (
-        "no channel 'lazer'; its channels are laser; correct the channel column of the campaign's CSV"
+        "no channel 'lazer'; its channels are laser; "
+        "name one (of a campaign in the channel column of its CSV)"
     )
 
 

@@ -21,9 +21,9 @@ BAD = {
     "missing": "no such file; put it there, or correct its name",
     "empty": f"the file is empty; {COPY}",
     "truncated": f"the file is truncated: its last segment is incomplete; {COPY}",
-    "channel": "no channel 'laser_2'; its channels are laser; correct the channel column of the "
-    "campaign's CSV",
-    "several": "has the channels laser, laser_2; name one in the channel column of the campaign's CSV",
+    "channel": "no channel 'laser_2'; its channels are laser; "
+    "name one (of a campaign in the channel column of its CSV)",
+    "several": "has the channels laser, laser_2; name one (of a campaign in the channel column of its CSV)",
     "no_unit": f"lasers: units: the channel states no unit; {DECLARE}",
     "kilograms": f"lasers: units: the channel's unit 'kg' is not known; name another channel, or {DECLARE}",
     "millimetres": "lasers: units: range_m scales volts or milliamperes, and the file states 'mm'; "

@@ -11,6 +11,7 @@ from freerock.arrays import Floats, Indices
 from freerock.errors import FreerockError
 
 COPY_AGAIN = "copy it again from the acquisition computer"
+NAME_ONE = "name one (of a campaign in the channel column of its CSV)"
 NAMES_LISTED = 20
 RATES_DIFFER = 0.01  # so much, as a share, and two rates are not the same one rounded
 
@@ -178,8 +179,8 @@ def chosen(path: Path, names: Mapping[str, Channel], channel: str | None) -> dic
     full = {f"{c.group}/{c.name}": name for name, c in reversed([*names.items()])}
     name = channel if channel in names else full.get(channel)
     if name is None:
-        remedy = "correct the channel column of the campaign's CSV"
-        raise FreerockError(path, f"no channel {channel!r}; its channels are {names_in_short(names)}", remedy)
+        what = f"no channel {channel!r}; its channels are {names_in_short(names)}"
+        raise FreerockError(path, what, NAME_ONE)
     if names[name].fault:
         raise FreerockError(path, f"channel {name!r} {names[name].fault}", "name one that holds numbers")
     return {name: names[name]}

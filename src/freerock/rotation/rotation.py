@@ -15,10 +15,11 @@ from numpy.typing import ArrayLike
 
 from freerock.arrays import SLOWEST_S, Floats, Mask, numbers
 from freerock.config.processing import ROTATION_OPTIONS, RotationOptions
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, number_of
 from freerock.files import check_file
 from freerock.models.block import Block
 from freerock.noise.still_phases import stretches
+from freerock.records.channels import NAME_ONE
 from freerock.records.read import read_record
 from freerock.rotation.beam import (
     displaced,
@@ -99,7 +100,7 @@ def rotation_in(
         read = read_record(path, name or None, time_unit=options.time_unit, rate_hz=options.sampling_rate_hz)
         if len(read.data_vars) > 1:
             several = f"has the channels {', '.join(map(str, read.data_vars))}"
-            raise FreerockError(path, several, "name one in the channel column of the campaign's CSV")
+            raise FreerockError(path, several, NAME_ONE)
         (signal,) = read.data_vars.values()
         signal.values[signal.attrs.pop("out_of_range", [])] = np.inf  # counted as such
         channels.append(signal.assign_attrs(read.attrs))
@@ -195,7 +196,7 @@ def find_rotation(
     lasers = lasers_of(laser)
     channels: Any = signal if np.ndim(signal[0]) else [signal]  # type: ignore[index]
     if len(channels) != len(lasers):
-        what = f"{len(channels)} channels for {len(lasers)} lasers"
+        what = f"{number_of(len(channels), 'channel')} for {number_of(len(lasers), 'laser')}"
         raise FreerockError("laser signal", what, "name a channel for each laser")
     if any(own.response_ms != lasers[0].response_ms for own in lasers):
         raise FreerockError("laser signal", "the two lasers differ in their response", "give both the same")
