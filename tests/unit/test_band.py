@@ -45,6 +45,12 @@ def test_equal_runs_predict_each_other_in_a_narrow_band():
     np.testing.assert_allclose(table["median_deg"], table["peak_deg"], rtol=5e-3)
 
 
+def test_a_run_of_which_nothing_is_known_has_a_wide_band():
+    with np.errstate(over="raise"):
+        table = record([0.9, 0.9, 0.9], stderr=1e3)
+    assert table["inside"][table["peak"] == 1].all()
+
+
 def test_runs_that_differ_widen_the_band_and_a_stranger_lies_outside():
     r = 0.9 + 0.004 * np.random.default_rng(2).standard_normal(12)
     table = record(r)

@@ -60,6 +60,13 @@ def test_runs_that_scatter_by_their_noise_may_have_some_spread_all_the_same():
     assert 0 < whole.tau_high < 0.1 * whole.mean
 
 
+def test_an_interval_beyond_all_floats_is_open():
+    parameters = fitted("a", "mat", [3e6, 3e6, 3e6], stderr=1e3)
+    with np.errstate(over="raise"):
+        (row,) = by_level(populations_table(means_in(parameters)))["record"].itertuples()
+    assert row.next_high == math.inf and math.isfinite(row.mean)
+
+
 def test_blocks_that_differ_have_a_spread_on_their_foundation():
     values = np.array([0.98, 1.0, 1.02])
     parameters = pd.concat(

@@ -15,7 +15,7 @@ from freerock.config.fit_settings import FitSettings
 from freerock.identification.run_model import RTOL_SCREENING, Point, RunModel
 from freerock.models.block import Block
 from freerock.populations.estimate import Estimate
-from freerock.populations.random_effects import likely_spreads
+from freerock.populations.random_effects import exponential, likely_spreads
 from freerock.runs.motion import Motion
 
 DRAWS = 200  # motions of a band
@@ -158,7 +158,7 @@ def _drawn(
     shifts = rng.multivariate_normal(0 * mean, noise / n, DRAWS, method="eigh")
     shifts += np.sqrt(1 + 1 / n) * _spreads(known, rng) * rng.standard_normal(shifts.shape)
     for shift in shifts:
-        law = dict(zip(names, np.exp(mean + shift).tolist(), strict=True))
+        law = dict(zip(names, exponential(mean + shift).tolist(), strict=True))
         yield law | ({"r": min(law["r"], MOST_R)} if "r" in law else {}), sigma_r
 
 

@@ -9,11 +9,13 @@ convex combination of the members with the least variance wᵀ V w.
 """
 
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.special import chdtrc, gammaincinv, stdtr, stdtrit
 
 from freerock.arrays import Floats
@@ -21,6 +23,13 @@ from freerock.identification.significance_levels import NORMAL_95
 from freerock.populations.priors import RUNS, Prior
 
 LEVEL = 0.95  # of all intervals
+LARGEST = math.log(sys.float_info.max)
+
+
+def exponential(logarithms: ArrayLike) -> Floats:
+    """Values whose logarithms these are; infinite where no float is as large."""
+    known = np.asarray(logarithms, float)
+    return np.where(known > LARGEST, np.inf, np.exp(np.minimum(known, LARGEST)))
 
 
 @dataclass(frozen=True)

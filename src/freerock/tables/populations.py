@@ -12,7 +12,7 @@ from freerock.columns import columns_of, table_of
 from freerock.models.free_parameters import OF_RECORD
 from freerock.models.laws import MODELS, law_of
 from freerock.populations.means import Key, Mean, over_records, over_runs, spread_of_runs
-from freerock.populations.random_effects import Population
+from freerock.populations.random_effects import Population, exponential
 
 INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
 COMMON = ["campaign", "foundation", "model", "parameter", "unit"]  # of the records of a foundation
@@ -31,7 +31,7 @@ class _Scale(NamedTuple):
     slope: Callable[[float], float]
 
 
-LOGARITHM = _Scale(np.log, np.exp, lambda value: value)
+LOGARITHM = _Scale(np.log, exponential, lambda value: value)
 LOGIT = _Scale(logit, expit, lambda value: value * (1 - value))
 AS_IT_IS = _Scale(np.asarray, np.asarray, lambda value: 1.0)
 
