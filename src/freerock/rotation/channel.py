@@ -172,7 +172,7 @@ def _mains(
     other = None if mains else other_mains(signal, mains_hz)
     if other:
         other_hz, found = other
-        note = f"{found.frequency_hz:.2f} Hz, {found.amplitude:.3g} {unit}: the mains seem to be at "
+        note = f"{found.frequency_hz:.2f} Hz, {found.amplitude:#.3g} {unit}: the mains seem to be at "
         note += f"{other_hz:g} Hz and not at {mains_hz:g} Hz, set mains_hz: {other_hz:g}"
         return None, other_hz, [Fault("other_mains", *whole, note)]
     seen = seen_mains(signal, mains_hz)
@@ -190,16 +190,16 @@ def _interference(
     """Sinusoids at rest: the mains, which have been removed, and the strongest that is not from them."""
     faults, whole = [], (float(signal.time_s[0]), float(signal.time_s[-1]))
     if mains:
-        note = f"{mains.frequency_hz:.2f} Hz, {mains.amplitude:.3g} {unit}, removed"
+        note = f"{mains.frequency_hz:.2f} Hz, {mains.amplitude:#.3g} {unit}, removed"
         faults.append(Fault("mains_interference", *whole, note, mains.amplitude * per_output))
     line = other_line(signal, lines_of_hz)
     rounded = ROUNDED * signal.lattice if signal.lattice > COARSE_STEP * signal.noise else 0.0
     if line and line[1] > max(FAINT * signal.noise, rounded):
-        note = f"{line[0]:.1f} Hz, {line[1]:.3g} {unit}, not from the mains: folded, or a vibration"
+        note = f"{line[0]:.1f} Hz, {line[1]:#.3g} {unit}, not from the mains: folded, or a vibration"
         faults.append(Fault("aliasing", *whole, note, line[1] * per_output))
     slow = slow_line(signal.untouched, signal.step)
     if slow and slow[1] > FAINT * signal.noise:
-        note = f"{slow[0]:.1f} Hz, {slow[1]:.3g} {unit}, before anything was moved: "
+        note = f"{slow[0]:.1f} Hz, {slow[1]:#.3g} {unit}, before anything was moved: "
         note += "the floor or the stand of the laser shakes"
         faults.append(Fault("vibration", *whole, note, slow[1] * per_output))
     return faults
@@ -228,6 +228,6 @@ def moved_rests(signal: StillSignal, rests: Sequence[Phase], unit: str, per_outp
         unsure = math.hypot(error, error_2) / 2 * span
         drifted = abs(by_drift) > 3 * unsure and abs(moved - by_drift) < 3 * unsure + abs(by_drift)
         name = "drift" if drifted else "rest_shift"
-        note = f"{moved:+.3g} {unit}"
+        note = f"{moved:+#.3g} {unit}"
         faults.append(Fault(name, one.end_s, two.start_s, note, moved * per_output))
     return faults
