@@ -14,7 +14,7 @@ from freerock.identification.scatter import Scatter
 from freerock.identification.u_total import Uncertainty
 from freerock.models.free_parameters import PARAMETERS
 from freerock.models.given import legal
-from freerock.models.laws import law_of
+from freerock.models.laws import MODEL_LABELS, law_of
 from freerock.runs.impacts import Impacts
 
 if TYPE_CHECKING:
@@ -237,11 +237,11 @@ class Fit:
         import matplotlib.pyplot as plt
 
         figure, (above, below) = plt.subplots(2, 1, sharex=True, height_ratios=(3, 1), layout="constrained")
-        label = f"{self.model}, ε_θ = {100 * self.epsilon_theta:.2g} %"
-        above.plot(self.curve.time, self.curve.theta, ".", markersize=2, label="measured")
+        label = f"{MODEL_LABELS[self.model]}, $ε_θ$ = {100 * self.epsilon_theta:.2g} %"
+        above.plot(self.curve.time, self.curve.theta, ".", markersize=2, label="recorded")
         above.plot(self.curve.time, self.curve.theta_model, linewidth=1, label=label)
         below.plot(self.curve.time, self.curve.residual, linewidth=0.5)
-        above.set_ylabel("θ [rad]")
+        above.set_ylabel("θ / rad")
         above.legend()
-        below.set(xlabel="time since the release [s]", ylabel="model less measured [rad]")
+        below.set(xlabel="time since release / s", ylabel="residual / rad")
         return figure
