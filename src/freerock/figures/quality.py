@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.text import Annotation
 
 from freerock.arrays import Floats
 from freerock.errors import number_of
@@ -320,14 +319,8 @@ def _header(figure: Figure, title: str, attrs: Mapping[Any, Any], facts: str = "
     height = figure.get_figheight()
 
     def write(x: float, inches: float, text: str, **look: Any) -> None:
-        before, epsilon, after = text.replace("$", r"\$").partition("ε_θ")
-        y = 1 - inches / height
-        first = figure.text(x, y, f"{before}{epsilon[:1]}", va="top", **look)
-        if epsilon:  # index and rest follow as plain texts: a formula would take 0.1 s
-            index = Annotation("θ", (1, -0.1), xycoords=first, va="bottom", fontsize="x-small", **look)
-            rest = Annotation(after, (1, y), xycoords=(index, "figure fraction"), va="top", **look)
-            figure.add_artist(index)
-            figure.add_artist(rest)
+        set_text = text.replace("$", r"\$").replace("ε_θ", "$ε_θ$")
+        figure.text(x, 1 - inches / height, set_text, va="top", **look)
 
     write(0.01, 0.05, title, fontsize=11)
     write(0.99, 0.05, verdict, fontsize=11, ha="right", color=colour)
