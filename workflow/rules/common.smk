@@ -4,7 +4,7 @@ import os
 import sys
 from pathlib import Path
 
-import freerock.jobs.garbage
+import freerock.jobs  # first: from here on Python looks for garbage seldom
 from freerock.config import step_settings as settings
 from freerock.config.campaign import check_options, load_config
 from freerock.config.review_log import log_of

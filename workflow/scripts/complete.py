@@ -1,6 +1,5 @@
 """The end of a campaign: fails, with a line for each record that has no usable run."""
 
-import freerock.jobs.garbage  # noqa: F401
 from freerock.jobs.finish_campaign import complete
 from freerock.jobs.log import log_to
 

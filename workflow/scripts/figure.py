@@ -3,7 +3,6 @@
 from importlib import import_module
 from pathlib import Path
 
-import freerock.jobs.garbage  # noqa: F401
 from freerock.jobs.log import log_to
 from freerock.jobs.make_figure import make_figure
 

@@ -1,6 +1,5 @@
 """The models identified on each run of a record."""
 
-import freerock.jobs.garbage  # noqa: F401
 from freerock.jobs.descriptions import described
 from freerock.jobs.log import log_to, make_or_give_up
 from freerock.jobs.make_fits import give_up_fits, make_fits

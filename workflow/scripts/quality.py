@@ -1,6 +1,5 @@
 """Quality control of a record, a page per run."""
 
-import freerock.jobs.garbage  # noqa: F401
 from freerock.jobs.log import log_to, make_or_give_up
 from freerock.jobs.make_quality import make_quality
 

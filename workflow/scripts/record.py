@@ -1,6 +1,5 @@
 """A record file to θ(t), runs and impacts."""
 
-import freerock.jobs.garbage  # noqa: F401
 from freerock.jobs.descriptions import described
 from freerock.jobs.log import log_to, make_or_give_up
 from freerock.jobs.make_record import give_up_record, make_record

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import freerock.jobs.garbage  # noqa: F401
 from freerock.jobs.log import log_to
 from freerock.jobs.make_tables import make_tables
 
