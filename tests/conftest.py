@@ -9,7 +9,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # as in the workflow's jobs; befo
 
 import pytest
 from hypothesis import settings
-from small_campaign import ROOT, check_out, once
+from small_campaign import BLOCKS, MAT, ROOT, check_out, once
 
 settings.register_profile("same every time", deadline=None, derandomize=True, max_examples=30)
 settings.load_profile("same every time")
@@ -56,6 +56,15 @@ def palermo(tmp_path_factory):
         assert done.returncode == 0, done.stdout + done.stderr
 
     return once(tmp_path_factory, "palermo", analyse) / "results/palermo_virtual"
+
+
+@pytest.fixture(scope="session")
+def springs(tmp_path_factory):
+    """The bench's second simulator, compiled by one process of this run of the tests and loaded by others."""
+    from freerock_bench.springs import Motion, Scene
+
+    scene = Scene(BLOCKS["squat"][0], MAT, True, 0.1)
+    once(tmp_path_factory, "springs", lambda folder: Motion(scene, 1000.0, 0.01))
 
 
 @pytest.fixture(scope="module")

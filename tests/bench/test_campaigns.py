@@ -12,6 +12,8 @@ from freerock_bench import campaigns, kinds, noises, scattered
 from freerock_bench.scattered import KNOWN, make
 from freerock_bench.springs import Motion
 
+pytestmark = pytest.mark.usefixtures("springs")
+
 TRUTH = {"k": 2e6, "lambda": 5e7}
 
 

@@ -10,6 +10,8 @@ from freerock_bench import evidence, kinds, minimum, scatter, scattered
 from freerock_bench.campaigns import COLUMNS
 from freerock_bench.document import BEGIN, END
 
+pytestmark = pytest.mark.usefixtures("springs")
+
 KIND = "clean, Winkler, guided"
 ROWS = pd.DataFrame(
     [

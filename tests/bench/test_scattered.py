@@ -17,6 +17,8 @@ from freerock_bench.golden.files import read_golden
 from freerock_bench.scattered import BEAMS_M, RATE_HZ, SIGMA_RAD, make
 from freerock_bench.springs import Motion, Scene, restitution_of
 
+pytestmark = pytest.mark.usefixtures("springs")
+
 AT_ONCE_S = 1e-7
 BLOCK, ANGLE = BLOCKS["config2"], RELEASE_ANGLES["config2"]
 MARBLE = TABLE_2["marble"]

@@ -14,6 +14,8 @@ from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock.virtual_lab.published import TABLE_2
 from freerock_bench.springs import Motion, Scene, energy
 
+pytestmark = pytest.mark.usefixtures("springs")
+
 BLOCK, ANGLE, LASER = CONFIGURATIONS["config2"]
 SOIL = TABLE_2["aerstop"]["hunt_crossley"]
 RATE_HZ, N = 1000.0, 1500
