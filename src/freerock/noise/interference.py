@@ -45,7 +45,11 @@ class Mains(NamedTuple):
     def over(self, time_s: Floats) -> Floats:
         """Its values at some instants [s]."""
         turned = np.exp(2j * np.pi * self.frequency_hz * time_s)
-        return np.asarray(np.polynomial.polynomial.polyval(turned, [0, *self.weights]).real)
+        total = np.zeros_like(turned)
+        for weight in self.weights[::-1]:
+            total += weight
+            total *= turned
+        return np.asarray(total.real)
 
 
 def fit_mains(
