@@ -4,7 +4,8 @@ import zipfile
 from importlib.util import find_spec
 from pathlib import Path
 
-from installed import ROOT, wheel_from_sdist
+from installed import ROOT, install
+from small_campaign import once
 
 WORKFLOW = ("Snakefile", "workflow", "profiles", "requirements.lock")
 
@@ -15,8 +16,9 @@ def files_of(folder, *parts):
     return {path.relative_to(folder).as_posix(): path for path in found if path.is_file()}
 
 
-def test_a_wheel_holds_the_product_and_its_workflow(tmp_path):
-    wheel = zipfile.ZipFile(wheel_from_sdist(tmp_path))
+def test_a_wheel_holds_the_product_and_its_workflow(tmp_path_factory):
+    (path,) = (once(tmp_path_factory, "installed", install) / "wheel").glob("*.whl")
+    wheel = zipfile.ZipFile(path)
     expected = {f"freerock/snakemake/{name}": path for name, path in files_of(ROOT, *WORKFLOW).items()}
     expected |= files_of(ROOT / "src", "freerock")
     expected = {name: path for name, path in expected.items() if "__pycache__" not in name}

@@ -36,7 +36,7 @@ def test_an_input_of_each_member_is_in_the_scatter_already():
 def test_intervals_hold_the_truth(n, own, shared):
     """Members with an error of their own input, one of a shared input and a scatter of 1."""
     generator = np.random.default_rng([n, int(10 * own), int(10 * shared)])
-    draws, inside = 300, 0
+    draws, inside = 150, 0
     inputs = np.column_stack([own * np.eye(n), np.full(n, shared)])
     for _ in range(draws):
         values = own * generator.standard_normal(n) + shared * generator.standard_normal()

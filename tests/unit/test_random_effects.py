@@ -60,7 +60,7 @@ def test_values_without_noise_are_refused(stderrs):
     [(3, 0.03, 1e-4), (3, 0.03, 0.03), (3, 0.03, 0.01), (3, 0.0, 1e-3), (10, 0.03, 1e-3)],
 )
 def test_intervals_hold_the_truth_as_often_as_they_say(n, tau, sigma):
-    draw, runs = np.random.default_rng(5), 600
+    draw, runs = np.random.default_rng(5), 300
     held = np.zeros(3)
     for _ in range(runs):
         values = draw.normal(0, tau, n + 1) + draw.normal(0, sigma, n + 1)
