@@ -1,8 +1,5 @@
 """Bad input: one line that tells what to do, an exit code, nothing half-written; the other records finish."""
 
-import csv
-import json
-
 import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
@@ -41,7 +38,6 @@ BAD = {
     "change is meant: python -m freerock.files raw/bad",
 }
 WAVEFORM = {"wf_increment": 1 / 2000, "wf_start_offset": 0.0, "unit_string": "V"}
-OUT = "left_out.tdms,,squat,mat,low,record,,the base was wet,"
 
 
 def write_volts(path, properties, **channels):
@@ -106,40 +102,6 @@ def test_bad_record_is_told_in_one_line(bad, test):
     assert ("theta" in product) == (test in ("overturned", "no_release"))
     log = checkout / f"results/bad/logs/record_{test}.log"
     assert line in log.read_text().splitlines()
-
-
-def test_others_finish_and_the_failed_one_is_named(tmp_path):
-    checkout = check_out(tmp_path / "checkout")
-    records = [("good", "", "squat"), ("missing", "", "tall"), ("left_out", "", "squat")]
-    add_campaign(checkout, "lab", CAMPAIGN, records)
-    checkout.edit("config/campaigns/lab.csv", "left_out.tdms,,squat,mat,low,,,,", OUT)
-    (checkout / "raw/lab").mkdir(parents=True)
-    for seed, test in enumerate(("good", "left_out")):
-        write_tdms(checkout / f"raw/lab/{test}.tdms", simulated("squat", seed))
-    done = checkout.snakemake()
-    line = f"raw/lab/missing.tdms: {BAD['missing']}"
-    assert done.returncode == 1
-    assert f"\nlab: record missing failed: {line}\n" in done.stderr
-    assert "Traceback" not in done.stderr
-    assert not partial_files(checkout)
-    with open(checkout / "results/lab/tables/runs.csv", newline="", encoding="utf-8") as table:
-        rows = [(row["test"], row["run"], row["verdict"], row["reasons"]) for row in csv.DictReader(table)]
-    assert rows == [
-        ("good", "1", "ok", ""),
-        ("missing", "", "fail", line),
-        ("left_out", "", "ok", "excluded: the base was wet"),
-    ]
-    assert {path.name for path in (checkout / "results/lab").iterdir()} == {
-        *("figures", "fits", "logs", "records", "tables"),
-        *("provenance.json", "report.html"),
-    }
-    made_by = json.loads((checkout / "results/lab/provenance.json").read_text(encoding="utf-8"))
-    files = [f"raw/lab/{test}.tdms" for test in ("good", "left_out")]
-    assert made_by["inputs"] == {file: sha256(checkout / file) for file in files}
-    assert checkout.planned() == {"complete": 1}
-
-    write_tdms(checkout / "raw/lab/missing.tdms", simulated("tall", 2))
-    assert checkout.planned()["record"] == 1
 
 
 @pytest.mark.parametrize(
