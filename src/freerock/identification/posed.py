@@ -28,7 +28,7 @@ FARTHEST_INPUT = 8.0  # standard uncertainties: a law that needs more is rejecte
 ROUGH = 5e-3  # relative change of the objective, above which a search is a rough one
 # Of the rate after an impact over that before it where a search began, less one. Within a half to one and a
 # half, Winkler's law on the record `damping_by_depth` left 14 times the noise, where 1.4 is its least.
-RATES = (-0.9, 4.0)
+RATE_CHANGE = (-0.9, 4.0)
 EPS = float(np.finfo(float).eps)
 
 
@@ -143,7 +143,7 @@ class Posed:
             value = float(np.clip(at.inputs[j], -0.99 * far, 0.99 * far))  # "dogbox" does not leave a bound
             found.add(f"input_{j + 1}_{source.name}", value=value, min=-far, max=far)
         for i, value in enumerate(at.impacts.tolist()):
-            found.add(f"impact_{i + 1}", value=value, min=RATES[0], max=RATES[1])
+            found.add(f"impact_{i + 1}", value=value, min=RATE_CHANGE[0], max=RATE_CHANGE[1])
         return found
 
     def point(self, parameters: lmfit.Parameters, before: Floats | None = None) -> Point:
@@ -286,7 +286,7 @@ def minimised(
     objective.before = held.passages[:, 4] / (1 + held.impacts)  # so that at the end the parameters are δ
     for i, value in enumerate(held.impacts.tolist()):
         impact = result.params[f"impact_{i + 1}"]
-        if not RATES[0] < value < RATES[1]:  # the search bounds what rates change from its start
+        if not RATE_CHANGE[0] < value < RATE_CHANGE[1]:  # the search bounds what rates change from its start
             impact.set(min=(value - 1) / 2, max=2 * abs(value))
         impact.value = value
     at = replace(held, rates=None)

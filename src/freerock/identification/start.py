@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.identification.posed import RATES, Ended, Posed, minimised
+from freerock.identification.posed import RATE_CHANGE, Ended, Posed, minimised
 from freerock.identification.run_model import RTOL_SCREENING, RTOL_SEARCH, Point, RunModel
 from freerock.identification.samples import Samples
 from freerock.models.block import Block
@@ -138,7 +138,7 @@ def in_step(model: RunModel, at: Point, end_s: float, enough: float = START.in_s
         rates[i : n - 1] = _lasting(model.block, wanted, np.diff(own), rates, i)
         at = replace(at, rates=rates, impacts=np.where(rates > 0, at.impacts, 0.0))
     at = model.held(at, samples, rtol)
-    impacts = np.clip(at.impacts, RATES[0] / 2, RATES[1] / 2)
+    impacts = np.clip(at.impacts, RATE_CHANGE[0] / 2, RATE_CHANGE[1] / 2)
     return _shared(replace(at, impacts=impacts, rates=None))
 
 
@@ -348,20 +348,8 @@ class Followed:
 
     @cached_property
     def screened(self) -> list[Ended]:
-        """Promising ends on the first swings, the best one first."""
-        ends = [
-            end if end.result.success else minimised(end.posed, _shared(end.at), *START.search)
-            for end in self.glimpsed
-        ]
-        return promising(ends)
-
-    @cached_property
-    def searched(self) -> Ended:
-        """The best end on the first swings, sought until little changes: no law is ruled out before."""
-        best = self.screened[0]
-        if best not in self.glimpsed:
-            return best
-        return min(best, minimised(best.posed, best.at, *START.search), key=lambda end: end.mean_square)
+        """Promising ends on the first swings, sought until little changes, the best one first."""
+        return promising([minimised(end.posed, _shared(end.at), *START.search) for end in self.glimpsed])
 
     def _ends(self, end_s: float, starts: list[Point], left: float, search: tuple[int, float]) -> list[Ended]:
         """Ends of starts on the samples up to an instant, the best one first."""

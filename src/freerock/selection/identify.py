@@ -12,7 +12,7 @@ from freerock.identification.fitted import Fit
 from freerock.identification.paper_fit import PaperFit, paper_fit
 from freerock.identification.posed import Ended
 from freerock.identification.significance_levels import REJECTS
-from freerock.identification.start import START, Followed
+from freerock.identification.start import Followed
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, PAPER_MODELS
 from freerock.runs.motion import Motion
@@ -103,7 +103,6 @@ def identify_record(block: Block, motions: Mapping[int, Motion], allowed: Allowe
             with _missed(name, found):
                 left[name] = own[name].followed.screened[0]
                 least = min(least, left[name].over_noise)
-        least = _search_on(own, left, least, found)
         _fit_tier(own, left, least, allowed, found)
         if _suffices(found) or _is_far(found):
             break
@@ -112,24 +111,6 @@ def identify_record(block: Block, motions: Mapping[int, Motion], allowed: Allowe
             found.missing.setdefault(name, "a smaller candidate suffices, or is as far from the runs")
     _as_the_paper(block, motions, allowed, found)
     return found
-
-
-def _search_on(
-    own: Mapping[str, Followers], left: dict[str, Ended], least: float, found: Identified
-) -> float:
-    """The least mean square, once no candidate near it would be ruled out before its search has ended."""
-    sought = set[str]()
-    while early := [
-        name
-        for name, end in left.items()
-        if name not in sought and not _contends(end, least) and end.over_noise <= START.promising * least
-    ]:
-        for name in early:
-            with _missed(name, found):
-                left[name] = own[name].followed.searched
-        sought.update(early)
-        least = min([least, *(each.over_noise for each in left.values())])
-    return least
 
 
 def _fit_tier(
