@@ -136,7 +136,7 @@ def population(
     scatter = float(weights**2 @ own)
 
     def half_width(variance: Floats) -> float:
-        satterthwaite = np.minimum(dof * (variance / scatter) ** 2, 1e9)
+        satterthwaite = np.minimum(min(dof, 1e9) * (variance / scatter) ** 2, 1e9)
         return _half_width(chances, np.sqrt(variance), satterthwaite)
 
     common = known if shared is None else known[:, np.asarray(shared, bool)]
