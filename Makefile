@@ -89,7 +89,7 @@ lint: setup $(DEVELOPMENT)
 
 # mypy keeps one core busy for half a minute: the tests begin beside it.
 quick: setup $(DEVELOPMENT)
-	@$(MAKE) --no-print-directory --jobs 2 lint tests WHICH='-m "not slow"'
+	@$(MAKE) --no-print-directory --jobs 2 lint tests WHICH='-m "not slow" tests/unit tests/physics src'
 
 test: setup $(DEVELOPMENT)
 	@$(MAKE) --no-print-directory --jobs 2 lint tests

@@ -29,6 +29,7 @@ LAWS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_an_independent_integrator_finds_the_same_motion(name):
     """Equations and integrator of its own, restarted at every change of regime."""

@@ -167,6 +167,7 @@ def test_depth_and_contact_of_an_upright_block_by_the_area_of_a_circle(k, radius
         assert k * area == pytest.approx(block.mass_kg * GRAVITY, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("configuration", "foundation", "radius", "kinematics"),  # each pair of two of them once at least
     [

@@ -93,6 +93,7 @@ SCENES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_motion_is_that_of_an_independent_integration(scene):
     number, model, parameters, rule, share, motion = scene

@@ -75,6 +75,7 @@ def test_mirrored_tilt_and_release_mirror_the_motion(law, tilt, theta0, kinemati
     np.testing.assert_allclose(one, -other, atol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kinematics", ["guided", "pivoting"])
 def test_an_independent_integration_of_the_tilted_base(kinematics):
     """The readable law in SciPy's DOP853, in axes of the base."""

@@ -12,6 +12,8 @@ from freerock.populations.estimate import Estimate
 from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
 
+pytestmark = pytest.mark.slow
+
 BLOCK, TIME = Block(0.28, 0.07, 5.84), np.arange(0, 2.5, 4e-3)
 
 

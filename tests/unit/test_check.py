@@ -68,6 +68,7 @@ def test_a_sound_campaign(lab, campaign):
     assert check_config(campaign=campaign)[:2] == (["lab: 2 records"], [])
 
 
+@pytest.mark.slow
 def test_the_shipped_campaigns(monkeypatch):
     monkeypatch.chdir(ROOT)
     for path in Path("config/campaigns").glob("*.yaml"):

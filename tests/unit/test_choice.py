@@ -64,6 +64,7 @@ def test_every_law_has_numbers_and_the_papers_fit(found):
     assert not winkler.evidence.agrees and winkler.evidence.residual_over_noise > 1.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("of", "stage"), [(Followed, "_posed"), (Followed, "whole"), (Followers, "ends")])
 def test_a_candidate_whose_fit_fails_takes_no_other_with_it(of, stage, monkeypatch):
     own = getattr(of, stage)
@@ -91,6 +92,7 @@ def test_candidates_are_at_most_fourteen_few_numbers_first():
     assert "general" not in tensionless.candidates
 
 
+@pytest.mark.slow
 def test_where_no_law_agrees_prediction_decides_and_numbers_stay():
     """A motion that no law makes: a table swings beneath, and the runs scatter."""
     shaken = {}

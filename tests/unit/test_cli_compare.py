@@ -9,6 +9,8 @@ from freerock.cli import subcommands as cli
 from freerock.cli.compare_command import compare_results
 from freerock.tables.csvfile import write_csv
 
+pytestmark = pytest.mark.slow
+
 RECORDS = [{"test": test, "file": f"{test}.tdms"} for test in ("b1_marble", "b1_mat", "b2_marble", "b2_mat")]
 
 

@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ANALYSED = """
 from numba.core.dispatcher import Dispatcher
 
@@ -27,6 +29,7 @@ print(known > 0, compiled[known:])
 """
 
 
+@pytest.mark.slow
 def test_an_analysis_compiles_nothing_that_the_set_up_has_not():
     root = Path(__file__).parents[2]
     done = subprocess.run([sys.executable, "-c", ANALYSED], cwd=root, capture_output=True, text=True)

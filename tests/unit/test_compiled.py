@@ -73,6 +73,7 @@ assert numba.njit(lambda x: _carlson(x, x, x))(4.0) == 0.5
 """
 
 
+@pytest.mark.slow
 def test_a_kernel_of_the_cache_is_loaded_without_what_compiling_needs_and_may_be_compiled_into_others():
     assert _carlson(4.0, 4.0, 4.0) == 0.5  # in the cache from here on
     subprocess.run([sys.executable, "-c", LOADED], check=True)

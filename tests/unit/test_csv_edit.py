@@ -66,6 +66,7 @@ def test_only_the_cells_that_change_change(name):
 CELL = st.text(st.sampled_from('ab,;"# \u2028é\t'), max_size=6)
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.tuples(CELL, CELL), min_size=1, max_size=4),
     st.sampled_from(["\n", "\r\n"]),

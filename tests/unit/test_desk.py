@@ -112,6 +112,7 @@ def job(desk, tmp_path):
     return run
 
 
+@pytest.mark.slow
 def test_what_is_given_of_parameters_reaches_the_product_and_table_2(job, caplog):
     given = {"winkler": {"c": {"expr": "3e-3*k"}}, "hunt_crossley": {"k": {"value": MAT["k"], "vary": False}}}
     with caplog.at_level("INFO", "freerock"):

@@ -170,6 +170,7 @@ def test_a_legend_names_each_run_that_is_drawn_with_its_record():
     assert legend(alone)[0] == "simulated record: a, run 1"
 
 
+@pytest.mark.slow
 def test_of_many_runs_a_legend_names_the_first_and_counts_the_others():
     records = [record(f"t{i}", n_runs=2) for i in range(7)]
     figure, _ = drawn_restitution(records, [fits(each) for each in records])
@@ -391,6 +392,7 @@ def test_a_figure_of_a_campaign_is_a_module_that_draws_and_captions(name):
     assert {*getattr(module, "READS", {})} == {"records", "fits"} & {*entry_of(name)["reads"]}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("step", "needless"),
     [

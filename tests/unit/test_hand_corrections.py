@@ -184,6 +184,7 @@ def second_of_three():
     return judged(three()[0])[1][1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("first", "last"), [(2, 3), (5, 5), (0, 0), (0, 1), (3, 6)])
 def test_what_stands_in_a_stretch_does_not_matter_and_no_restitution_spans_it(first, last):
     """One unknown impact stands for those that are hidden; beyond all is as it was."""

@@ -36,6 +36,7 @@ def test_a_checkout_is_refused(folder, capsys):
     assert not Path("Snakefile").exists()
 
 
+@pytest.mark.slow
 def test_the_first_campaign_is_named_in_config_yaml(folder, capsys):
     init(folder)
     records = Path(__file__).parents[2] / "raw/palermo_virtual"

@@ -19,6 +19,7 @@ def rounded(step, seed, hum=0.0):
     return (np.rint(x / step) * step if step else x) - tone
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hum", [0.0, 1.5])
 @pytest.mark.parametrize("step", [0.0, 0.02, 0.1, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0])
 def test_scatter_of_noise_and_rounding(step, hum):

@@ -32,6 +32,7 @@ NOISES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", NOISES)
 @pytest.mark.parametrize("rest_s", [0.5, 1.3, 2.5, 12.0])
 def test_no_line_in_noise(kind, rest_s):

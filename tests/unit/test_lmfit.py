@@ -218,6 +218,7 @@ def test_a_model_of_lmfit_finds_the_truth_from_its_guess_and_from_afar(model):
     assert "[[Model]]" in result.fit_report() and result.plot() is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", [HousnerModel, WinklerModel, HuntCrossleyModel])
 def test_every_way_of_lmfit_gives_one_standard_error(model):
     """Curvature, profiles and the product's own fit, with an offset or without, before and after a pickle."""

@@ -9,6 +9,8 @@ import pytest
 
 import freerock
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 FILE = ROOT / "raw/palermo_virtual/config2_marble.tdms"
 BLOCK = freerock.Block(height_m=0.28, width_m=0.07, mass_kg=5.84)

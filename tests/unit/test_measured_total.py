@@ -61,6 +61,7 @@ def numbers(run, impacts):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beam", LASERS)
 def test_contributions_are_those_of_the_record_analysed_with_the_input_moved(beam):
     """Within 2 %, or of what hardly counts 5 % of the standard error, which the windows of the peaks move."""

@@ -82,6 +82,7 @@ def judged(kind, seed, added=0.0):
     return goodness(means, columns, at_rest)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_noise_as_at_rest_passes(kind):
     """docs/validation.md has the same over thousands of cases."""

@@ -280,6 +280,7 @@ def test_any_signal_is_answered_or_refused(levels, lengths, scale, noise, hole, 
     assert all(np.isfinite([run.release_s, run.theta0, run.sigma_theta]).all() for run in runs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("test", sorted(path.stem for path in RAW.glob("*.tdms")))
 def test_virtual_campaign(test):
     from freerock.records.read import read_record

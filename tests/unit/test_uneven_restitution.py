@@ -73,6 +73,7 @@ def test_one_impact_is_seen_and_named(impact):
     assert ";" not in reason.text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [3, 5, 6, 8, 12])
 @pytest.mark.parametrize("sigma_r", [0.01, 0.03])
 def test_impacts_of_a_laboratory_scatter_without_a_warning(n, sigma_r):
