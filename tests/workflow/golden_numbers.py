@@ -5,7 +5,7 @@
 writes the digests anew. Of a column of numbers a digest holds, for each parameter of each law, their count,
 the logarithm of their mean size, and a mean whose weights differ from row to row: a change of 2 % of one of
 them shows. Of texts it holds a checksum without their digits: the last of a rounded number may differ from
-machine to machine.
+machine to machine, as may the last sample of a curve: beside curves a text counts once while it stays.
 """
 
 import json
@@ -13,6 +13,7 @@ import math
 import os
 import re
 import zlib
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +22,14 @@ import pandas as pd
 from freerock.tables.csvfile import read_csv
 
 GOLDEN = Path(__file__).parent / "golden"
-TOLERANCE = 2e-2  # without AVX, a p-value of the shipped campaign differs by 1e-2, all else by up to 5e-3
-OF_LOGARITHM = 1e-4  # of that of a p-value of exp(-650): mean squares differ by as much
+# From processor to processor a p-value of the shipped campaign differs by 1e-2, all else by up to 5e-3: but
+# what follows, of which laws that are rejected tell little, and inputs that add next to nothing.
+TOLERANCE = 2e-2
+LOOSE = {"sigma_r_low": 0.3}  # of a rigid block on beds, where σ_r is as large as it may be
+LEAST = {"share_percent": 0.1}  # smaller numbers count as this
+OF_LOGARITHM = 1e-3  # of that of a p-value of exp(-64)
+OF_COUNT = 1e-3  # of the samples of curves
+CURVES = 1000  # rows: what has more holds curves
 DIGITS = re.compile(r"[-+]?(\d[\d.,]*(e[-+]?\d+)?|nan|inf)")
 KINDS = ("model", "parameter", "quantity", "input", "source")  # columns whose values differ in unit or size
 
@@ -30,11 +37,15 @@ KINDS = ("model", "parameter", "quantity", "input", "source")  # columns whose v
 def digest_of(column, kinds):
     """Of numbers count, size and weighted mean for each kind of row, in order; of texts a checksum."""
     if column.dtype == bool or not pd.api.types.is_numeric_dtype(column):
-        return f"{zlib.crc32(DIGITS.sub('#', chr(10).join(map(str, column))).encode()):08x}"
-    values, weights, found = column.to_numpy(float), np.cos(np.arange(len(column))), []
+        texts = [*map(str, column)]
+        if len(texts) > CURVES:
+            texts = [text for text, _ in groupby(texts)]
+        return f"{zlib.crc32(DIGITS.sub('#', chr(10).join(texts)).encode()):08x}"
+    values, weights, found = column.to_numpy(float), np.cos(np.linspace(0, 40, len(column))), []
     for kind in sorted({*kinds}):
         own = np.isfinite(values) & (kinds == kind)
         size = float(np.abs(values[own]).mean()) if own.any() else 0.0
+        size = max(size, LEAST.get(column.name, 0.0)) if size else 0.0
         mean = float((weights * values)[own].mean()) / size if size else 0.0
         found += [int(own.sum()), round(math.log(size), 3) if size else 0.0, round(mean, 3)]
     return found
@@ -53,11 +64,13 @@ def digest(results):
     return found
 
 
-def close(kept, found):
+def close(kept, found, name=""):
     """Whether two digests of a column agree."""
     if isinstance(kept, str) or isinstance(found, str) or len(kept) != len(found):
         return kept == found
-    return kept[::3] == found[::3] and np.allclose(kept, found, rtol=OF_LOGARITHM, atol=TOLERANCE)
+    counts = np.allclose(kept[::3], found[::3], rtol=OF_COUNT, atol=0)
+    atol = LOOSE.get(name, TOLERANCE)
+    return counts and all(np.allclose(kept[i::3], found[i::3], rtol=OF_LOGARITHM, atol=atol) for i in (1, 2))
 
 
 def differences(results, name):
@@ -71,7 +84,11 @@ def differences(results, name):
         for file in sorted(kept | found)
         for column in kept.get(file, {}) | found.get(file, {})
     }
-    return [f"{where}: {one} -> {other}" for where, (one, other) in pairs.items() if not close(one, other)]
+    return [
+        f"{where}: {one} -> {other}"
+        for where, (one, other) in pairs.items()
+        if not close(one, other, where.rpartition(": ")[2])
+    ]
 
 
 def as_lines(digests):
