@@ -1,8 +1,9 @@
 """Interference of the mains: steady, wandering, or at a frequency that refutes the stated sampling rate."""
 
 import numpy as np
+import pytest
 
-from freerock.noise.interference import fit_mains, mains_ratio
+from freerock.noise.interference import Mains, fit_mains, mains_ratio
 
 RATE = 2000
 TIME = np.arange(4000) / RATE
@@ -23,6 +24,17 @@ def test_mains_ratio():
     assert 0.83 < np.std(scores) < 1.17
 
 
+@pytest.mark.parametrize(
+    ("rate_hz", "seconds", "amplitude"),
+    [(2000, 2.0, 0.0), (2000, 0.8, 1.0), (115, 60.0, 1.0), (40, 60.0, 1.0)],
+    ids=["noise alone", "too short", "band beyond Nyquist", "mains beyond Nyquist"],
+)
+def test_no_ratio_where_the_mains_cannot_be_seen(rate_hz, seconds, amplitude):
+    time = np.arange(0, seconds, 1 / rate_hz)
+    noise = 0.02 * np.random.default_rng(4).standard_normal(time.size)
+    assert mains_ratio(time, noise + amplitude * np.cos(2 * np.pi * 50 * time), 50) is None
+
+
 def test_mains_that_wander_are_left_in_the_signal():
     """A frequency that walks by some hundredths of a hertz within ten minutes, still for 2 s of every 8 s."""
     step = 1 / 500
@@ -34,6 +46,13 @@ def test_mains_that_wander_are_left_in_the_signal():
         still = time % 8 < 2
         noisy = mains + 0.01 * random.standard_normal(time.size)
         assert fit_mains(time[still], noisy[still], 50, step) is None
+
+
+def test_an_interference_is_the_sum_of_its_harmonics():
+    found = Mains(50.1, 1.0, np.array([1 - 2j, 0.5j, 0.25]), 0.0, 0.0).over(TIME)
+    turn = 2 * np.pi * 50.1 * TIME
+    expected = np.cos(turn) + 2 * np.sin(turn) - 0.5 * np.sin(2 * turn) + 0.25 * np.cos(3 * turn)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
 def test_steady_mains_are_fitted_as_steady():
