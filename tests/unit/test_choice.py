@@ -1,5 +1,6 @@
 """Which law the runs of a record need, and what is said of its fits."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -41,6 +42,8 @@ def test_no_law_is_ruled_out_before_its_search_has_ended(monkeypatch):
     found = identify_record(BLOCK, runs("winkler", 0.01, [2]), Allowed(LAWS.laws, ()))
     assert found.choice.selected == "winkler"
     assert "winkler" not in found.ruled_out
+    (share,) = re.findall(r"leaves (\S+) times", found.ruled_out["hunt_crossley"])
+    assert float(share) == pytest.approx(1.63, rel=0.03)  # 3.9 of the glimpses
 
 
 @pytest.mark.slow
