@@ -11,7 +11,7 @@ from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.flags import FLAGS
-from freerock.rotation.rotation import find_rotation
+from freerock.rotation.rotation import find_rotation, rotation_in
 from freerock.rotation.sensor import Laser
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -114,3 +114,19 @@ def test_useless_signals(volts, message):
     with pytest.raises(FreerockError) as error:
         find_rotation(np.arange(volts.size) / RATE, volts, LASER, BLOCK)
     assert str(error.value) == message
+
+
+def test_samples_that_the_instrument_marks_are_out_of_range(tmp_path):
+    time, _, volts = (each[::4] for each in record(np.random.default_rng(2)))
+    marked = [100, 4700]
+    volts[marked] = 1e38
+    np.savetxt(
+        path := tmp_path / "a.csv",
+        np.column_stack([time, volts]),
+        "%.6g",
+        ",",
+        header="Time [s],laser [V]",
+        comments="",
+    )
+    found = rotation_in(path, [""], [LASER], BLOCK, RotationOptions())
+    assert np.flatnonzero(found.flags.values & FLAGS["out_of_range"]).tolist() == marked
