@@ -36,6 +36,12 @@ def test_values_with_next_to_no_noise():
         assert population(values, np.full(3, 1e-12)).tau == pytest.approx(values.std(ddof=1))
 
 
+def test_members_of_which_one_has_no_noise():
+    with np.errstate(invalid="raise"):
+        found = population([0.0, 1.0], [1e-100, 1e-10])
+    assert found.mean == pytest.approx(0.5) and found.tau == pytest.approx(math.sqrt(0.5))
+
+
 def test_a_value_counts_by_its_noise():
     near = population([1.0, 2.0, 1.01], [0.01, 10.0, 0.01])
     assert near.mean == pytest.approx(1.005, abs=1e-3)
