@@ -250,6 +250,12 @@ def test_a_page_sets_the_theta_of_epsilon_as_an_index(datasets):
     assert "$ε_θ$\N{NO-BREAK SPACE}of\N{NO-BREAK SPACE}this\N{NO-BREAK SPACE}fit" in text
 
 
+def test_a_page_draws_dollars_as_they_are():
+    ((page,), _) = quality.failed(failed_record(), LABELS, "raw/$a_$b.tdms: ε_θ")
+    page.draw_without_rendering()
+    assert any(r"raw/\$a_\$b.tdms: $ε_θ$" in text for text in texts(page))
+
+
 def test_a_page_draws_the_selected_law_last_in_black_with_one_rival_under_a_legend_that_is_clear_of_ticks():
     tree = record(n_runs=1)
     rivals = "winkler_pivoting", "hunt_crossley_width", "hunt_crossley_pivoting_width"

@@ -253,6 +253,8 @@ def test_a_fit_draws_what_it_found():
     above, below = fit.plot().axes
     np.testing.assert_array_equal(above.lines[1].get_ydata(), fit.curve.theta_model)
     np.testing.assert_array_equal(below.lines[0].get_ydata(), fit.curve.residual)
+    recorded, law = (text.get_text() for text in above.get_legend().get_texts())
+    assert recorded == "recorded" and law.startswith("Housner, $ε_θ$ = ")
 
 
 def test_a_guess_starts_at_the_measured_release_within_the_bounds_of_a_fit():
