@@ -173,10 +173,10 @@ def mains_ratio(time_s: ArrayLike, signal: ArrayLike, mains_hz: float) -> tuple[
 
 
 def _power_near(mains_hz: float, signal: Floats, step: float) -> tuple[Floats, Floats]:
-    """Frequencies [Hz] within twice `SOUGHT` of the nominal one, `PER_BIN` to a bin, and the power there.
+    """Frequencies [Hz] within twice `SOUGHT` of the nominal one, `PER_BIN` to a bin, and the power at each.
 
-    The bins near the mains alone are those of a short signal with as long a duration. Padding it with zeros
-    shows what lies between them, and takes no transform of a length with a large prime factor.
+    The transform takes a length without large prime factors. Its bins near the mains are those of a signal
+    that lasts as long and has few samples. This one is padded with zeros, which gives the power between bins.
     """
     size = next_fast_len(signal.size, real=True)
     width = 1 / (size * step)
