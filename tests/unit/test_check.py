@@ -121,6 +121,11 @@ FILES = {
         "config/campaigns/lab.csv:3: channel: raw/lab/b.tdms: no channel 'tip'; its channels are top, low; "
         "name one (of a campaign in the channel column of its CSV)",
     ),
+    "one of several channels": (
+        lambda raw: edit("config/campaigns/lab.csv", "top", ""),
+        "config/campaigns/lab.csv:3: channel: raw/lab/b.tdms: has the channels top, low; "
+        "name one (of a campaign in the channel column of its CSV)",
+    ),
     "unit other than declared": (
         lambda raw: edit("config/campaigns/lab.yaml", "0.05}", "0.05, units: mA}"),
         "config/campaigns/lab.csv:2: laser: 'mA' is declared and the file states 'V'; "

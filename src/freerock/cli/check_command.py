@@ -40,7 +40,6 @@ LEAST_NOMINAL, MOST_NOMINAL = 0.3, 5.0  # swept, of the release angle in the con
 LEAST_SAMPLES, LEAST_LENGTH = 8.0, 5.0  # of a record: samples in 1/p, length in 1/p
 LIGHTEST, DENSEST = 5.0, 5e4  # density of the block, were it as deep as it is high [kg/m³]
 EARTH = (9.76, 9.84)  # gravity [m/s²], from high on the equator to the poles
-NAME_IT = "name one in the channel column of the campaign's CSV"
 
 
 def add_arguments(add: Callable[..., object]) -> None:
@@ -142,7 +141,7 @@ def _manifest(raw: str, unread: set[str]) -> Iterator[FreerockError]:
 def _record(
     where: str, source: Source, contents: "Contents", record: Record, tables: "Tables"
 ) -> Iterator[FreerockError]:
-    from freerock.records.channels import chosen, names_in_short
+    from freerock.records.channels import NAME_ONE, chosen, names_in_short
 
     path = Path(source.raw, record.file)
     if isinstance(contents, FreerockError):
@@ -155,7 +154,7 @@ def _record(
             yield _at(f"{where}: channel", found)
         elif len(found) > 1:
             yield FreerockError(
-                f"{where}: channel", f"{path}: has the channels {names_in_short(found)}", NAME_IT
+                f"{where}: channel", f"{path}: has the channels {names_in_short(found)}", NAME_ONE
             )
         elif name in source.lasers:
             (unit,) = (each.units for each in found.values())
