@@ -71,9 +71,11 @@ def test_the_first_screen_says_how_long_blocks_rock_and_has_the_numbers_of_table
     for cell in of_law.split(", "):
         assert cell in printed["Parameters"].replace("\N{NO-BREAK SPACE}", " ")
     summary["sigma_r"] = summary["sigma_r_u"] = 0.0
+    summary["n_runs"] = summary["n_selected"] = 1
     many = pd.concat([runs.assign(block=f"b{i}") for i in range(5)])
     printed = printed_summary(summary, many, LABELS).text.set_index("Foundation")["Soft mat"]
     assert printed["Scatter of impacts σ_r / %"] == "none found" and "; blocks: " in printed.iloc[0]
+    assert printed["Selected law"] == "Hunt–Crossley, 1 of 1 run"
 
 
 def test_only_a_block_on_two_foundations_can_rock_longer_on_one(tables):

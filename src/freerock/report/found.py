@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
+from freerock.errors import number_of
 from freerock.models.free_parameters import PARAMETERS, SYMBOLS
 from freerock.models.laws import MODEL_LABELS, PAPER_MODELS
 from freerock.report.printed import PROCEDURE, Labels, Printed, identified
@@ -47,7 +48,7 @@ def printed_summary(frame: pd.DataFrame, runs: pd.DataFrame, labels: Labels) -> 
             "Rocking lasts / s, median": _lasting(usable[here], labels),
             "Blocks that rock longest on it": ", ".join(labels.get(block, block) for block in longest)
             or ("none" if elsewhere else "–"),
-            "Selected law": f"{law}, {row['n_selected']} of {row['n_runs']} runs",
+            "Selected law": f"{law}, {row['n_selected']} of {number_of(row['n_runs'], 'run')}",
             "Parameters": "; ".join(parameters).replace(" ", NO_BREAK).replace(f";{NO_BREAK}", "; "),
             "Scatter of impacts σ_r / %": quantity(*scatter) if scatter[0] else "none found",
             PREDICTED: _predicted(row["n_inside"], row["n_peaks"], row["half_band"]),

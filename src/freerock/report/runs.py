@@ -6,6 +6,7 @@ from typing import Any
 import pandas as pd
 
 from freerock.config.review_log import LOOKED_AT, Change, looked_at
+from freerock.errors import number_of
 from freerock.models.laws import MODEL_LABELS
 from freerock.report.printed import Labels, Printed
 from freerock.runs.verdict import VERDICTS
@@ -128,4 +129,4 @@ def changes_seen(changes: Sequence[Change], runs: pd.DataFrame) -> str:
     known = {(row.test, "" if pd.isna(row.run) else str(row.run)) for row in runs.itertuples()}
     mine = [each for key, each in looked.items() if key in known]
     people = ", ".join(sorted({each.login for each in mine}))
-    return f"Looked at: {len(mine)} of {len(known)} runs, by {people}." if mine else ""
+    return f"Looked at: {len(mine)} of {number_of(len(known), 'run')}, by {people}." if mine else ""
