@@ -82,8 +82,18 @@ def test_inspect_of_what_can_not_be_read_fails_and_draws_nothing(folder, capsys)
     Path("bad.csv").write_text("time [s],laser [V]\n" + "0.1,1\n" * 120 + "0.2,abc\n" + "0.3,1\n" * 5)
     assert cli.main(["inspect", "bad.csv"]) == 1
     told = "laser: line 122, column 2: 'abc' is not a number; correct the line, or export the file again"
-    assert capsys.readouterr().err == f"bad.csv: {told}\n"
+    assert capsys.readouterr() == ("", f"bad.csv: {told}\n")
+    Path("bad.csv").write_text(",laser\n" + "".join(f"{i},{i % 3}\n" for i in range(9)))
+    assert cli.main(["inspect", "bad.csv"]) == 1
+    assert re.fullmatch("bad.csv: laser: .* sampling_rate_hz\n", capsys.readouterr().err)
     assert not Path("results").exists()
+
+
+def test_a_new_campaign_tells_how_many_of_its_records_are_drawn(folder, capsys):
+    for n in range(13):
+        write(Path(f"{n}.tdms"), 10, laser=("V", [n, 0]))
+    assert cli.main(["new-campaign", "long", "--from", "."]) == 0
+    assert " 12 of 13 " in capsys.readouterr().out
 
 
 def test_a_new_campaign_lists_proposes_and_marks_what_is_to_be_filled_in(folder, capsys):

@@ -36,8 +36,8 @@ def add_arguments(add: Callable[..., object]) -> None:
 def run(chosen: Namespace) -> None:
     """Print what is in a record file, and draw it."""
     look = look_into(chosen.file)
-    print(look_text(look))
     check_readable(look)
+    print(look_text(look))
     if not chosen.no_plot:
         picture = Path("results/inspect") / f"{look.path.name}.png"
         draw_looks([look], picture)
@@ -137,9 +137,10 @@ def look_to_take(path: Path) -> RecordLook:
 
 
 def check_readable(look: RecordLook) -> None:
-    """Refuse a record file none of whose channels can be read."""
+    """Refuse a record file none of whose channels can be read, by the first that holds numbers."""
     if not look.channels:
-        name, error = next(iter(look.faults.items()))
+        name = next(iter([*look.damaged, *look.faults]))
+        error = look.faults[name]
         raise FreerockError(f"{look.path}: {name}", error.what, error.remedy)
 
 
@@ -180,7 +181,7 @@ def _in_short(name: str, record: "xr.Dataset") -> ChannelLook:
 
 def look_text(look: RecordLook) -> str:
     """A record as printed: the file, a line per channel, and what the reader found out."""
-    head = f"{look.path}: {look.format or 'no readable channel'}, {look.n_bytes} bytes"
+    head = f"{look.path}: {look.format}, {look.n_bytes} bytes"
     lines = [head, f"sha256 {look.sha256}", ""]
     rows = [("channel", "unit", "rate", "duration", "from", "to", "missing")]
     for channel in look.channels:

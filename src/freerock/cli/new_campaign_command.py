@@ -72,6 +72,8 @@ def run(chosen: Namespace) -> None:
     for error in refused:
         print(f"left out: {error}", file=sys.stderr)
     print(f"\nwritten: {raw}, {table}, {yaml}, {picture}")
+    if len(looks) > MOST_DRAWN:
+        print(f"         The picture shows the first {MOST_DRAWN} of {len(looks)} records.")
     print(f"next:    replace each {FILL_IN} in {yaml} and {table}")
     print(f"         freerock check {name}")
     print("         snakemake" if named else f"         snakemake --config campaigns={name}")
