@@ -215,7 +215,13 @@ def _ellipses(ax: Axes, own: pd.DataFrame, names: list[str]) -> None:
     angle = np.linspace(0, 2 * np.pi, 90)
     for (test, _), row in both.iterrows():
         x, y = ellipse(row["u_x"], row["u_y"], row["correlation_y"], angle)
-        ax.plot(row["value_x"] + x, row["value_y"] + y, color=shades[test], linewidth=0.8)
+        ax.plot(
+            row["value_x"] + x,
+            row["value_y"] + y,
+            color=shades[test],
+            linewidth=0.8,
+            solid_capstyle="round",
+        )
         ax.plot(row["value_x"], row["value_y"], ".", color=shades[test], markersize=3)
     ax.set(xlabel=style.axis_of(names[0]), ylabel=style.axis_of(names[1]))
     ax.margins(0.08)
