@@ -38,7 +38,7 @@ def printed_runs(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels, n_run
             "Verdict": row.verdict + ", excluded" * bool(row.excluded),
             "α / °": quantity(row.theta0_deg, row.theta0_u_deg),
             "Duration / s": fixed(row.duration_s, 2),
-            "Zero crossings": f"{row.n_impacts} ({row.n_restitution} with r)",
+            "Zero crossings": "–" if pd.isna(row.run) else f"{row.n_impacts} ({row.n_restitution} with r)",
             "σ / °": quantity(row.sigma_theta_deg, digits=2),
             "Law": MODEL_LABELS.get(law.get((row.test, str(row.run)), ""), "–"),
         }
