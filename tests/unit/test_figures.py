@@ -74,17 +74,21 @@ def test_foundation_effect_says_where_runs_last_longest_and_whether_they_do_in_t
     scenes = [("b1", "marble", 9.0), ("b1", "aerstop", 5.0), ("b2", "marble", 2.4), ("b2", "aerstop", 1.3)]
     data = pd.DataFrame(scenes, columns=["block", "foundation", "time_s"])
     labels = {"b1": "Block 1, h/b = 4", "b2": "Block 2, h/b = 2", "marble": "Marble"}
+    data = data.assign(test=data["block"] + "_" + data["foundation"], run=[1, 2, 1, 1])
     told = foundation_effect.caption(data, labels)
     assert told.startswith("Every block rocks longer on Marble.")
-    assert told.endswith(" the same of Block 1, the reverse of Block 2.")
+    assert " the same of Block 1, the reverse of Block 2. " in told
+    assert told.endswith(" of b1_marble, b2_marble and b2_aerstop; run\N{NO-BREAK SPACE}2 of b1_aerstop.")
     data.loc[3, "time_s"] = 3.0
     told = foundation_effect.caption(data, labels)
     assert told.startswith("Block 1 rocks longer on Marble. Block 2 rocks longer on aerstop.")
-    assert told.endswith(" the same of Block 1 and Block 2.")
-    assert foundation_effect.caption(data) == "b1 rocks longer on marble. b2 rocks longer on aerstop."
+    assert " the same of Block 1 and Block 2. " in told
+    told = foundation_effect.caption(data)
+    assert told.startswith("b1 rocks longer on marble. b2 rocks longer on aerstop. ")
     other = data.replace({"foundation": {"aerstop": "mat"}})
     assert "paper" not in foundation_effect.caption(other, labels)  # it has another foundation
-    assert "aerstop" not in foundation_effect.caption(data[data["foundation"] == "marble"], labels)
+    alone = foundation_effect.caption(data[data["foundation"] == "marble"], labels)
+    assert "aerstop" not in alone
 
 
 def test_foundation_effect_draws_its_data_in_degrees_since_release(datasets):
@@ -108,6 +112,7 @@ def test_comparison_has_the_three_laws_below_each_other_with_epsilon_in_the_lege
     assert free["residual_over_sigma"].iloc[0] == pytest.approx(np.degrees(residual[0]) / 0.01)
     assert legend(figure)[:4] == ["simulated record", "Housner", "Winkler", "Hunt–Crossley"]
     assert legend(figure)[4:] == ["Δθ/σ: Hunt–Crossley", "95 % of the noise"]
+    assert all(test in comparison.caption(data) for test in data["test"].unique())
     epsilon = datasets[1][0]["run_1/winkler"]["epsilon_theta"].item()
     told = figure.axes[0].texts[0].get_text()
     assert told.split(", ")[1] == quantity(100 * epsilon, digits=2)

@@ -65,11 +65,9 @@ def draw(fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: L
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """What Δθ over σ is where it is drawn; what to say where no run is, the panels name those that are."""
-    if data.empty:
-        return "No run can be drawn."
-    below = f"Below, Δθ over the noise σ of the selected law, impacts free; logarithmic beyond ±{LINEAR:g}."
-    return below if (data["source"] == "selected").any() else ""
+    """What Δθ over σ is where it is drawn; the runs drawn, or that there are none."""
+    below = f"Below, Δθ over the noise σ of the selected law, impacts free; logarithmic beyond ±{LINEAR:g}. "
+    return below * bool((data["source"] == "selected").any()) + style.drawn_runs(data)
 
 
 def _selected(run: xr.DataTree) -> str:

@@ -66,9 +66,14 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """On which foundation the run of each block lasts longest, and whether it does so in the paper."""
+    """On which foundation the run of each block lasts longest, whether so in the paper; the runs drawn."""
+    return " ".join(filter(None, [_longest(data, labels), style.drawn_runs(data)]))
+
+
+def _longest(data: pd.DataFrame, labels: Labels) -> str:
+    """On which foundation each block rocks longest, and whether it does so in the paper."""
     if data["foundation"].nunique() < 2:
-        return "There is one foundation: none is compared." if len(data) else "No run can be drawn."
+        return "There is one foundation: none is compared." if len(data) else ""
     named, of_base, of_paper = labels or {}, dict[str, list[str]](), dict[str, list[str]]()
     for block, curves in data.astype({"block": str}).groupby("block", sort=False):
         last = curves.groupby("foundation", sort=False)["time_s"].max()
