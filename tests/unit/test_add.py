@@ -97,6 +97,16 @@ def test_records_are_copied_listed_and_written_down(capsys):
     assert cli.main(["check", "lab"]) == 0
 
 
+def test_a_file_without_times_has_the_rate_of_the_campaign(capsys):
+    Path("stick/bare.csv").write_text("laser [V]\n5\n4\n3\n")
+    (told,) = refused(capsys, "stick/bare.csv", "--block", "tall")
+    assert told.endswith("sampling_rate_hz")
+    with Path("config/campaigns/lab.yaml").open("a") as file:
+        file.write("processing: {rotation: {sampling_rate_hz: 500}}\n")
+    assert cli.main(["add", "lab", "stick/bare.csv", "--block", "tall"]) == 0
+    assert "500 Hz" in capsys.readouterr().out and "bare.csv" in CSV.read_text()
+
+
 def test_what_is_not_told_is_asked_for(capsys):
     Path("config/campaigns/lab.yaml").write_text(
         YAML.replace("  mat: {}", "  mat: {}\n  marble: {}")

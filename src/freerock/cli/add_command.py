@@ -58,9 +58,10 @@ def run(chosen: Namespace) -> None:
     paths = campaign_paths("config/config.yaml", [chosen.name], problems)
     source = read_campaign(paths[0]) if paths else None
     refuse([*problems, *(source.problems if source else ())])
-    assert source
+    assert source and source.campaign
     cells = _cells(source, {cell: getattr(chosen, cell) for cell in CELLS})
-    looks, refused = looks_to_take(chosen.files)
+    known = source.campaign.processing.rotation
+    looks, refused = looks_to_take(chosen.files, known.time_unit, known.sampling_rate_hz)
     refuse(refused)
     raw, table, rows = Path(source.raw), source.path.with_suffix(".csv"), list[Row]()
     for look in looks:

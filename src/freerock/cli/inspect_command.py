@@ -11,6 +11,7 @@ import shutil
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -98,8 +99,14 @@ class RecordLook:
     damaged: Sequence[str]
 
 
-def look_into(path: str | Path) -> RecordLook:
+def look_into(path: str | Path, time_unit: str = "", rate_hz: float | None = None) -> RecordLook:
     """Read every channel of a record file, each for itself.
+
+    Parameters
+    ----------
+    path : path-like
+    time_unit, rate_hz : str, float, optional
+        Unit of time and sampling rate [Hz] where the file states none.
 
     Raises
     ------
@@ -109,7 +116,7 @@ def look_into(path: str | Path) -> RecordLook:
     path, kind, channels, faults = Path(path), "", list[ChannelLook](), dict[str, FreerockError]()
     listed = list_channels(path)
     for name in listed:
-        record = attempt(read_record, path, name)
+        record = attempt(partial(read_record, path, name, time_unit=time_unit, rate_hz=rate_hz))
         if isinstance(record, FreerockError):
             faults[name] = record
         else:
@@ -119,8 +126,8 @@ def look_into(path: str | Path) -> RecordLook:
     return RecordLook(path, sha256(path), path.stat().st_size, kind, channels, faults, damaged)
 
 
-def look_to_take(path: Path) -> RecordLook:
-    """A record file that a campaign may take.
+def look_to_take(path: Path, time_unit: str = "", rate_hz: float | None = None) -> RecordLook:
+    """A record file that a campaign may take, whose unit of time and rate may be known, as in `look_into`.
 
     Raises
     ------
@@ -131,7 +138,7 @@ def look_to_take(path: Path) -> RecordLook:
         check_inside(path.name)
     except Invalid as error:
         raise FreerockError(path, error.what, error.remedy) from None
-    look = look_into(path)
+    look = look_into(path, time_unit, rate_hz)
     check_readable(look)
     return look
 
@@ -144,9 +151,11 @@ def check_readable(look: RecordLook) -> None:
         raise FreerockError(f"{look.path}: {name}", error.what, error.remedy)
 
 
-def looks_to_take(paths: Iterable[str | Path]) -> tuple[list[RecordLook], list[FreerockError]]:
-    """What is in each of some files, and why others can't be taken."""
-    found = [attempt(look_to_take, Path(path)) for path in paths]
+def looks_to_take(
+    paths: Iterable[str | Path], time_unit: str = "", rate_hz: float | None = None
+) -> tuple[list[RecordLook], list[FreerockError]]:
+    """What is in each of some files, read as by `look_into`, and why others can't be taken."""
+    found = [attempt(look_to_take, Path(path), time_unit, rate_hz) for path in paths]
     refused = [each for each in found if isinstance(each, FreerockError)]
     return [each for each in found if isinstance(each, RecordLook)], refused
 
