@@ -62,6 +62,14 @@ def test_palermo_campaign():
     assert list(load_config(ROOT / "config/config.yaml")) == ["palermo_virtual"]
 
 
+@pytest.mark.parametrize("cells", [("exclude", "1"), ("override", "1@2.5:3.5")])
+def test_what_is_corrected_needs_a_reason_where_the_csv_has_no_column_for_it(campaign, cells):
+    column, cell = cells
+    rows = f"test,file,block,foundation,laser,{column}\na,a.tdms,tall,marble,near,{cell}\n"
+    (problem,) = campaign(csv_change=(CSV, rows))
+    assert "lab.csv:2: reason: " in problem and "without a reason" in problem
+
+
 def test_two_lasers_and_their_channels():
     record = Record(test="a", file="a.tdms", channel="top; low", block="b", foundation="f", laser="high;near")
     assert (record.lasers, record.channels) == (("high", "near"), ("top", "low"))

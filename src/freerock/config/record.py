@@ -69,7 +69,9 @@ class Record(Section):
         "10.000:12.200; several separated by ;",
         "",
     )
-    reason: Text = key("the reason of an exclusion or override; compulsory with either", "")
+    reason: Text = key(
+        "the reason of an exclusion or override; compulsory with either", "", validate_default=True
+    )
     note: Text = key("a remark", "")
 
     @field_validator("exclude", "override")
