@@ -137,6 +137,8 @@ def test_a_run_that_is_killed_goes_on_to_the_same_bytes(finished, tmp_path):
         os.killpg(started.pid, signal.SIGKILL)
         started.communicate()
         assert checkout.snakemake("--unlock").returncode == 0
+    half_written = checkout / "results/small/figures/.0123456789abcdef.partial.pdf"
+    half_written.write_bytes(b"%PDF-1.4")
     assert checkout.planned()
     done = checkout.snakemake()
     assert done.returncode == 0, done.stderr

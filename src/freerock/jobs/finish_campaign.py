@@ -1,7 +1,7 @@
 """The end of a campaign: which records have no usable run.
 
-Whether a product is whole is told elsewhere: it is moved into place when it is (`files.atomic`), and
-`freerock verify` holds it against the checksums that `make_report` writes.
+A product is moved into place once it is whole (`files.atomic`): what a killed process was writing is removed
+here. `freerock verify` holds products against the checksums that `make_report` writes.
 """
 
 import csv
@@ -26,6 +26,8 @@ def complete(campaign: str, runs: str | Path, output: str | Path) -> None:
     output : path
         File to write, in the folder of the campaign's products.
     """
+    for half_written in Path(output).parent.rglob(".*.partial*"):
+        half_written.unlink(missing_ok=True)
     with open(runs, newline="", encoding="utf-8") as table:
         rows = list(csv.DictReader(table))
     kept = [row for row in rows if row["excluded"] != "True"]
