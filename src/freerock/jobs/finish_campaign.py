@@ -9,6 +9,7 @@ import logging
 import sys
 from pathlib import Path
 
+from freerock.errors import number_of
 from freerock.files import write_text
 
 log = logging.getLogger("freerock")
@@ -42,4 +43,4 @@ def complete(campaign: str, runs: str | Path, output: str | Path) -> None:
         log.error("\n".join([report, *failed]))
         sys.exit(1)
     numbers = {"record": len({row["test"] for row in rows}), "run": sum(row["run"] != "" for row in rows)}
-    write_text(output, ", ".join(f"{n} {what}{'s' * (n != 1)}" for what, n in numbers.items()) + "\n")
+    write_text(output, ", ".join(number_of(n, what) for what, n in numbers.items()) + "\n")
