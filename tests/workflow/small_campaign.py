@@ -94,6 +94,10 @@ class Checkout:
         assert text.count(old) == 1, f"{path}: {old!r}"
         (self / path).write_text(text.replace(old, new), encoding="utf-8")
 
+    def partial_files(self) -> list[Path]:
+        """Results that are half written."""
+        return [path for path in (self / "results").rglob("*") if "partial" in path.name]
+
     def products(self) -> dict:
         """Bytes of each product; logs are none."""
         return {

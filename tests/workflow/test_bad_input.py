@@ -71,10 +71,6 @@ def write_bad_records(raw):
     return {"listed": listed, "found": sha256(raw / "replaced.tdms")}
 
 
-def partial_files(checkout):
-    return [path for path in (checkout / "results").rglob("*") if "partial" in path.name]
-
-
 @pytest.fixture(scope="module")
 def bad(tmp_path_factory):
     """A campaign of bad records, each processed; and the checksums of the replaced one."""
@@ -86,7 +82,7 @@ def bad(tmp_path_factory):
     checksums = write_bad_records(checkout / "raw/bad")
     done = checkout.snakemake(*(f"results/bad/records/{test}.nc" for test in BAD))
     assert done.returncode == 0, done.stderr
-    assert not partial_files(checkout)
+    assert not checkout.partial_files()
     return checkout, checksums
 
 

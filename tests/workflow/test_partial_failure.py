@@ -53,7 +53,7 @@ def test_a_missing_file_and_the_unforeseen_in_each_step(tmp_path):
     assert f"\nlab: record bad_fit failed: not fitted: {TOLD}\n" in done.stderr
     assert f"\nlab: record missing failed: {MISSING}\n" in done.stderr
     assert "record good failed" not in done.stderr and "Traceback" not in done.stderr
-    assert not [path for path in (checkout / "results").rglob("*") if "partial" in path.name]
+    assert not checkout.partial_files()
     assert "\nresults/lab/report.html: the report, with the reasons\n" in done.stderr
     assert "record bad_quality failed" not in done.stderr
     (log,) = re.findall(r"^freerock: the log of this run is (\S+)$", done.stderr, re.M)
